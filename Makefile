@@ -1,0 +1,71 @@
+# `make serve` and `make test` work on a bare machine: Python 3.11 or newer and nothing else.
+# Both are idempotent: a stamp in .venv remembers what is installed, until pyproject.toml changes.
+
+VENV   := .venv
+BIN    := $(VENV)/bin
+HOST   ?= 127.0.0.1
+PORT   ?= 8000
+WORKERS ?= 2
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help serve test test-all check lint format bench wheel clean
+
+help:  ## Say what can be made
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+serve: $(VENV)/.serve-stamp  ## Install what is needed, serve the pages and print the link (HOST=, PORT=, DATA=)
+	@$(BIN)/pftrack serve --host $(HOST) --port $(PORT) $(if $(DATA),--data-dir $(DATA))
+
+test: lint  ## Install what the tests need, check style, types and walls, run the fast tests
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
+
+test-all: lint  ## The same with the slow tests
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m ""
+
+lint: $(VENV)/.test-stamp  ## Check style, types and import walls
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/.test-stamp  ## Mend what can be mended by itself
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+bench: $(VENV)/.bench-stamp  ## Run the benchmarks against other libraries
+	@$(BIN)/pftrack bench
+
+wheel: $(VENV)/.test-stamp  ## Build the wheel into dist/
+	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
+
+clean:  ## Remove everything that was built, the virtual environment too
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "pftrack needs Python 3.11 or newer, and none was found on the path" >&2; exit 1; }
+	@echo "Creating $(VENV) with $$($(PYTHON) --version)"
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+		echo "Python cannot create a virtual environment; on Debian install python3-venv" >&2; exit 1; }
+
+$(VENV)/.serve-stamp: pyproject.toml | $(BIN)/python
+	@echo "Installing pftrack into $(VENV) (only this once)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@echo "Compiling the filters (only this once)"
+	@$(BIN)/pftrack doctor --warm >/dev/null || { $(BIN)/pftrack doctor; exit 1; }
+	@touch $@
+
+$(VENV)/.test-stamp: pyproject.toml .ci/browser | $(BIN)/python
+	@echo "Installing pftrack and its test tools into $(VENV) (only this once)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@.ci/browser
+	@touch $@
+
+# `particles` pins numpy below 2 without needing it: it is installed without its pins, and no library is downgraded.
+$(VENV)/.bench-stamp: pyproject.toml | $(BIN)/python
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps 'particles>=0.4'
+	@touch $@
