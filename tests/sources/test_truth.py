@@ -1,0 +1,101 @@
+"""Tables of true boxes are read whole or refused with the line that is wrong."""
+
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pftrack.sources.truth import TruthError, read_truth
+
+DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "truth.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_box_becomes_a_target_at_its_centre(tmp_path: Path) -> None:
+    """A box of 5 x 3 px from (10, 20) is centred on pixel (12, 21), and its size is the longer side."""
+    target = read_truth(write(tmp_path, "frame,x,y,w,h\n4,10,20,5,3\n")).at(4)
+    assert target is not None
+    np.testing.assert_array_equal(target.position, [12.0, 21.0])
+    assert target.size == 5.0
+    assert not target.hidden
+
+
+def test_a_row_without_x_is_a_frame_without_truth(tmp_path: Path) -> None:
+    """An empty x, an empty line and an unlisted frame all mean that the truth is not known."""
+    table = read_truth(write(tmp_path, "frame,x,y,w,h,state\n0,,,,,absent\n\n,,,,,\n2,1,1,2,2,labelled\n"))
+    assert table.at(0) is None
+    assert table.at(1) is None
+    assert table.at(2) is not None
+
+
+def test_columns_are_found_by_name_and_others_ignored(tmp_path: Path) -> None:
+    """Columns may come in any order, with other columns, spaces, capitals and a byte order mark."""
+    table = read_truth(write(tmp_path, "\ufeffnote, H,W ,y,x,Frame\nseen,8,4,2,1,7\n"))
+    assert table.boxes == {7: (1.0, 2.0, 4.0, 8.0)}
+
+
+def test_of_several_objects_the_first_is_kept_and_it_is_said(tmp_path: Path) -> None:
+    """With an `object` column the first box of a frame counts, and a warning says how many were left out."""
+    table = read_truth(write(tmp_path, "frame,object,x,y,w,h\n0,a,1,1,2,2\n0,b,9,9,2,2\n0,c,8,8,2,2\n1,b,5,5,2,2\n"))
+    assert table.boxes == {0: (1.0, 1.0, 2.0, 2.0), 1: (5.0, 5.0, 2.0, 2.0)}
+    assert table.warnings == ("truth.csv has several objects; further boxes of the same frames were left out (2)",)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "truth.csv, line 1: expected the columns frame, x, y, w, h, got nothing"),
+        ("a,b\n1,2\n", "truth.csv, line 1: expected the columns frame, x, y, w, h, got a, b"),
+        ("frame,x,y,w,h\n", "truth.csv lists no frames"),
+        ("frame,x,y,w,h\n0,1,2\n", "truth.csv, line 2: expected 5 values, got 3"),
+        ("frame,x,y,w,h\n-1,1,2,3,4\n", "truth.csv, line 2: frame must be a whole number from 0 on, got '-1'"),
+        ("frame,x,y,w,h\n1.5,1,2,3,4\n", "truth.csv, line 2: frame must be a whole number from 0 on, got '1.5'"),
+        ("frame,x,y,w,h\n\n0,1,two,3,4\n", "truth.csv, line 3: y must be a number of px, got 'two'"),
+        ("frame,x,y,w,h\n0,nan,2,3,4\n", "truth.csv, line 2: x must be a number of px, got 'nan'"),
+        ("frame,x,y,w,h\n0,inf,2,3,4\n", "truth.csv, line 2: x must be a number of px, got 'inf'"),
+        ("frame,x,y,w,h\n0,1,2,0,4\n", "truth.csv, line 2: w and h must be above 0, got 0 and 4"),
+        (
+            "frame,x,y,w,h\n0,1,2,3,4\n0,1,2,3,4\n",
+            "truth.csv, line 3: frame 0 is listed twice; one box a frame is allowed",
+        ),
+    ],
+)
+def test_a_wrong_table_is_refused_by_line(tmp_path: Path, text: str, message: str) -> None:
+    """The message names the file, the line, what was expected and what was found."""
+    with pytest.raises(TruthError) as caught:
+        read_truth(write(tmp_path, text))
+    assert str(caught.value) == message
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    """A file that is not there is said to be not there; a folder is said to be none."""
+    with pytest.raises(TruthError, match=r"there is no file .*none\.csv"):
+        read_truth(tmp_path / "none.csv")
+    with pytest.raises(TruthError, match="cannot be read: Is a directory"):
+        read_truth(tmp_path)
+
+
+@given(content=st.binary(max_size=200))
+def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+    """Whatever a file holds, reading it ends in a table or in a `TruthError`."""
+    path = tmp_path_factory.mktemp("truth") / "truth.csv"
+    path.write_bytes(b"frame,x,y,w,h\n" + content)
+    with suppress(TruthError):
+        read_truth(path)
+
+
+@pytest.mark.parametrize(("clip", "labelled"), [("ball_green_hand", 213), ("cups_red", 43), ("occlusion_person", 69)])
+def test_the_tables_of_real_clips_are_read(clip: str, labelled: int) -> None:
+    """The tables that come with the sample clips hold the number of boxes that their notes state."""
+    path = DATA / clip / "gt.csv"
+    if not path.exists():
+        pytest.skip("the sample clips are not beside this checkout")
+    assert len(read_truth(path).boxes) == labelled
