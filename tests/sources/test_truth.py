@@ -64,7 +64,7 @@ def test_of_several_objects_the_first_is_kept_and_it_is_said(tmp_path: Path) -> 
         ("frame,x,y,w,h\n0,1,2,0,4\n", "truth.csv, line 2: w and h must be above 0, got 0 and 4"),
         (
             "frame,x,y,w,h\n0,1,2,3,4\n0,1,2,3,4\n",
-            "truth.csv, line 3: frame 0 is listed twice; one box a frame is allowed",
+            "truth.csv, line 3: frame 0 is listed twice; one box a frame",
         ),
     ],
 )

@@ -1,0 +1,204 @@
+"""Drawings become pictures.
+
+One renderer without depth, for thumbnails, documentation and video: what the scene shows, seen from the front. It
+paints with OpenCV at a sixteenth of a pixel, antialiased, in the order in which an experiment lists its primitives. A
+drawing's coordinates count from the centre of the top left pixel, so at `scale` k a position x lands on
+`k (x + 1/2) - 1/2`.
+"""
+
+from collections.abc import Mapping
+from functools import singledispatch
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import (
+    COLOURS,
+    Axes,
+    Colour,
+    Drawing,
+    Ellipse,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+)
+
+__all__ = ["png", "render"]
+
+SHIFT = 4  # OpenCV takes positions as whole sixteenths of a pixel
+FAR_PX = 30_000.0  # beyond this OpenCV's whole numbers overflow
+ELLIPSE_CORNERS = 72
+STAMPED_FROM = 5_000  # so many points are stamped at once, without antialiasing
+LARGEST_PICTURE_PX = 64_000_000
+# What OpenCV's font lacks.
+GLYPHS = str.maketrans({"·": "-", "–": "-", "—": "-", "×": "x", "…": "...", "σ": "sigma", "γ": "gamma", "°": " deg"})
+AXIS_COLOURS: tuple[Colour, Colour, Colour] = (COLOURS["lost"], COLOURS["second"], COLOURS["estimate"])
+
+
+def render(
+    drawing: Drawing, *, layers: Mapping[str, bool] | None = None, scale: float = 1.0, caption: bool = True
+) -> NDArray[np.uint8]:
+    """Paint a drawing.
+
+    Args:
+        drawing: What is to be seen.
+        layers: Which layers to show; one that is not named is shown.
+        scale: Pixels of the result per px of the drawing.
+        caption: Whether to write the drawing's caption into the top left corner.
+
+    Returns:
+        (round(height * scale), round(width * scale), 3) uint8 RGB.
+    """
+    width, height = round(drawing.width * scale), round(drawing.height * scale)
+    if not (width >= 1 and height >= 1 and width * height <= LARGEST_PICTURE_PX):
+        raise ValueError(f"a picture must have 1 to {LARGEST_PICTURE_PX} pixels, got {width} x {height}")
+    canvas = np.full((height, width, 3), COLOURS["paper"], np.uint8)
+    for primitive in drawing.primitives.values():
+        if layers is None or layers.get(primitive.layer, True):
+            _paint(primitive, canvas, scale)
+    if caption and drawing.caption:
+        size = 0.4 * max(1.0, scale)
+        _write(canvas, drawing.caption, (round(15 * size), round(35 * size)), (0, 0, 0), size)
+    return canvas
+
+
+def png(picture_rgb: NDArray[np.uint8]) -> bytes:
+    """Encode an RGB picture as PNG."""
+    _, encoded = cv2.imencode(".png", cv2.cvtColor(picture_rgb, cv2.COLOR_RGB2BGR))
+    return encoded.tobytes()
+
+
+@singledispatch
+def _paint(primitive: Primitive, canvas: NDArray[np.uint8], scale: float) -> None:  # noqa: ARG001 - see its members
+    """Paint one primitive onto the canvas."""
+    raise TypeError(f"there is no way to paint a {type(primitive).__name__}")
+
+
+def _sixteenths(positions: NDArray[np.float32], scale: float) -> NDArray[np.int32]:
+    """Positions (n, 2 or 3) px -> (n, 2) sixteenths of a pixel of the canvas; what is not finite goes far away."""
+    flat = np.asarray(positions, np.float64)[:, :2]
+    placed = np.clip(np.nan_to_num(scale * (flat + 0.5) - 0.5, nan=-FAR_PX), -FAR_PX, FAR_PX)
+    return np.rint(placed * (1 << SHIFT)).astype(np.int32)
+
+
+def _thickness(width: float, scale: float) -> int:
+    return min(max(1, round(width * scale)), 255)
+
+
+@_paint.register
+def _picture(picture: Picture, canvas: NDArray[np.uint8], _scale: float) -> None:
+    height, width = canvas.shape[:2]
+    enlarged = width >= picture.image_rgb.shape[1]
+    way = cv2.INTER_NEAREST if enlarged else cv2.INTER_AREA
+    canvas[:] = cv2.resize(picture.image_rgb, (width, height), interpolation=way)
+
+
+@_paint.register
+def _points(points: Points, canvas: NDArray[np.uint8], scale: float) -> None:
+    places = _sixteenths(points.positions, scale)
+    radius = max(0.5, points.size * scale / 2)
+    if len(places) >= STAMPED_FROM:
+        _stamp(canvas, places >> SHIFT, points.colours, round(radius))
+        return
+    height, width = canvas.shape[:2]
+    margin = round(radius) + 1
+    whole = places >> SHIFT
+    seen = np.all((whole > -margin) & (whole < np.array([width, height]) + margin), axis=1)
+    fixed = round(radius * (1 << SHIFT))
+    colours = points.colours[seen].tolist()
+    for place, colour in zip(places[seen].tolist(), colours, strict=True):
+        cv2.circle(canvas, place, fixed, colour, cv2.FILLED, cv2.LINE_AA, SHIFT)
+
+
+def _stamp(canvas: NDArray[np.uint8], places: NDArray[np.int32], colours: NDArray[np.uint8], radius: int) -> None:
+    height, width = canvas.shape[:2]
+    for dy in range(-radius, radius + 1):
+        for dx in range(-radius, radius + 1):
+            if dx * dx + dy * dy <= radius * radius:
+                x, y = places[:, 0] + dx, places[:, 1] + dy
+                inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+                canvas[y[inside], x[inside]] = colours[inside]
+
+
+def _line(
+    canvas: NDArray[np.uint8],
+    positions: NDArray[np.float32],
+    colour: Colour,
+    width: float,
+    scale: float,
+    *,
+    dashed: bool = False,
+) -> None:
+    known = positions[np.isfinite(positions[:, :2]).all(axis=1)]
+    if len(known) < 2:
+        return
+    places = _sixteenths(known, scale)
+    strokes = list(np.stack([places[:-1:2], places[1::2]], axis=1)) if dashed else [places]
+    cv2.polylines(canvas, strokes, False, colour, _thickness(width, scale), cv2.LINE_AA, SHIFT)
+
+
+@_paint.register
+def _polyline(line: Polyline, canvas: NDArray[np.uint8], scale: float) -> None:
+    _line(canvas, line.positions, line.colour, line.width, scale)
+
+
+@_paint.register
+def _links(links: Links, canvas: NDArray[np.uint8], scale: float) -> None:
+    for segment in links.segments:
+        _line(canvas, segment, links.colour, links.width, scale)
+
+
+@_paint.register
+def _ellipse(ellipse: Ellipse, canvas: NDArray[np.uint8], scale: float) -> None:
+    angles = np.linspace(0, 2 * np.pi, ELLIPSE_CORNERS, endpoint=False)
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    outline = (ellipse.centre[:2] + circle @ ellipse.half_axes).astype(np.float32)
+    closed = outline if ellipse.dashed else np.concatenate([outline, outline[:1]])
+    _line(canvas, closed, ellipse.colour, ellipse.width, scale, dashed=ellipse.dashed)
+
+
+@_paint.register
+def _axes(axes: Axes, canvas: NDArray[np.uint8], scale: float) -> None:
+    for direction, colour in zip(axes.rotation.T, AXIS_COLOURS, strict=True):
+        ends = np.stack([axes.origin, axes.origin + axes.length * direction]).astype(np.float32)
+        _line(canvas, ends, colour, 2.0, scale)
+
+
+@_paint.register
+def _mesh(mesh: Mesh, canvas: NDArray[np.uint8], scale: float) -> None:
+    corners = mesh.vertices[mesh.faces]
+    if not len(corners) or not np.isfinite(corners).all():
+        return
+    edges = corners[:, 1:] - corners[:, :1]
+    normals = np.cross(edges[:, 0], edges[:, 1]).astype(np.float64)
+    facing = np.abs(normals[:, 2]) / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)
+    places = _sixteenths(corners.reshape(-1, 3), scale).reshape(-1, 3, 2)
+    layer = canvas.copy()
+    for face in np.argsort(corners[:, :, 2].mean(axis=1), kind="stable"):
+        shade = (np.array(mesh.colour) * (0.4 + 0.6 * facing[face])).tolist()
+        cv2.fillConvexPoly(layer, places[face], shade, cv2.LINE_AA, SHIFT)
+    cv2.addWeighted(layer, mesh.opacity, canvas, 1 - mesh.opacity, 0, dst=canvas)
+
+
+@_paint.register
+def _text(text: Text, canvas: NDArray[np.uint8], scale: float) -> None:
+    if np.isfinite(text.position[:2]).all():
+        x, y = (_sixteenths(text.position[None], scale)[0] >> SHIFT).tolist()
+        size = 0.4 * max(1.0, scale)
+        if text.anchor == "middle":
+            x -= cv2.getTextSize(text.text.translate(GLYPHS), cv2.FONT_HERSHEY_SIMPLEX, size, 1)[0][0] // 2
+        _write(canvas, text.text, (x, y), text.colour, size)
+
+
+def _write(canvas: NDArray[np.uint8], text: str, place: tuple[int, int], colour: Colour, size: float) -> None:
+    """Write with a rim in the opposite brightness, so that it can be read on any picture."""
+    plain = text.translate(GLYPHS).encode("ascii", "replace").decode()
+    rim = (255, 255, 255) if sum(colour) < 3 * 160 else (0, 0, 0)
+    stroke = max(1, round(2 * size))
+    cv2.putText(canvas, plain, place, cv2.FONT_HERSHEY_SIMPLEX, size, rim, stroke + 2, cv2.LINE_AA)
+    cv2.putText(canvas, plain, place, cv2.FONT_HERSHEY_SIMPLEX, size, colour, stroke, cv2.LINE_AA)

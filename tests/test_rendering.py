@@ -1,0 +1,193 @@
+"""Drawings are painted where their coordinates say, in their colours, layer by layer."""
+
+import itertools
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.drawing import (
+    COLOURS,
+    Axes,
+    Drawing,
+    Ellipse,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+)
+from pftrack.rendering import png, render
+
+BLUE = COLOURS["estimate"]
+
+
+def single(primitive: Primitive, width: int = 40, height: int = 30, **options: float) -> NDArray[np.uint8]:
+    return render(Drawing(width, height, {"it": primitive}), **options)  # type: ignore[arg-type]
+
+
+def ink(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """How much of each pixel is not paper."""
+    return (255.0 - picture.astype(float)).sum(axis=2)
+
+
+def centre_of_ink(picture: NDArray[np.uint8]) -> tuple[float, float]:
+    weight = ink(picture)
+    rows, columns = np.indices(weight.shape)
+    return float((columns * weight).sum() / weight.sum()), float((rows * weight).sum() / weight.sum())
+
+
+def f32(*values: object) -> NDArray[np.float32]:
+    return np.array(values, np.float32)
+
+
+def point(x: float, y: float, size: float = 6.0) -> Points:
+    return Points(f32([x, y, 0]), np.array([BLUE], np.uint8), size)
+
+
+EVERY = {
+    "points": point(20, 15),
+    "line": Polyline(f32([5, 5, 0], [30, 20, 0]), BLUE, 2.0, "trail"),
+    "ellipse": Ellipse(f32(20, 15, 0), f32([8, 0], [0, 5]), BLUE, 1.0, "sigma"),
+    "dashed": Ellipse(f32(20, 15, 0), f32([8, 0], [0, 5]), BLUE, 1.0, "gate", dashed=True),
+    "axes": Axes(f32(20, 15, 0), np.eye(3, dtype=np.float32), 10.0, "axes"),
+    "mesh": Mesh(f32([5, 5, 0], [30, 5, 0], [5, 25, 0]), np.array([[0, 1, 2]], np.int32), BLUE, 1.0, "mesh"),
+    "links": Links(f32([[5, 5, 0], [9, 9, 0]], [[20, 5, 0], [25, 9, 0]]), BLUE, 1.0, "links"),
+    "text": Text(f32(5, 20, 0), "lost", BLUE, "labels"),
+    "middle": Text(f32(20, 20, 0), "lost", BLUE, "labels", anchor="middle"),
+}
+
+
+def test_an_empty_drawing_is_paper_of_its_size() -> None:
+    """Nothing drawn gives a white picture of the drawing's extent."""
+    picture = render(Drawing(40, 30))
+    assert picture.shape == (30, 40, 3)
+    assert picture.dtype == np.uint8
+    assert (picture == 255).all()
+
+
+def test_a_frame_is_shown_as_it_is() -> None:
+    """At scale 1 the frame's picture comes out pixel for pixel; at scale 2 each pixel becomes four."""
+    rng = np.random.default_rng(0)
+    frame = rng.integers(0, 256, (30, 40, 3), dtype=np.uint8)
+    np.testing.assert_array_equal(single(Picture(frame)), frame)
+    np.testing.assert_array_equal(single(Picture(frame), scale=2.0), frame.repeat(2, axis=0).repeat(2, axis=1))
+
+
+@pytest.mark.parametrize(("x", "y", "scale"), [(20, 15, 1.0), (20.25, 14.5, 1.0), (11.75, 9.25, 2.0), (20, 15, 0.5)])
+def test_a_point_lies_where_it_is_said_to_be(x: float, y: float, scale: float) -> None:
+    """The centre of a point's ink is its position, to a tenth of a pixel, at any scale."""
+    expected = scale * (x + 0.5) - 0.5, scale * (y + 0.5) - 0.5
+    assert centre_of_ink(single(point(x, y, 8.0), scale=scale)) == pytest.approx(expected, abs=0.1)
+
+
+def test_many_points_are_painted_as_few_are() -> None:
+    """Thousands of points take a faster way, which puts them in the same places and colours."""
+    places = np.array(list(itertools.product(range(2, 38, 9), range(2, 28, 8))), np.float32)
+    positions = np.column_stack([places, np.zeros(len(places), np.float32)])
+    colours = np.tile(np.array([BLUE], np.uint8), (len(places), 1))
+    few = ink(single(Points(positions, colours, 3.0)))
+    times = -(-5_000 // len(places))
+    many = ink(single(Points(np.tile(positions, (times, 1)), np.tile(colours, (times, 1)), 3.0)))
+    whole = ink(np.array([[BLUE]], np.uint8))[0, 0]
+    assert ((few == whole) <= (many == whole)).all()
+    assert ((many > 0) <= (few > 0)).all()
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_every_primitive_leaves_its_colour(name: str) -> None:
+    """Each kind of primitive is seen, and a layer that is switched off is not."""
+    primitive = EVERY[name]
+    drawing = Drawing(40, 30, {name: primitive})
+    painted = render(drawing)
+    assert (painted[:, :, 2].astype(int) - painted[:, :, 0]).max() > 60
+    assert (render(drawing, layers={primitive.layer: False}) == 255).all()
+    np.testing.assert_array_equal(render(drawing, layers={"another": False}), painted)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_what_lies_outside_or_is_not_finite_does_no_harm(name: str) -> None:
+    """A lost tracker draws far outside, or nowhere: the picture stays whole."""
+    away = f32(1e9, -1e9, 0)
+    nowhere = np.full(3, np.nan, np.float32)
+    for shift in (away, nowhere, f32(np.inf, 0, 0)):
+        moved: dict[str, Primitive] = {
+            "points": Points(point(0, 0).positions + shift, np.array([BLUE], np.uint8), 4.0),
+            "line": Polyline(f32([5, 5, 0], [30, 20, 0]) + shift, BLUE, 2.0, "trail"),
+            "ellipse": Ellipse(f32(20, 15, 0) + shift, f32([8, 0], [0, 5]), BLUE, 1.0, "sigma"),
+            "dashed": Ellipse(f32(20, 15, 0), f32([np.nan, 0], [0, 5]), BLUE, 1.0, "gate", dashed=True),
+            "axes": Axes(f32(20, 15, 0) + shift, np.eye(3, dtype=np.float32), 10.0, "axes"),
+            "mesh": Mesh(f32([5, 5, 0], [30, 5, 0], [5, 25, 0]) + shift, np.array([[0, 1, 2]]), BLUE, 1.0, "mesh"),  # type: ignore[arg-type]
+            "links": Links(f32([[5, 5, 0], [9, 9, 0]]) + shift, BLUE, 1.0, "links"),
+            "text": Text(f32(5, 20, 0) + shift, "lost", BLUE, "labels"),
+            "middle": Text(f32(5, 20, 0) + shift, "lost", BLUE, "labels", anchor="middle"),
+        }
+        assert (single(moved[name]) == 255).all()
+
+
+def test_empty_primitives_draw_nothing() -> None:
+    """No points, no faces, no segments and a line of one point are all nothing."""
+    none = np.zeros((0, 3), np.float32)
+    for primitive in (
+        Points(none, np.zeros((0, 3), np.uint8), 3.0),
+        Polyline(none, BLUE, 1.0, "trail"),
+        Polyline(f32([1, 1, 0]), BLUE, 1.0, "trail"),
+        Mesh(none, np.zeros((0, 3), np.int32), BLUE, 1.0, "mesh"),
+        Links(np.zeros((0, 2, 3), np.float32), BLUE, 1.0, "links"),
+    ):
+        assert (single(primitive) == 255).all()
+
+
+def test_an_ellipse_passes_through_the_ends_of_its_half_axes() -> None:
+    """The outline goes through centre +- each half axis, whatever their directions."""
+    centre, axes = f32(60, 50, 0), f32([30, 12], [-10, 25])
+    picture = single(Ellipse(centre, axes, (0, 0, 0), 2.0, "sigma"), 120, 100)
+    for end in (*axes, *-axes):
+        x, y = np.rint(centre[:2] + end).astype(int)
+        assert ink(picture)[y - 1 : y + 2, x - 1 : x + 2].max() > 400
+
+
+def test_a_dashed_ellipse_has_gaps() -> None:
+    """A dashed outline has about half the ink of a closed one."""
+    solid, dashed = (ink(single(EVERY[name])).sum() for name in ("ellipse", "dashed"))
+    assert 0.3 < dashed / solid < 0.8
+
+
+def test_later_primitives_lie_above_earlier_ones() -> None:
+    """Primitives are painted in the order of the drawing."""
+    red = Points(f32([20, 15, 0]), np.array([[255, 0, 0]], np.uint8), 6.0)
+    picture = render(Drawing(40, 30, {"below": point(20, 15), "above": red}))
+    assert tuple(picture[15, 20]) == (255, 0, 0)
+
+
+def test_a_mesh_lets_through_what_lies_below() -> None:
+    """A mesh of half opacity that faces the viewer is half its colour and half the paper."""
+    mesh = Mesh(f32([0, 0, 0], [39, 0, 0], [0, 29, 0]), np.array([[0, 1, 2]], np.int32), (0, 0, 0), 0.5, "mesh")
+    assert int(single(mesh)[5, 5, 0]) == pytest.approx(127, abs=1)
+
+
+def test_captions_are_written_in_letters_that_there_are() -> None:
+    """A caption with signs that the font lacks is written without question marks, and can be left out."""
+    signs = render(Drawing(300, 40, caption="σ 3 × γ · 5°"))
+    letters = render(Drawing(300, 40, caption="sigma 3 x gamma - 5 deg"))
+    np.testing.assert_array_equal(signs, letters)
+    assert (ink(signs) > 0).any()
+    assert (render(Drawing(300, 40, caption="hidden"), caption=False) == 255).all()
+
+
+@pytest.mark.parametrize(("width", "scale"), [(0, 1.0), (40, 0.0), (40, -1.0), (40_000, 100.0)])
+def test_impossible_sizes_are_refused(width: int, scale: float) -> None:
+    """A picture without pixels or with too many is refused with both sizes."""
+    with pytest.raises(ValueError, match="a picture must have 1 to 64000000 pixels, got"):
+        render(Drawing(width, 30), scale=scale)
+
+
+def test_png_keeps_every_pixel() -> None:
+    """A picture encoded as PNG decodes to itself, red as red."""
+    picture = single(point(20, 15))
+    decoded = cv2.imdecode(np.frombuffer(png(picture), np.uint8), cv2.IMREAD_COLOR)
+    assert decoded is not None
+    np.testing.assert_array_equal(cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB), picture)
