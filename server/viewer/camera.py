@@ -1,0 +1,198 @@
+"""Where each browser looks from: presets that fit the window, kept while nobody has moved the camera.
+
+viser's cameras are in perspective. A field of view of a few degrees from far away is as good as orthographic, so the
+front preset shows the picture as a picture. Presets are found by fitting: the camera backs away along its direction until
+every corner of the box to be seen lies within the window.
+"""
+
+import itertools
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+__all__ = ["PRESETS", "Box", "Cameras", "Preset", "View", "fit"]
+
+RELIEF_STEPS = 8
+FULL_RELIEF_RAD = np.deg2rad(18.0)
+FLAT_RAD = np.deg2rad(1.5)
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """A direction to look from (towards the camera), a vertical field of view, and how much of the depth to fit."""
+
+    title: str
+    direction: tuple[float, float, float]
+    fov_rad: float
+    depth: str = "none"  # none | cloud | all
+
+
+PRESETS: dict[str, Preset] = {
+    "front": Preset("Front", (0.0, 0.0, 1.0), float(np.deg2rad(6.0))),
+    "space-time": Preset("Space-time", (0.86, 0.40, 0.62), float(np.deg2rad(20.0)), "all"),
+    "3-d": Preset("3-D", (-0.42, 0.52, 0.86), float(np.deg2rad(35.0)), "cloud"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """What there is to see, px: the picture's size, the height of the clouds above it and of everything."""
+
+    width: float
+    height: float
+    cloud: float = 0.0
+    everything: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A camera: where it stands, what it looks at, px in the scene, and its vertical field of view."""
+
+    position: NDArray[np.float64]
+    target: NDArray[np.float64]
+    fov_rad: float
+
+    @property
+    def distance(self) -> float:
+        """From the camera to what it looks at, px."""
+        return float(np.linalg.norm(self.position - self.target))
+
+
+def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
+    """Return the view of a preset that just holds a box.
+
+    Args:
+        preset: Direction and field of view.
+        box: What has to be seen.
+        aspect: The window's width over its height.
+        margin: Factor of free space around the box.
+    """
+    rise = {"none": 0.0, "cloud": box.cloud, "all": box.everything}[preset.depth]
+    corners = np.array(list(itertools.product((-0.5, box.width - 0.5), (-(box.height - 0.5), 0.5), (0.0, rise))))
+    target = corners.mean(axis=0)
+    towards = np.array(preset.direction) / np.linalg.norm(preset.direction)
+    right = np.cross((0.0, 1.0, 0.0), towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right)
+    relative = corners - target
+    slope = np.tan(preset.fov_rad / 2.0)
+    needed = np.maximum(np.abs(relative @ up), np.abs(relative @ right) / max(aspect, 0.1)) * margin / slope
+    return View(target + towards * float((needed + relative @ towards).max()), target, preset.fov_rad)
+
+
+@dataclass(slots=True)
+class _Watcher:
+    client: viser.ClientHandle
+    preset: str = "front"
+    view: View | None = None
+    aspect: float = 1.0
+    tilt: float = 0.0
+    arrived: bool = False
+    asked: float = field(default_factory=time.monotonic)
+    retries: int = 0
+
+
+class Cameras:
+    """The cameras of all browsers on a session.
+
+    Args:
+        server: The session's viser server.
+        on_relief: Called when the heights in the scene should change, because somebody tilts the camera.
+    """
+
+    def __init__(self, server: viser.ViserServer, on_relief: Callable[[], None]) -> None:
+        self._server = server
+        self._on_relief = on_relief
+        self._watchers: dict[int, _Watcher] = {}
+        self._box: Box | None = None
+
+    @property
+    def relief(self) -> float:
+        """Factor on the heights: 0 while everybody looks from the front, 1 once somebody looks from aside."""
+        tilt = max((watcher.tilt for watcher in list(self._watchers.values())), default=0.0)
+        ramp = np.clip((tilt - FLAT_RAD) / (FULL_RELIEF_RAD - FLAT_RAD), 0.0, 1.0)
+        return float(np.ceil(ramp * RELIEF_STEPS) / RELIEF_STEPS)
+
+    def set_box(self, box: Box) -> None:
+        """Tell what there is to see; a picture of another size is fitted anew."""
+        before, self._box = self._box, box
+        if before is not None and (before.width, before.height) == (box.width, box.height):
+            return
+        start = fit(PRESETS["front"], box, aspect=1.2)
+        camera = self._server.initial_camera
+        camera.up = (0.0, 1.0, 0.0)
+        camera.position, camera.look_at = start.position, start.target
+        camera.fov, camera.near, camera.far = start.fov_rad, start.distance / 50.0, start.distance * 20.0
+        for watcher in list(self._watchers.values()):
+            watcher.preset = "front"
+            self._point(watcher)
+
+    def join(self, client: viser.ClientHandle) -> None:
+        """Fit the picture to the window of a browser that has just come."""
+        watcher = self._watchers[client.client_id] = _Watcher(client)
+        self._point(watcher)
+
+        @client.camera.on_update
+        async def _(camera: viser.CameraHandle) -> None:  # noqa: RUF029 - viser runs coroutines in order, in its loop
+            self._moved(watcher, camera)
+
+    def leave(self, client_id: int) -> None:
+        """Forget a browser that has gone."""
+        before = self.relief
+        self._watchers.pop(client_id, None)
+        if self.relief != before:
+            self._on_relief()
+
+    def look(self, client_id: int, preset: str) -> None:
+        """Move one browser's camera to a preset."""
+        watcher = self._watchers.get(client_id)
+        if watcher is not None:
+            watcher.preset = preset
+            self._point(watcher)
+
+    def _point(self, watcher: _Watcher) -> None:
+        if self._box is None:
+            return
+        camera = watcher.client.camera
+        watcher.aspect = camera.aspect
+        watcher.view = view = fit(PRESETS[watcher.preset], self._box, watcher.aspect)
+        watcher.arrived, watcher.asked = False, time.monotonic()
+        with watcher.client.atomic():
+            camera.max_orbit_distance = view.distance * 10.0
+            camera.min_orbit_distance = view.distance / 20.0
+            camera.near, camera.far = view.distance / 50.0, view.distance * 20.0
+            camera.fov = view.fov_rad
+            camera.up_direction = np.array((0.0, 1.0, 0.0))
+            camera.position = view.position
+            camera.look_at = view.target
+        watcher.client.flush()
+        self._tilt(watcher, view.position, view.target)
+
+    def _moved(self, watcher: _Watcher, camera: viser.CameraHandle) -> None:
+        view = watcher.view
+        if view is None:
+            self._point(watcher)
+            return
+        there = float(np.linalg.norm(camera.position - view.position)) < 0.01 * view.distance
+        resized = abs(camera.aspect - watcher.aspect) > 0.005 * watcher.aspect
+        watcher.arrived = watcher.arrived or there
+        if resized and (there or not watcher.arrived):
+            watcher.retries = 0
+            self._point(watcher)
+        elif not watcher.arrived and time.monotonic() - watcher.asked > 0.3 and watcher.retries < 3:
+            # The start pose that viser replays to a new browser can overtake the preset.
+            watcher.retries += 1
+            self._point(watcher)
+        else:
+            self._tilt(watcher, camera.position, camera.look_at)
+
+    def _tilt(self, watcher: _Watcher, position: NDArray[np.float64], target: NDArray[np.float64]) -> None:
+        before = self.relief
+        towards = position - target
+        watcher.tilt = float(np.arccos(np.clip(towards[2] / max(float(np.linalg.norm(towards)), 1e-9), -1.0, 1.0)))
+        if self.relief != before:
+            self._on_relief()

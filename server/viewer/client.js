@@ -1,0 +1,85 @@
+// Runs before viser's own script. Everything here goes through what a page may do anyway: events, the address, focus.
+(() => {
+  "use strict";
+
+  // ---- Light or dark: as the page around says (?theme=), else as the system asks. viser reads ?darkMode once, at start.
+  // A ?websocket= is dropped: the scene talks to its own session only.
+  const asked = new URLSearchParams(location.search).get("theme");
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  const theme = asked === "light" || asked === "dark" ? asked : system.matches ? "dark" : "light";
+  const query = [...(asked ? [`theme=${theme}`] : []), ...(theme === "dark" ? ["darkMode=1"] : [])];
+  history.replaceState(null, "", location.pathname + (query.length ? `?${query.join("&")}` : ""));
+  document.documentElement.dataset.theme = theme;
+  const restart = (wanted) => {
+    if (wanted !== theme) location.replace(`${location.pathname}?theme=${wanted}`);
+  };
+  if (!asked) system.addEventListener("change", () => location.reload());
+  addEventListener("message", (event) => {
+    if (event.origin === location.origin && event.data?.source === "pftrack" && event.data.theme) {
+      restart(event.data.theme === "dark" ? "dark" : "light");
+    }
+  });
+
+  // ---- Reconnect while visible. viser retries only in a window that has the focus, which a frame rarely has.
+  document.hasFocus = () => document.visibilityState === "visible";
+  document.addEventListener("visibilitychange", () => {
+    dispatchEvent(new Event(document.visibilityState === "visible" ? "focus" : "blur"));
+  });
+
+  // ---- Keys that steer the run go to the page around.
+  const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "[", "]", "?", ..."bBlLnNcC123456789"]);
+  const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
+  const belongsTo = (element, key) => {
+    if (!(element instanceof Element)) return false;
+    if (element.closest("textarea, select, [contenteditable=''], [contenteditable=true]")) return true;
+    const input = element.closest("input");
+    if (input && !["checkbox", "radio", "button"].includes(input.type)) return true;
+    if (element.closest("[role=slider]")) return SLIDER_KEYS.has(key);
+    if (element.closest("[role=listbox], [role=option], [role=dialog]")) return true;
+    // Space presses a button for people who came to it by keyboard, not for those who have just clicked it.
+    return key === " " && element.matches(":focus-visible") && element.matches("button, input, [role=button], a");
+  };
+  addEventListener(
+    "keydown",
+    (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey || !KEYS.has(event.key)) return;
+      if (belongsTo(event.target, event.key)) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      if (parent !== window) {
+        parent.postMessage({ source: "pftrack-viser", key: event.key, shiftKey: event.shiftKey }, location.origin);
+      }
+    },
+    true,
+  );
+  addEventListener(
+    "keyup",
+    (event) => {
+      // A button is pressed when space comes up again.
+      if (event.key === " " && !belongsTo(event.target, " ")) event.preventDefault();
+    },
+    true,
+  );
+
+  // ---- A typed number counts when it is finished (Enter, Tab, leaving the box), not digit by digit: 800 is not 8.
+  const unfinished = new WeakSet();
+  let finishing = false;
+  const isNumber = (element) => element instanceof HTMLInputElement && element.inputMode !== "" && element.closest(".mantine-NumberInput-root");
+  const finish = (element) => {
+    if (!unfinished.delete(element)) return;
+    finishing = true;
+    element.dispatchEvent(new Event("input", { bubbles: true }));
+    finishing = false;
+  };
+  addEventListener(
+    "input",
+    (event) => {
+      if (finishing || !isNumber(event.target)) return;
+      unfinished.add(event.target);
+      event.stopImmediatePropagation();
+    },
+    true,
+  );
+  addEventListener("keydown", (event) => event.key === "Enter" && finish(event.target), true);
+  addEventListener("focusout", (event) => finish(event.target), true);
+})();

@@ -1,0 +1,227 @@
+"""The scene: a drawing's primitives as viser nodes, updated in place.
+
+A primitive keeps its name from frame to frame, so each name is one node whose arrays are replaced; adding nodes anew would
+cost two to three times as much. A name that is absent from a frame is hidden, not removed, because it usually comes back
+(an estimate that is lost for a while). A hidden layer is not sent at all.
+
+All nodes of a frame change within one atomic block, so that a browser never shows the particles of one frame on the
+picture of another.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import viser
+
+from pftrack.drawing import Axes, Drawing, Ellipse, Links, Mesh, Picture, Points, Polyline, Primitive, Text
+from server.viewer import shapes
+
+__all__ = ["Scene"]
+
+JPEG_QUALITY = 88
+"""Sharp enough that a ball of ten pixels keeps its edge; 15 kB at 320 x 240."""
+LAYER_GAP_PX = 0.05
+"""Height between one primitive and the next, so that what is painted later lies on top."""
+LINE_SCALE = 1.6
+"""Screen pixels for a unit of line width: a picture is usually shown at about twice its size."""
+UPRIGHT_WXYZ = (0.0, 1.0, 0.0, 0.0)
+"""viser lays an image face down with its rows along y; half a turn about x shows it upright."""
+STALE_NODES = 64
+"""How many hidden nodes are kept for their return."""
+
+
+@dataclass(slots=True)
+class _Node:
+    kind: type[Primitive]
+    handle: Any  # viser's handles share `visible` and `remove`, and no type that mypy can follow through `__setattr__`
+    source: Primitive | None = None
+    relief: float = -1.0
+
+
+class Scene:
+    """What is shown of one session, in all of its browsers.
+
+    Args:
+        server: The session's own viser server.
+        layers: Layers by name, and whether they are shown at first.
+    """
+
+    def __init__(self, server: viser.ViserServer, layers: dict[str, bool]) -> None:
+        self._server = server
+        self._layers = dict(layers)
+        self._nodes: dict[str, _Node] = {}
+        server.scene.set_up_direction("+y")
+        server.scene.world_axes.visible = False
+        server.scene.configure_default_lights(enabled=True, cast_shadow=False)
+
+    def set_layer(self, layer: str, *, shown: bool) -> None:
+        """Show or hide a layer from the next drawing on."""
+        self._layers[layer] = shown
+
+    def apply(self, drawing: Drawing, relief: float) -> None:
+        """Make the scene show a drawing; the caller holds the server's atomic block.
+
+        Args:
+            drawing: What is to be seen.
+            relief: Factor on the heights above the picture.
+        """
+        shown: set[str] = set()
+        for order, (name, item) in enumerate(drawing.primitives.items()):
+            if not self._layers.get(item.layer, True) or _is_empty(item):
+                continue
+            shown.add(name)
+            node = self._nodes.get(name)
+            if node is not None and node.kind is not type(item):
+                self._nodes.pop(name).handle.remove()
+                node = None
+            if node is None:
+                self._nodes[name] = node = _Node(type(item), None)
+            if node.source is item and node.relief == relief:
+                node.handle.visible = True
+                continue
+            _SHOW[type(item)](self._server, name, node, item, (relief, order * LAYER_GAP_PX))
+            node.source, node.relief = item, relief
+            node.handle.visible = True
+        for name in self._nodes.keys() - shown:
+            self._nodes[name].handle.visible = False
+        self._forget(shown)
+
+    def _forget(self, shown: set[str]) -> None:
+        hidden = [name for name in self._nodes if name not in shown]
+        for name in hidden[: max(0, len(hidden) - STALE_NODES)]:
+            self._nodes.pop(name).handle.remove()
+
+
+Height = tuple[float, float]
+"""Factor on the heights, and what is added to them."""
+
+
+def _solid(height: Height) -> Height:
+    """Keep the shape of what is solid: a head that is pressed flat would be lit as a disc."""
+    return 1.0, height[1]
+
+
+def _is_empty(item: Primitive) -> bool:
+    match item:
+        case Points():
+            return len(item.positions) == 0
+        case Polyline():
+            return len(shapes.polyline_segments(item.positions)) == 0
+        case Links():
+            return len(item.segments) == 0
+        case Mesh():
+            return len(item.faces) == 0
+        case _:
+            return False
+
+
+def _show_picture(server: viser.ViserServer, name: str, node: _Node, item: Picture, height: Height) -> None:
+    rows, columns = item.image_rgb.shape[:2]
+    # The origin is the centre of the top left pixel, so the plane begins half a pixel before it.
+    centre = ((columns - 1) / 2.0, -(rows - 1) / 2.0, height[1])
+    if node.handle is None:
+        node.handle = server.scene.add_image(
+            f"/{name}",
+            item.image_rgb,
+            float(columns),
+            float(rows),
+            format="jpeg",
+            jpeg_quality=JPEG_QUALITY,
+            cast_shadow=False,
+            receive_shadow=False,
+            wxyz=UPRIGHT_WXYZ,
+            position=centre,
+        )
+        return
+    if not (isinstance(node.source, Picture) and node.source.image_rgb is item.image_rgb):
+        node.handle.image = item.image_rgb
+        node.handle.render_width, node.handle.render_height = float(columns), float(rows)
+    node.handle.position = centre
+
+
+def _show_points(server: viser.ViserServer, name: str, node: _Node, item: Points, height: Height) -> None:
+    positions = shapes.to_scene(item.positions, *height)
+    if node.handle is None:
+        node.handle = server.scene.add_point_cloud(
+            f"/{name}",
+            positions,
+            item.colours,
+            point_size=item.size,
+            point_shape="circle",
+            point_shading="flat",
+            precision="float32",
+        )
+        return
+    node.handle.points = positions
+    node.handle.colors = item.colours
+    node.handle.point_size = item.size
+
+
+def _show_lines(
+    server: viser.ViserServer, name: str, node: _Node, segments: shapes.Floats, look: tuple[object, float], height: Height
+) -> None:
+    points = shapes.to_scene(segments, *height)
+    colours = np.asarray(look[0], dtype=np.uint8)
+    thickness = max(1.5, look[1] * LINE_SCALE)
+    if node.handle is None:
+        node.handle = server.scene.add_line_segments(
+            f"/{name}", points, colours, thickness=thickness, thickness_units="screen"
+        )
+        return
+    node.handle.points = points
+    node.handle.colors = colours
+    node.handle.thickness = thickness
+
+
+def _show_polyline(server: viser.ViserServer, name: str, node: _Node, item: Polyline, height: Height) -> None:
+    _show_lines(server, name, node, shapes.polyline_segments(item.positions), (item.colour, item.width), height)
+
+
+def _show_ellipse(server: viser.ViserServer, name: str, node: _Node, item: Ellipse, height: Height) -> None:
+    _show_lines(server, name, node, shapes.ellipse_segments(item), (item.colour, item.width), height)
+
+
+def _show_links(server: viser.ViserServer, name: str, node: _Node, item: Links, height: Height) -> None:
+    _show_lines(server, name, node, item.segments, (item.colour, item.width), _solid(height))
+
+
+def _show_axes(server: viser.ViserServer, name: str, node: _Node, item: Axes, height: Height) -> None:
+    segments, colours = shapes.axes_segments(item)
+    _show_lines(server, name, node, segments, (colours, 2.0), _solid(height))
+
+
+def _show_mesh(server: viser.ViserServer, name: str, node: _Node, item: Mesh, height: Height) -> None:
+    vertices, faces = shapes.to_scene(item.vertices, *_solid(height)), shapes.turned_over(item.faces)
+    if node.handle is None:
+        node.handle = server.scene.add_mesh_simple(
+            f"/{name}", vertices, faces, color=item.colour, opacity=item.opacity, flat_shading=True, side="double"
+        )
+        return
+    node.handle.vertices = vertices
+    node.handle.faces = faces
+    node.handle.color = item.colour
+    node.handle.opacity = item.opacity
+
+
+def _show_text(server: viser.ViserServer, name: str, node: _Node, item: Text, height: Height) -> None:
+    x, y, z = (float(value) for value in shapes.to_scene(item.position, *height))
+    if node.handle is None:
+        anchor = "bottom-center" if item.anchor == "middle" else "bottom-left"
+        node.handle = server.scene.add_label(f"/{name}", item.text, position=(x, y, z), anchor=anchor)
+        return
+    node.handle.text = item.text
+    node.handle.position = (x, y, z)
+
+
+_SHOW: dict[type[Primitive], Callable[[viser.ViserServer, str, _Node, Any, Height], None]] = {
+    Picture: _show_picture,
+    Points: _show_points,
+    Polyline: _show_polyline,
+    Ellipse: _show_ellipse,
+    Links: _show_links,
+    Axes: _show_axes,
+    Mesh: _show_mesh,
+    Text: _show_text,
+}

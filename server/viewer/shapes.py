@@ -1,0 +1,89 @@
+"""Geometry between a drawing and the scene: plain functions from arrays to arrays.
+
+A drawing counts y downwards, as pictures do; the scene counts it upwards, as cameras and people do. So a point (x, y, z)
+of a drawing stands at (x, -y, z) in the scene: the picture appears upright and z rises towards the viewer. That mapping
+is a mirror, not a rotation, which is why coordinate frames are drawn as three segments (a rotation matrix would lose its
+handedness) and why the faces of a mesh are turned over.
+
+`relief` scales the heights. Seen from the front a cloud lifted by its weights would hide the estimate drawn beneath it, so
+the scene is flat there and rises as the camera is tilted; `lift` keeps painting order where heights are equal.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import Axes, Drawing, Ellipse, Mesh, Picture, Points, Polyline, Primitive
+
+__all__ = ["axes_segments", "depth", "ellipse_segments", "polyline_segments", "to_scene", "turned_over"]
+
+Floats = NDArray[np.float32]
+
+AXES_COLOURS = ((213, 94, 0), (0, 158, 115), (0, 114, 178))
+"""Colours of the x, y and z axis, told apart by everybody."""
+
+
+def to_scene(positions: Floats, relief: float, lift: float) -> Floats:
+    """Map positions (..., 3) of a drawing, px, into the scene.
+
+    Args:
+        positions: x to the right, y down, z towards the viewer.
+        relief: Factor on the heights; 0 is flat.
+        lift: Height added to all, px.
+    """
+    mapped = np.array(positions, dtype=np.float32)
+    mapped[..., 1] *= -1.0
+    mapped[..., 2] = mapped[..., 2] * relief + lift
+    return mapped
+
+
+def polyline_segments(positions: Floats) -> Floats:
+    """Return the segments (n - 1, 2, 3) between consecutive positions (n, 3); a position that is not finite is a gap."""
+    segments = np.stack((positions[:-1], positions[1:]), axis=1)
+    return np.asarray(segments[np.isfinite(segments).all(axis=(1, 2))], dtype=np.float32)
+
+
+def ellipse_segments(ellipse: Ellipse, corners: int = 64) -> Floats:
+    """Return an ellipse as segments (m, 2, 3); a dashed one has every other of them."""
+    angles = np.linspace(0.0, 2.0 * np.pi, corners + 1)
+    around = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+    outline = np.tile(np.asarray(ellipse.centre, dtype=np.float32), (corners + 1, 1))
+    outline[:, :2] += around @ np.asarray(ellipse.half_axes)
+    segments = polyline_segments(outline)
+    return segments[::2] if ellipse.dashed else segments
+
+
+def axes_segments(axes: Axes) -> tuple[Floats, NDArray[np.uint8]]:
+    """Return the three axes of a frame as segments (3, 2, 3) with their colours (3, 2, 3)."""
+    origin = np.asarray(axes.origin, dtype=np.float32)
+    tips = origin + axes.length * np.asarray(axes.rotation, dtype=np.float32).T
+    segments = np.stack((np.tile(origin, (3, 1)), tips), axis=1)
+    return segments, np.repeat(np.asarray(AXES_COLOURS, dtype=np.uint8)[:, None], 2, axis=1)
+
+
+def turned_over(faces: NDArray[np.int32]) -> NDArray[np.uint32]:
+    """Return triangles with the other side in front, as mirroring their vertices demands."""
+    return np.ascontiguousarray(faces[:, ::-1], dtype=np.uint32)
+
+
+def depth(drawing: Drawing, *, clouds_only: bool = False) -> float:
+    """Return how high a drawing rises above its picture, px.
+
+    Args:
+        drawing: What to measure.
+        clouds_only: Whether to leave out lines, such as a trail that runs through time.
+    """
+    return max((_height(item) for item in drawing.primitives.values() if not clouds_only or isinstance(item, Points)), default=0.0)
+
+
+def _height(item: Primitive) -> float:
+    match item:
+        case Points() | Polyline():
+            heights = item.positions[:, 2]
+        case Mesh():
+            heights = item.vertices[:, 2]
+        case Picture():
+            return 0.0
+        case _:
+            return 0.0
+    heights = heights[np.isfinite(heights)]
+    return float(heights.max()) if heights.size else 0.0

@@ -1,0 +1,222 @@
+"""A session's viewer: one viser server on the loopback interface, kept at the newest drawing.
+
+`show` never waits: it leaves the newest drawing for one thread that encodes the picture and changes the scene, as often
+as the browsers can follow. Drawings that were overtaken are never sent.
+"""
+
+import contextlib
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import rich
+import viser
+from viser import _messages
+
+from pftrack.drawing import COLOURS, Drawing
+from pftrack.parameters import Declaration, Value
+from server.viewer import shapes
+from server.viewer.camera import Box, Cameras
+from server.viewer.pacing import Pacer
+from server.viewer.panel import Panel
+from server.viewer.scene import Scene
+
+__all__ = ["Viewer"]
+
+PANEL_WIDTH_PX = 300
+
+logger = logging.getLogger(__name__)
+_console = threading.Lock()
+
+
+class Viewer:
+    """The scene and the panel of one session, for any number of browsers.
+
+    All methods may be called from any thread; the callbacks run in threads of viser's.
+
+    Args:
+        declarations: What can be turned, in order.
+        values: What is in force; a declaration without a value gets no control.
+        trackers: Titles by identifier, in display order.
+        tracker: The one in force.
+        layers: Layers by name, and whether they are shown at first.
+        title: Heading of the panel.
+        on_change: Takes new values of parameters by name, not yet validated.
+        on_tracker: Takes the identifier of a tracker.
+        on_transport: Takes a transport command, such as `{"action": "speed", "speed": 2.0}`.
+
+    Attributes:
+        port: Where the viser server listens on 127.0.0.1.
+    """
+
+    def __init__(
+        self,
+        *,
+        declarations: Sequence[Declaration],
+        values: dict[str, Value],
+        trackers: dict[str, str],
+        tracker: str,
+        layers: dict[str, bool],
+        title: str,
+        on_change: Callable[[dict[str, Value]], None],
+        on_tracker: Callable[[str], None],
+        on_transport: Callable[[dict[str, Any]], None],
+    ) -> None:
+        with _quiet():
+            self._server = server = viser.ViserServer("127.0.0.1", 0, label=title, verbose=False)
+        self.port = server.get_port()
+        self._closed = False
+        self._changed = threading.Condition()
+        self._newest: tuple[Drawing, dict[str, Any]] | None = None
+        self._shown: tuple[Drawing, dict[str, Any]] | None = None
+        self._redraw = self._woken = False
+        _close_side_doors(server)
+        with server.atomic():
+            server.gui.configure_theme(
+                show_logo=False, show_share_button=False, control_width="small", brand_color=COLOURS["estimate"]
+            )
+            server.gui.main_panel.dock_right()
+            server.gui.main_panel.set_width(PANEL_WIDTH_PX)
+            self._pacer = Pacer()
+            self._scene = Scene(server, layers)
+            self._cameras = Cameras(server, self._draw_again)
+            self._panel = Panel(
+                server,
+                declarations=declarations,
+                values=values,
+                trackers=trackers,
+                tracker=tracker,
+                layers=layers,
+                on_change=on_change,
+                on_tracker=on_tracker,
+                on_speed=lambda speed: on_transport({"action": "speed", "speed": speed}),
+                on_layer=self._set_layer,
+                on_look=self._cameras.look,
+                wake=self._wake,
+            )
+        server.on_client_connect(self._join)
+        server.on_client_disconnect(self._leave)
+        self._thread = threading.Thread(target=self._work, name=f"viewer-{self.port}", daemon=True)
+        self._thread.start()
+
+    @property
+    def clients(self) -> int:
+        """How many browsers are watching."""
+        return len(self._server.get_clients())
+
+    @property
+    def lag_s(self) -> float:
+        """Age of what the slowest browser shows, s."""
+        return self._pacer.lag_s
+
+    def show(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+        """Show a drawing, unless a newer one comes before it can be sent."""
+        with self._changed:
+            self._newest = (drawing, diagnostics)
+            self._changed.notify()
+
+    def set_values(self, values: dict[str, Value], tracker: str) -> None:
+        """Show what is in force now; `on_change` is not called for it."""
+        self._panel.show(values, tracker)
+
+    def set_speed(self, speed: float) -> None:
+        """Show the speed in force; `on_transport` is not called for it."""
+        self._panel.show_speed(speed)
+
+    def refuse(self, message: str) -> None:
+        """Say why a value was refused; the controls spring back to what is in force."""
+        self._panel.refuse(message)
+
+    def close(self) -> None:
+        """Disconnect all browsers and free the port; a second call does nothing."""
+        with self._changed:
+            if self._closed:
+                return
+            self._closed = True
+            self._changed.notify()
+        self._panel.close()
+        self._pacer.close()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout=5.0)
+        with _quiet():
+            self._server.stop()
+
+    def _join(self, client: viser.ClientHandle) -> None:
+        self._cameras.join(client)
+        self._pacer.follow(self._server, client)
+
+    def _leave(self, client: viser.ClientHandle) -> None:
+        self._pacer.forget(client.client_id)
+        self._cameras.leave(client.client_id)
+
+    def _set_layer(self, layer: str, shown: bool) -> None:
+        self._scene.set_layer(layer, shown=shown)
+        self._draw_again()
+
+    def _draw_again(self) -> None:
+        with self._changed:
+            self._redraw = True
+            self._changed.notify()
+
+    def _wake(self) -> None:
+        with self._changed:
+            self._woken = True
+            self._changed.notify()
+
+    def _work(self) -> None:
+        due = time.monotonic()
+        while True:
+            rest = self._panel.tend()
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed or self._woken or self._newest or self._redraw, timeout=rest)
+                self._woken = False
+                if self._closed:
+                    return
+                if not (self._newest or self._redraw):
+                    continue
+                # The pause comes before taking the drawing, so that what is sent after it is the newest.
+                self._changed.wait_for(lambda: self._closed, timeout=max(0.0, due - time.monotonic()))
+                due = time.monotonic() + self._pacer.interval_s
+                self._redraw = False
+                self._shown, self._newest = self._newest or self._shown, None
+            if self._shown is not None and not self._closed:
+                self._draw(*self._shown)
+
+    def _draw(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+        try:
+            self._cameras.set_box(
+                Box(drawing.width, drawing.height, shapes.depth(drawing, clouds_only=True), shapes.depth(drawing))
+            )
+            with self._server.atomic():
+                self._scene.apply(drawing, self._cameras.relief)
+                self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")
+            self._server.flush()
+        except Exception:
+            # One drawing that cannot be shown must not end the picture for good.
+            logger.exception("a drawing could not be shown")
+
+
+def _close_side_doors(server: viser.ViserServer) -> None:
+    # viser lets any browser open a public tunnel to this server and upload files into its memory. Neither is wanted, and
+    # there is no public way to refuse; `bridge` drops these messages as well.
+    for message in (
+        _messages.ShareUrlRequest,
+        _messages.ShareUrlDisconnect,
+        _messages.FileTransferStartUpload,
+        _messages.FileTransferPart,
+    ):
+        server._websock_server.unregister_handler(message)  # noqa: SLF001 - see above
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep viser's banner off standard output, which belongs to the command."""
+    console = rich.get_console()
+    with _console:
+        before, console.quiet = console.quiet, True
+        try:
+            yield
+        finally:
+            console.quiet = before
