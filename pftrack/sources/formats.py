@@ -1,0 +1,114 @@
+"""Formats: what a file is, told by its first bytes.
+
+Decoders are never left to guess. A file that calls itself `.mp4` may be a list of other files (`ffconcat`, `m3u8`), and
+a decoder that guesses would open what is named there: files of this machine, or addresses in its network. So the
+content is looked at here, and the decoder is then told which container to expect, and no other.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+__all__ = ["ALLOWED", "HEAD_BYTES", "Format", "SourceError", "sniff"]
+
+ALLOWED = (
+    "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
+    "or a folder of PNG, JPEG, BMP, TIFF or WebP pictures"
+)
+HEAD_BYTES = 1024
+"""How much of a file `sniff` wants to see."""
+
+
+class SourceError(ValueError):
+    """A sequence of pictures that cannot be used; the message is one sentence: what was wrong, what is allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A format that can be read.
+
+    Attributes:
+        kind: Which decoder it takes.
+        title: What people call it.
+        decoder: The name that forces it: of FFmpeg's demuxer, or of Pillow's plug-in for a picture.
+    """
+
+    kind: Literal["video", "gif", "picture"]
+    title: str
+    decoder: str
+
+
+def sniff(head: bytes) -> Format:
+    """Tell a file's format by its first bytes.
+
+    Args:
+        head: The first `HEAD_BYTES` of the file, fewer only if it is shorter.
+
+    Raises:
+        SourceError: It is empty, or nothing that can be read here.
+    """
+    if not head:
+        raise SourceError(f"the file is empty; expected {ALLOWED}")
+    for found, matches in _READABLE:
+        if matches(head):
+            return found
+    what = next((what for what, matches in _KNOWN if matches(head)), "of an unknown format")
+    raise SourceError(f"the file is {what}, which cannot be read here; expected {ALLOWED}")
+
+
+def _starts(*signatures: bytes) -> Callable[[bytes], bool]:
+    return lambda head: head.startswith(signatures)
+
+
+def _riff(form: bytes) -> Callable[[bytes], bool]:
+    return lambda head: head[:4] == b"RIFF" and head[8:12] == form
+
+
+def _mp4(head: bytes) -> bool:
+    return head[4:8] in {b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot"}
+
+
+def _transport_stream(head: bytes) -> bool:
+    """Look for three packets in a row: of 188 bytes, or of 192 where four bytes of time go before each."""
+    return any(
+        all(head[start + number * length : start + number * length + 1] == b"G" for number in range(3))
+        for start, length in ((0, 188), (4, 192))
+    )
+
+
+def _text(*words: bytes) -> Callable[[bytes], bool]:
+    return lambda head: head.removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(words)
+
+
+def _any_text(head: bytes) -> bool:
+    printable = bytes(range(32, 127)) + b"\t\r\n"
+    return not head.translate(None, printable)
+
+
+_READABLE: tuple[tuple[Format, Callable[[bytes], bool]], ...] = (
+    (Format("video", "MP4 or MOV", "mov"), _mp4),
+    (Format("video", "MKV or WebM", "matroska"), _starts(b"\x1a\x45\xdf\xa3")),
+    (Format("video", "AVI", "avi"), _riff(b"AVI ")),
+    (Format("video", "OGG", "ogg"), _starts(b"OggS")),
+    (Format("video", "MPEG", "mpeg"), _starts(b"\x00\x00\x01\xba")),
+    (Format("gif", "GIF", "gif"), _starts(b"GIF87a", b"GIF89a")),
+    (Format("picture", "PNG", "PNG"), _starts(b"\x89PNG\r\n\x1a\n")),
+    (Format("picture", "JPEG", "JPEG"), _starts(b"\xff\xd8\xff")),
+    (Format("picture", "BMP", "BMP"), _starts(b"BM")),
+    (Format("picture", "TIFF", "TIFF"), _starts(b"II*\x00", b"MM\x00*")),
+    (Format("picture", "WebP", "WEBP"), _riff(b"WEBP")),
+    (Format("video", "MPEG-TS", "mpegts"), _transport_stream),
+)
+
+_KNOWN: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
+    ("a list of other files (ffconcat)", _text(b"ffconcat")),
+    ("a playlist of other files (m3u8)", _text(b"#extm3u")),
+    ("a manifest of other files (DASH)", lambda head: b"<MPD" in head),
+    ("a web page", _text(b"<!doctype html", b"<html")),
+    ("an SVG drawing", lambda head: b"<svg" in head),
+    ("a PDF document", _starts(b"%PDF")),
+    ("an archive", _starts(b"PK\x03\x04", b"\x1f\x8b", b"7z\xbc\xaf", b"Rar!", b"BZh", b"\xfd7zXZ", b"(\xb5/\xfd")),
+    ("a sound", _starts(b"ID3", b"fLaC", b"\xff\xfb", b"\xff\xf3", b"\xff\xf2", b"\xff\xf1", b"\xff\xf9")),
+    ("a sound", _riff(b"WAVE")),
+    ("a text", _any_text),
+)

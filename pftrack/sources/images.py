@@ -1,0 +1,212 @@
+"""Folders of pictures: each file is a frame, in natural order of their names (`2.png` before `10.png`).
+
+Pillow reads them. It tells a picture's size from its header before it decodes anything, it can be held to one format,
+and it knows palettes, transparency and the camera's orientation; all pictures leave here as 8-bit RGB:
+
+- 16-bit grey keeps its upper byte, as 16-bit colour does in Pillow: full scale stays full scale;
+- transparent parts lie on white paper, as those of a GIF do in FFmpeg;
+- a photograph is turned upright by its own note of how the camera was held.
+
+Animated GIFs are read by `pftrack.sources.video`: FFmpeg composes their partial frames right and knows their times.
+"""
+
+import hashlib
+import io
+import re
+import threading
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageOps
+
+from pftrack.sources.cache import BoundedCache
+from pftrack.sources.formats import HEAD_BYTES, SourceError, sniff
+from pftrack.sources.sequence import FrameIndex, Limits, check_bytes, check_pixels
+
+__all__ = ["ImageSequence", "natural_order"]
+
+_PICTURES = "PNG, JPEG, BMP, TIFF or WebP pictures"
+_RATE_HZ = 25.0
+_DEEP_GREY = {"I;16", "I;16L", "I;16B", "I;16N"}
+_DEPTHLESS = {"I", "F"}
+_ALBUMS = {"TIFF", "PNG", "WEBP"}  # a JPEG may carry its own preview as a second picture
+
+
+class ImageSequence:
+    """The pictures of a folder; may be used from several threads, one at a time."""
+
+    def __init__(self, folder: Path, limits: Limits, index: FrameIndex | None) -> None:
+        """List the pictures and survey them, unless their index is known already.
+
+        Args:
+            folder: Where they are; folders in it, hidden files and files that are no pictures are passed over.
+            limits: How large it may be.
+            index: From an earlier survey of the same content.
+
+        Raises:
+            SourceError: There are none, one is broken, they differ in size or exceed the limits.
+        """
+        self.name = folder.resolve().name
+        self._limits = limits
+        self._lock = threading.Lock()
+        self._cache: BoundedCache[NDArray[np.uint8]] = BoundedCache(limits.cache_bytes)
+        self._files, left_out = _list(folder, limits)
+        sha256 = hashlib.sha256(b"".join(file.digest for file in self._files)).hexdigest()
+        known = index is not None and (index.sha256, index.kind) == (sha256, "images")
+        self.index = index if known and index is not None else self._survey(sha256, left_out)
+        self.times_s = np.array(self.index.times_s)
+        self.times_s.setflags(write=False)
+
+    @property
+    def frame_count(self) -> int:
+        """How many pictures there are."""
+        return self.index.frame_count
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """The rate at which they are shown, since pictures do not tell one."""
+        return self.index.frame_rate_hz
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of every picture, px."""
+        return self.index.width, self.index.height
+
+    @property
+    def sha256(self) -> str:
+        """Digest of the pictures' digests, in order."""
+        return self.index.sha256
+
+    def picture(self, index: int) -> NDArray[np.uint8]:
+        """Return a frame, (height, width, 3) RGB, read-only.
+
+        Raises:
+            IndexError: There is no such frame.
+            SourceError: The file has changed since it was surveyed.
+        """
+        if not 0 <= index < self.frame_count:
+            raise IndexError(f"frame must be between 0 and {self.frame_count - 1}, got {index}")
+        with self._lock:
+            picture = self._cache.get(index)
+            if picture is None:
+                picture = _decode(self._files[index], self._limits)
+                if zlib.crc32(picture.data) != self.index.checksums[index]:
+                    raise SourceError(f"picture {index} has changed; a folder must not change while it is open")
+                self._cache.put(index, picture, picture.nbytes)
+            return picture
+
+    def close(self) -> None:
+        """Let go of the cached pictures."""
+        with self._lock:
+            self._cache.clear()
+
+    def _survey(self, sha256: str, left_out: int) -> FrameIndex:
+        """Decode everything once."""
+        checksums: list[int] = []
+        shape: tuple[int, ...] = ()
+        for number, file in enumerate(self._files):
+            picture = _decode(file, self._limits)
+            shape = shape or picture.shape
+            if picture.shape != shape:
+                raise SourceError(
+                    f"{file.called} is {picture.shape[1]} x {picture.shape[0]} px and {self._files[0].called} is "
+                    f"{shape[1]} x {shape[0]} px; all pictures must be of one size"
+                )
+            checksums.append(zlib.crc32(picture.data))
+            if self._cache.used_bytes < self._limits.cache_bytes // 2:
+                self._cache.put(number, picture, picture.nbytes)
+        others = "1 file that is no picture is" if left_out == 1 else f"{left_out} files that are no pictures are"
+        return FrameIndex(
+            kind="images",
+            sha256=sha256,
+            width=shape[1],
+            height=shape[0],
+            frame_rate_hz=_RATE_HZ,
+            times_s=tuple(number / _RATE_HZ for number in range(len(checksums))),
+            checksums=tuple(checksums),
+            warnings=(f"{others} passed over",) if left_out else (),
+        )
+
+
+def natural_order(name: str) -> tuple[tuple[int, str], ...]:
+    """Return a sorting key under which runs of digits count as numbers."""
+    parts = re.split(r"(\d+)", name.casefold(), flags=re.ASCII)
+    return (*((int(part), "") if part.isdecimal() else (-1, part) for part in parts), (-2, name))
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    """One picture of a folder: where it is, what it is, and the digest of its bytes."""
+
+    path: Path
+    format: str
+    digest: bytes
+
+    @property
+    def called(self) -> str:
+        """What a message calls it: its own name, as its owner knows it."""
+        name = "".join(letter if letter.isprintable() else "?" for letter in self.path.name)
+        return name if len(name) <= 60 else f"{name[:57]}..."
+
+
+def _list(folder: Path, limits: Limits) -> tuple[list[_File], int]:
+    """Find the pictures in order, and count the files passed over."""
+    paths = [path for path in folder.iterdir() if path.is_file() and not path.name.startswith(".")]
+    if len(paths) > limits.frames:
+        raise SourceError(f"the folder has {len(paths):,} files; at most {limits.frames:,} are allowed")
+    check_bytes(sum(path.stat().st_size for path in paths), limits, "the folder's files have")
+    files = []
+    for path in sorted(paths, key=lambda path: natural_order(path.name)):
+        with path.open("rb") as file:
+            try:
+                found = sniff(file.read(HEAD_BYTES))
+            except SourceError:
+                continue
+            if found.kind == "picture":
+                file.seek(0)
+                files.append(_File(path, found.decoder, hashlib.file_digest(file, "sha256").digest()))
+    if not files:
+        what = "is empty" if not paths else "holds no pictures"
+        raise SourceError(f"the folder {what}; expected {_PICTURES}")
+    return files, len(paths) - len(files)
+
+
+def _decode(file: _File, limits: Limits) -> NDArray[np.uint8]:
+    """Read a picture as 8-bit RGB, read-only."""
+    try:
+        with Image.open(io.BytesIO(file.path.read_bytes()), formats=[file.format]) as image:
+            _check(image, file, limits)
+            picture = np.ascontiguousarray(_rgb(image))
+    except (SourceError, MemoryError):
+        raise
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        raise SourceError(f"{file.called} is too large; at most {limits.pixels:,} pixels are allowed") from None
+    except Exception:  # noqa: BLE001 - whatever a decoder makes of broken bytes, it is the bytes that are broken
+        raise SourceError(f"{file.called} is broken or cut short; expected {_PICTURES} that open elsewhere") from None
+    picture.setflags(write=False)
+    return picture
+
+
+def _check(image: Image.Image, file: _File, limits: Limits) -> None:
+    """Refuse, by its header, a picture that is too large or has no one way to be shown."""
+    check_pixels(image.width, image.height, limits, f"{file.called} has")
+    if image.mode in _DEPTHLESS:
+        raise SourceError(f"{file.called} has 32 bits a channel; expected 8 or 16")
+    pages = getattr(image, "n_frames", 1) if file.format in _ALBUMS else 1
+    if pages > 1:
+        raise SourceError(f"{file.called} holds {pages} pictures; expected one a file")
+
+
+def _rgb(image: Image.Image) -> NDArray[np.uint8]:
+    deep = image.mode in _DEEP_GREY
+    image = ImageOps.exif_transpose(image)
+    if deep:
+        grey = (np.asarray(image).astype(np.uint16) >> 8).astype(np.uint8)
+        return np.repeat(grey[:, :, np.newaxis], 3, axis=2)
+    if image.has_transparency_data:
+        paper = Image.new("RGBA", image.size, "white")
+        image = Image.alpha_composite(paper, image.convert("RGBA"))
+    return np.asarray(image.convert("RGB"))

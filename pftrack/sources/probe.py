@@ -1,0 +1,224 @@
+"""Probing: a stranger's file is decoded once, from end to end, in a process of its own that may do little harm.
+
+A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
+more memory than there is. So a fresh interpreter is started, never a copy of this process, whose threads may hold
+locks. It has no secrets in its environment, limits its own memory, processor time, files and life before it looks at
+the file, decodes every picture of it, and answers with one line of JSON, or dies. Whatever happens becomes a `Probe` or
+a `SourceError` with a sentence. The limits are those of the operating system (Linux; other Unixes lack the one on
+memory); nothing keeps the process from the network but that it is never told to go there.
+"""
+
+import math
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from pydantic import TypeAdapter, ValidationError
+
+import pftrack
+from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, Kind, Limits, SourceError, open_sequence
+
+__all__ = ["Probe", "probe"]
+
+_MEBIBYTE = 1024**2
+_LONGEST_ANSWER_BYTES = 8 * _MEBIBYTE
+_FILES = 64
+_GRACE_SECONDS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """What there is to know of a sequence that was decoded from end to end.
+
+    Attributes:
+        name: The file's or folder's own name.
+        kind: What it is made of.
+        frames: How many frames decode.
+        width: Of every picture, turned upright, px.
+        height: Of every picture, turned upright, px.
+        frame_rate_hz: Frames a second; the mean where the rate varies.
+        duration_s: How long it lasts.
+        sha256: Digest of the content.
+        warnings: Sentences for people about what is odd.
+        index: For `open_sequence`, which then opens at once.
+    """
+
+    name: str
+    kind: Kind
+    frames: int
+    width: int
+    height: int
+    frame_rate_hz: float
+    duration_s: float
+    sha256: str
+    warnings: tuple[str, ...]
+    index: FrameIndex
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    path_hex: str
+    limits: Limits
+    memory_bytes: int
+    cpu_seconds: float
+    wall_seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    index: FrameIndex | None = None
+    refusal: str | None = None
+    out_of_memory: bool = False
+
+
+_QUESTION, _ANSWER = TypeAdapter(_Question), TypeAdapter(_Answer)
+
+
+def probe(
+    path: Path,
+    limits: Limits = DEFAULT_LIMITS,
+    *,
+    memory_bytes: int = 1024 * _MEBIBYTE,
+    cpu_seconds: float = 120,
+    wall_seconds: float = 240,
+) -> Probe:
+    """Decode a sequence of pictures once, in a process of its own; may be called from any thread.
+
+    Args:
+        path: The file or folder.
+        limits: How large it may be.
+        memory_bytes: What decoding may take, beyond the bare interpreter.
+        cpu_seconds: Processor time that it may take.
+        wall_seconds: Time that it may take.
+
+    Raises:
+        SourceError: It is not a sequence of pictures, is broken, exceeds the limits, or the decoder came to grief.
+    """
+    question = _Question(os.fsencode(path.absolute()).hex(), limits, memory_bytes, cpu_seconds, wall_seconds)
+    with tempfile.TemporaryFile() as answers:
+        status = _ask(question, answers)
+        answers.seek(0)
+        text = answers.read(_LONGEST_ANSWER_BYTES + 1)
+    try:
+        answer = _ANSWER.validate_json(text)
+    except ValidationError:
+        answer = _Answer()
+    if answer.refusal is not None:
+        raise SourceError(answer.refusal)
+    if answer.out_of_memory:
+        raise SourceError(
+            f"decoding needs more than the {memory_bytes / _MEBIBYTE:,.4g} MiB of memory that are allowed"
+        )
+    if answer.index is None or status != 0:
+        raise SourceError(_fate(status, question))
+    return _describe(path.name, answer.index)
+
+
+def _ask(question: _Question, answers: IO[bytes]) -> int | None:
+    """Run the process; return its exit status, or None if it had to be ended for lasting too long."""
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "pftrack.sources.probe"],
+        stdin=subprocess.PIPE,
+        stdout=answers,
+        stderr=subprocess.DEVNULL,
+        env=_environment(),
+        close_fds=True,
+        start_new_session=True,
+    )
+    try:
+        process.communicate(_QUESTION.dump_json(question), timeout=question.wall_seconds)
+    except subprocess.TimeoutExpired:
+        return None
+    finally:
+        process.kill()
+        process.wait()
+    return process.returncode
+
+
+def _environment() -> dict[str, str]:
+    """Return all that the process is told: where this package is, and to keep to one thread."""
+    return {
+        "PYTHONPATH": str(Path(pftrack.__file__).parents[1]),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "PATH": os.defpath,
+        "OPENBLAS_NUM_THREADS": "1",
+        "OMP_NUM_THREADS": "1",
+    }
+
+
+def _fate(status: int | None, question: _Question) -> str:
+    """Say what became of a process that gave no answer."""
+    if status in {None, -signal.SIGALRM}:
+        return f"decoding takes longer than the {question.wall_seconds:,g} s that are allowed"
+    if status == -signal.SIGXCPU:
+        return f"decoding takes more than the {question.cpu_seconds:,g} s of processor time that are allowed"
+    if status == -signal.SIGKILL:
+        return "decoding was ended by the system, which may be short of memory; expected a smaller file"
+    return "decoding the file makes the decoder crash; expected a file that is not damaged"
+
+
+def _describe(name: str, index: FrameIndex) -> Probe:
+    return Probe(
+        name=name,
+        kind=index.kind,
+        frames=index.frame_count,
+        width=index.width,
+        height=index.height,
+        frame_rate_hz=index.frame_rate_hz,
+        duration_s=index.times_s[-1] + 1 / index.frame_rate_hz,
+        sha256=index.sha256,
+        warnings=index.warnings,
+        index=index,
+    )
+
+
+def _limit(question: _Question) -> None:
+    """Give up, for good, what decoding does not need."""
+    own = resource.getrusage(resource.RUSAGE_SELF)
+    cpu_seconds = math.ceil(own.ru_utime + own.ru_stime + question.cpu_seconds)
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + 1))  # first a signal that tells why
+    for what, most in (
+        (resource.RLIMIT_FSIZE, _LONGEST_ANSWER_BYTES),
+        (resource.RLIMIT_NOFILE, _FILES),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        resource.setrlimit(what, (most, most))
+    pages = Path("/proc/self/statm")
+    if pages.exists():
+        own_bytes = int(pages.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        most = own_bytes + question.memory_bytes
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    signal.alarm(math.ceil(question.wall_seconds) + _GRACE_SECONDS)  # should nobody be left to end this process
+
+
+def _answer(question: _Question) -> _Answer:
+    try:
+        sequence = open_sequence(Path(os.fsdecode(bytes.fromhex(question.path_hex))), question.limits)
+        sequence.close()
+        return _Answer(index=sequence.index)
+    except SourceError as error:
+        return _Answer(refusal=str(error))
+    except MemoryError:
+        return _Answer(out_of_memory=True)
+
+
+def main() -> None:
+    """Answer the question on standard input, in the process that may do little harm."""
+    # The decoders themselves are trusted; they are loaded before memory gets scarce.
+    import pftrack.sources.images  # noqa: PLC0415
+    import pftrack.sources.video  # noqa: F401, PLC0415
+
+    question = _QUESTION.validate_json(sys.stdin.buffer.read())
+    _limit(question)
+    answer = _answer(question)
+    sys.stdout.buffer.write(_ANSWER.dump_json(answer))
+
+
+if __name__ == "__main__":
+    main()

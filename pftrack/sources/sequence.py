@@ -1,0 +1,228 @@
+"""Sequences of pictures: random access to the frames of a video, an animated GIF or a folder of pictures.
+
+A sequence is surveyed once, from its first frame to its last: only what really decodes is counted, and each picture
+leaves a checksum in the `FrameIndex`. From then on any frame can be asked for in any order, and the pixels handed out
+are those of the survey, to the bit: a picture reached by a seek is believed only when its checksum is right.
+
+What a file is, its content tells, never its name (`pftrack.sources.formats`).
+"""
+
+import hashlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Literal, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
+
+from pftrack.sources.formats import ALLOWED, HEAD_BYTES, Format, SourceError, sniff
+
+__all__ = [
+    "DEFAULT_LIMITS",
+    "FrameIndex",
+    "FrameSequence",
+    "Kind",
+    "Limits",
+    "SourceError",
+    "check_bytes",
+    "check_pixels",
+    "open_sequence",
+]
+
+Kind: TypeAlias = Literal["video", "gif", "images"]
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How large a sequence may be.
+
+    Attributes:
+        frames: Most frames.
+        pixels: Most pixels of one picture.
+        file_bytes: Largest file, or all files of a folder together.
+        cache_bytes: Decoded pictures kept at hand by an open sequence.
+    """
+
+    frames: int = 20_000
+    pixels: int = 1920 * 1080 * 2
+    file_bytes: int = 512 * 1024**2
+    cache_bytes: int = 64 * 1024**2
+
+
+DEFAULT_LIMITS = Limits()
+
+
+@dataclass(frozen=True, slots=True)
+class FrameIndex:
+    """What one pass over a sequence has found; opening with it again skips the pass.
+
+    Attributes:
+        kind: What the sequence is made of.
+        sha256: Of the file's content; of a folder, of its pictures' digests in order.
+        width: Of every picture, turned upright, px.
+        height: Of every picture, turned upright, px.
+        frame_rate_hz: Frames a second; the mean where the rate varies.
+        times_s: When each frame is shown, from 0, s.
+        checksums: CRC-32 of each frame's RGB bytes.
+        stamps: Each frame's time in the container's own ticks, rising; empty where they cannot be used to seek.
+        keyframes: Numbers of the frames at which decoding can begin.
+        orientation: How stored pictures are turned upright, see `pftrack.sources.video`.
+        warnings: Sentences for people about what is odd.
+    """
+
+    kind: Kind
+    sha256: str
+    width: int
+    height: int
+    frame_rate_hz: float
+    times_s: tuple[float, ...]
+    checksums: tuple[int, ...]
+    stamps: tuple[int, ...] = ()
+    keyframes: tuple[int, ...] = ()
+    orientation: int = 0
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames there are."""
+        return len(self.checksums)
+
+    def to_json(self) -> str:
+        """Write the index as one line of JSON."""
+        return _ADAPTER.dump_json(self).decode()
+
+    @classmethod
+    def from_json(cls, text: str) -> "FrameIndex":
+        """Read what `to_json` wrote.
+
+        Raises:
+            ValueError: It is something else.
+        """
+        index = _ADAPTER.validate_json(text)
+        if len(index.times_s) != index.frame_count or len(index.stamps) not in {0, index.frame_count}:
+            raise ValueError(f"expected a time and a stamp for each of {index.frame_count} frames, got others")
+        return index
+
+
+_ADAPTER = TypeAdapter(FrameIndex)
+
+
+class FrameSequence(Protocol):
+    """Random access to pictures of one size."""
+
+    @property
+    def name(self) -> str:
+        """The file's or folder's own name, without its path."""
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames really decode."""
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """Frames a second; the mean where the rate varies."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of every picture, px."""
+
+    @property
+    def sha256(self) -> str:
+        """Digest of the content."""
+
+    @property
+    def times_s(self) -> NDArray[np.float64]:
+        """When each frame is shown, (frame_count,), from 0, s."""
+
+    @property
+    def index(self) -> FrameIndex:
+        """All that the survey found."""
+
+    def picture(self, index: int) -> NDArray[np.uint8]:
+        """Return a frame, (height, width, 3) RGB, read-only.
+
+        Args:
+            index: Its number, from 0.
+
+        Raises:
+            IndexError: There is no such frame.
+            SourceError: The file has changed since it was surveyed.
+        """
+
+    def close(self) -> None:
+        """Let go of files and cached pictures."""
+
+
+def open_sequence(path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIndex | None = None) -> FrameSequence:
+    """Open a video, an animated GIF or a folder of pictures.
+
+    Whoever serves strangers calls `pftrack.sources.probe.probe` first: decoders of hostile files belong in a process
+    with limits.
+
+    Args:
+        path: The file or folder.
+        limits: How large it may be.
+        index: From an earlier survey of the same content; without it the sequence is decoded once from end to end.
+
+    Raises:
+        SourceError: It is not a sequence of pictures, is broken, or exceeds the limits.
+    """
+    # Decoders are imported where they are needed, so that a run on a simulated scene does not pay for them.
+    try:
+        if path.is_dir():
+            from pftrack.sources.images import ImageSequence  # noqa: PLC0415
+
+            return ImageSequence(path, limits, index)
+        if not path.is_file():
+            raise SourceError(f"there is no such file or folder; expected {ALLOWED}")
+        file = path.open("rb")
+    except OSError as error:
+        raise SourceError(f"the file cannot be read ({(error.strerror or 'input or output error').lower()})") from None
+    try:
+        found = _inspect(file, limits)
+        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
+        if index is not None and (index.sha256, index.kind) != (sha256, found.kind):
+            index = None  # of another content: survey anew
+        from pftrack.sources.video import VideoSequence  # noqa: PLC0415
+
+        return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index)
+    except BaseException:
+        file.close()
+        raise
+
+
+def _inspect(file: BinaryIO, limits: Limits) -> Format:
+    """Tell the format of an open file before any decoder sees it."""
+    found = sniff(file.read(HEAD_BYTES))
+    if found.kind == "picture":
+        raise SourceError(f"the file is one {found.title} picture, no sequence; expected {ALLOWED}")
+    check_bytes(file.seek(0, os.SEEK_END), limits, "the file has")
+    file.seek(0)
+    return found
+
+
+def check_bytes(size_bytes: int, limits: Limits, subject: str) -> None:
+    """Refuse what is larger than the limits allow.
+
+    Raises:
+        SourceError: It is; the sentence begins with the subject.
+    """
+    if size_bytes > limits.file_bytes:
+        size, most = (f"{number / 1024**2:.4g} MiB" for number in (size_bytes, limits.file_bytes))
+        raise SourceError(f"{subject} {size}; at most {most} are allowed")
+
+
+def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
+    """Refuse pictures that have more pixels than the limits allow, or none.
+
+    Raises:
+        SourceError: They have; the sentence begins with the subject.
+    """
+    if width <= 0 or height <= 0:
+        raise SourceError(f"{subject} no size that can be read; expected from 1 to {limits.pixels:,} pixels")
+    if width * height > limits.pixels:
+        raise SourceError(
+            f"{subject} {width} x {height} = {width * height:,} pixels; at most {limits.pixels:,} are allowed"
+        )

@@ -1,0 +1,226 @@
+"""Videos and animated GIFs: any frame in any order, with the very pixels of a pass from the first to the last.
+
+A compressed video is a chain: most pictures are differences to others, and decoding can begin only at a keyframe. So
+`VideoSequence` first makes one pass and keeps, for each picture, its time and the checksum of its pixels. To reach a
+frame it then seeks to the keyframe before it and decodes from there; pictures on the way that no other rests on are
+skipped, and the last ones before the goal are kept, because whoever steps backwards wants them next.
+
+What a seek gives need not be what the pass gave: some files let pictures refer across keyframes, some containers seek
+inexactly, damage spreads differently. So each picture is checked against its checksum before it is handed out. If it is
+wrong, the keyframe is not used again, an earlier one is tried, and in the end the pass is repeated from the start.
+"""
+
+import threading
+import zlib
+from bisect import bisect_right
+from collections.abc import Iterator
+from typing import BinaryIO
+
+import numpy as np
+from av.video.frame import VideoFrame
+from numpy.typing import NDArray
+
+from pftrack.sources.cache import BoundedCache
+from pftrack.sources.decoder import Decoder, orientation_of
+from pftrack.sources.formats import Format
+from pftrack.sources.sequence import FrameIndex, Limits, SourceError, check_pixels
+from pftrack.sources.timing import measure
+
+__all__ = ["VideoSequence"]
+
+_KEYFRAMES_TRIED = 3
+_MOST_KEPT_ON_THE_WAY = 48
+
+
+class VideoSequence:
+    """The pictures of a video or an animated GIF; may be used from several threads, one at a time."""
+
+    def __init__(
+        self, file: BinaryIO, found: Format, *, name: str, sha256: str, limits: Limits, index: FrameIndex | None
+    ) -> None:
+        """Survey the file, unless its index is known already.
+
+        Args:
+            file: Open for reading; closed with the sequence.
+            found: What its content is.
+            name: What people call it.
+            sha256: Digest of its content.
+            limits: How large it may be.
+            index: From an earlier survey of the same content.
+
+        Raises:
+            SourceError: It cannot be read, or exceeds the limits.
+        """
+        self.name = name
+        self._file = file
+        self._format = found
+        self._limits = limits
+        self._lock = threading.Lock()
+        self._cache: BoundedCache[NDArray[np.uint8] | VideoFrame] = BoundedCache(limits.cache_bytes)
+        self._decoder = Decoder(file, found, limits.pixels)
+        try:
+            self.index = index or self._survey(sha256)
+        except BaseException:
+            self._decoder.close()
+            raise
+        self.times_s = np.array(self.index.times_s)
+        self.times_s.setflags(write=False)
+        self._numbers: dict[int | None, int] = {stamp: number for number, stamp in enumerate(self.index.stamps)}
+        self._untrue: set[int] = set()
+        self._pass: Iterator[tuple[int, VideoFrame]] | None = None
+        self._position = 0
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames really decode."""
+        return self.index.frame_count
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """Frames a second; the mean where the rate varies."""
+        return self.index.frame_rate_hz
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of every picture, px."""
+        return self.index.width, self.index.height
+
+    @property
+    def sha256(self) -> str:
+        """Digest of the file."""
+        return self.index.sha256
+
+    def picture(self, index: int) -> NDArray[np.uint8]:
+        """Return a frame, (height, width, 3) RGB, read-only.
+
+        Raises:
+            IndexError: There is no such frame.
+            SourceError: The file has changed since it was surveyed.
+        """
+        if not 0 <= index < self.frame_count:
+            raise IndexError(f"frame must be between 0 and {self.frame_count - 1}, got {index}")
+        with self._lock:
+            held = self._cache.get(index)
+            if isinstance(held, VideoFrame):
+                held = self._believed(index, held)
+            return self._reach(index) if held is None else held
+
+    def close(self) -> None:
+        """Let go of the file and the cached pictures."""
+        with self._lock:
+            self._pass = None
+            self._cache.clear()
+            self._decoder.close()
+            self._file.close()
+
+    def _survey(self, sha256: str) -> FrameIndex:
+        """Decode everything once."""
+        decoder, limits = self._decoder, self._limits
+        announced = decoder.stream.frames
+        if announced > limits.frames:
+            raise SourceError(f"the video has {announced:,} frames; at most {limits.frames:,} are allowed")
+        check_pixels(decoder.stream.width, decoder.stream.height, limits, "the pictures of the video have")
+        orientation, shape = 0, (0, 0)
+        stamps: list[int | None] = []
+        checksums: list[int] = []
+        keyframes: list[int] = []
+        for number, frame in enumerate(decoder.frames()):
+            if number == limits.frames:
+                raise SourceError(f"the video has more frames than the {limits.frames:,} that are allowed")
+            if number == 0:
+                orientation, shape = orientation_of(frame), (frame.width, frame.height)
+                check_pixels(*shape, limits, "the pictures of the video have")
+            elif (frame.width, frame.height) != shape:
+                raise SourceError(
+                    f"frame {number} of the video is {frame.width} x {frame.height} px and frame 0 is "
+                    f"{shape[0]} x {shape[1]} px; all must be of one size"
+                )
+            picture = decoder.rgb(frame, orientation)
+            if self._cache.used_bytes < limits.cache_bytes // 2:
+                self._cache.put(number, picture, picture.nbytes)
+            if frame.key_frame:
+                keyframes.append(number)
+            stamps.append(frame.pts)
+            checksums.append(zlib.crc32(picture.data))
+        if not checksums:
+            raise SourceError("none of the video's pictures can be decoded; expected a video that plays elsewhere")
+        height, width = decoder.rgb(frame, orientation).shape[:2]
+        timing = measure(stamps, decoder)
+        return FrameIndex(
+            kind="gif" if self._format.kind == "gif" else "video",
+            sha256=sha256,
+            width=width,
+            height=height,
+            frame_rate_hz=timing.rate_hz,
+            times_s=timing.times_s,
+            checksums=tuple(checksums),
+            stamps=timing.stamps,
+            keyframes=tuple(keyframes) if timing.stamps else (),
+            orientation=orientation,
+            warnings=timing.warnings,
+        )
+
+    def _reach(self, goal: int) -> NDArray[np.uint8]:
+        for keyframe in self._entries(goal):
+            picture = self._run_to(goal)
+            if picture is not None:
+                return picture
+            self._pass = None
+            if keyframe is not None:
+                self._untrue.add(keyframe)
+        raise SourceError(f"frame {goal} no longer decodes as it did; the file must not change while it is open")
+
+    def _entries(self, goal: int) -> Iterator[int | None]:
+        """Take up a place from which the goal can be reached, the cheapest first; yield the keyframe, if it is one."""
+        stamps, keyframes = self.index.stamps, self.index.keyframes
+        before = keyframes[: bisect_right(keyframes, goal)][::-1]
+        near = [keyframe for keyframe in before[: len(self._untrue) + _KEYFRAMES_TRIED] if keyframe not in self._untrue]
+        first_kept = max(0, goal - self._kept_on_the_way)
+        skip_before = stamps[first_kept] if stamps else None
+        if self._pass is not None and self._position <= goal and (not near or near[0] <= self._position):
+            self._decoder.skip_before = skip_before
+            yield None
+        for keyframe in near[:_KEYFRAMES_TRIED]:
+            try:
+                self._decoder.seek(stamps[keyframe])
+            except SourceError:
+                break
+            self._decoder.skip_before = skip_before
+            self._pass = self._numbered()
+            yield keyframe
+        self._decoder.close()
+        self._decoder = Decoder(self._file, self._format, self._limits.pixels)
+        self._pass = self._numbered()
+        yield None
+
+    def _numbered(self) -> Iterator[tuple[int, VideoFrame]]:
+        """Decode on, with each frame's number: told by its time or, where times are of no use, counted."""
+        for count, frame in enumerate(self._decoder.frames()):
+            number = self._numbers.get(frame.pts) if self._numbers else count
+            if number is not None:
+                yield number, frame
+
+    def _run_to(self, goal: int) -> NDArray[np.uint8] | None:
+        """Decode up to the goal; None if it does not come, or comes with other pixels than before."""
+        if self._pass is None:
+            return None
+        for number, frame in self._pass:
+            self._position = number + 1
+            if number >= goal:
+                return self._believed(goal, frame) if number == goal else None
+            if number >= goal - self._kept_on_the_way and number not in self._cache:
+                self._cache.put(number, frame, sum(plane.buffer_size for plane in frame.planes))
+        return None
+
+    def _believed(self, number: int, frame: VideoFrame) -> NDArray[np.uint8] | None:
+        """Convert a frame and keep it, if its pixels are those of the survey."""
+        picture = self._decoder.rgb(frame, self.index.orientation)
+        if zlib.crc32(picture.data) != self.index.checksums[number]:
+            self._cache.drop(number)
+            return None
+        self._cache.put(number, picture, picture.nbytes)
+        return picture
+
+    @property
+    def _kept_on_the_way(self) -> int:
+        return min(_MOST_KEPT_ON_THE_WAY, self._limits.cache_bytes // (2 * 3 * self.index.width * self.index.height))
