@@ -1,0 +1,120 @@
+"""What commands say, and where: the result on standard output, all else on standard error.
+
+With `--json` the result is exactly one JSON value, a failure too; without it, a table for people. A command that cannot
+do what was asked raises a `CommandError`, or lets an error of the library through: `explain` turns either into one sentence.
+"""
+
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TypeAlias
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from pftrack.parameters import ParameterError
+
+__all__ = ["FAILED", "WRONG_USE", "CommandError", "emit", "explain", "note", "progress", "table", "wrong_use"]
+
+FAILED = 1
+WRONG_USE = 2
+
+Tick: TypeAlias = Callable[[int], None]
+
+
+class CommandError(Exception):
+    """A command cannot do what was asked.
+
+    Attributes:
+        message: One sentence for people.
+        status: The exit status.
+        details: What else a program may want to know.
+    """
+
+    def __init__(self, message: str, status: int = FAILED, details: Mapping[str, object] | None = None) -> None:
+        super().__init__(message)
+        self.message = " ".join(message.split())
+        self.status = status
+        self.details = dict(details or {})
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the failure as `--json` shows it."""
+        return {"error": {"message": self.message, **self.details}}
+
+
+def wrong_use(message: str) -> CommandError:
+    """Return the failure of a command that was given something impossible."""
+    return CommandError(message, WRONG_USE)
+
+
+def explain(error: Exception) -> CommandError:
+    """Turn any error into one sentence and an exit status."""
+    match error:
+        case CommandError():
+            found = error
+        case ParameterError():
+            details = {"field": error.field, "bound": error.bound, "value": error.value}
+            found = CommandError(str(error), WRONG_USE, details)
+        case OSError(strerror=str(reason)):
+            found = CommandError(f"{error.filename}: {reason}" if error.filename else reason)
+        case MemoryError():
+            found = CommandError("there is not enough memory for this")
+        case _ if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # the command line's own complaints
+            found = CommandError(error.format_message(), error.exit_code)
+        case ValueError() if type(error).__module__.startswith("pftrack."):  # the library's own sentences
+            found = CommandError(str(error))
+        case _:
+            if os.environ.get("PFTRACK_DEBUG"):
+                raise error
+            what = f"{type(error).__name__}: {error}"
+            found = CommandError(f"this is a fault of pftrack: {what} (PFTRACK_DEBUG=1 shows where)")
+    return found
+
+
+def emit(value: object) -> None:
+    """Print one JSON value; a number that JSON cannot say becomes null."""
+    sys.stdout.write(json.dumps(_plain(value), allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def note(message: str) -> None:
+    """Say something on standard error."""
+    Console(stderr=True, highlight=False, soft_wrap=True).print(Text(message))
+
+
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table for people on standard output."""
+    shown = Table(title=title or None, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for column in columns:
+        shown.add_column(column, overflow="fold")
+    for row in rows:
+        shown.add_row(*(Text(cell) for cell in row))
+    Console(highlight=False).print(shown)
+
+
+@contextmanager
+def progress(title: str, total: int) -> Iterator[Tick]:
+    """Show how far a long command is, on standard error if that is a terminal; yields a function to report with."""
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(title, total=total)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, bool) or value is None or isinstance(value, (str, int)):
+        return value
+    if hasattr(value, "item"):  # a number of NumPy's
+        return _plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return str(value)

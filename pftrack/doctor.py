@@ -1,0 +1,191 @@
+"""Whether this machine has what pftrack needs, and what to do where it has not.
+
+Each check is one sentence of what was found: `ok`, `warning` where something is missing that not everybody needs, or
+`broken` where pftrack will not work.
+"""
+
+import os
+import re
+import shutil
+import socket
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from itertools import islice
+from pathlib import Path
+from typing import Literal
+
+__all__ = ["Check", "examine"]
+
+DEFAULT_DATA_DIR = "~/.local/share/pftrack"
+LEAST_MEMORY_MIB = 512
+COMFORTABLE_MEMORY_MIB = 2048
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+WARM_FRAMES = 4
+
+Status = Literal["ok", "warning", "broken"]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was looked at."""
+
+    name: str
+    status: Status
+    found: str
+
+    def as_dict(self) -> dict[str, str]:
+        """Return the check as JSON shows it."""
+        return asdict(self)
+
+
+def examine(*, port: int = 8000, data_dir: Path | None = None, warm: bool = False) -> list[Check]:
+    """Look at everything that pftrack needs.
+
+    Args:
+        port: The port that the server is to use.
+        data_dir: The folder that the server is to use.
+        warm: Whether to run every tracker of every experiment, which compiles all that is compiled.
+    """
+    looks: dict[str, Callable[[], tuple[Status, str]]] = {
+        "Python": _python,
+        "libraries": _libraries,
+        "compiled code": lambda: _compiled(everything=warm),
+        "video": _codecs,
+        "pages": _pages,
+        "data folder": lambda: _data_folder(data_dir),
+        "port": lambda: _port(port),
+        "memory": _memory,
+        "browser": _browser,
+    }
+    return [_check(name, look) for name, look in looks.items()]
+
+
+def _check(name: str, look: Callable[[], tuple[Status, str]]) -> Check:
+    try:
+        return Check(name, *look())
+    except Exception as error:  # noqa: BLE001 - whatever is broken here is what the doctor was asked for
+        return Check(name, "broken", f"{type(error).__name__}: {error}".splitlines()[0])
+
+
+def _python() -> tuple[Status, str]:
+    version = ".".join(map(str, sys.version_info[:3]))
+    return ("ok" if sys.version_info >= (3, 11) else "broken"), f"{version}; 3.11 or newer is needed"
+
+
+def _libraries() -> tuple[Status, str]:
+    wrong = []
+    needed = [text for text in metadata.requires("pftrack") or () if "extra ==" not in text]
+    for text in needed:
+        name = re.split(r"[\s<>=!~\[;]", text, maxsplit=1)[0]
+        try:
+            found = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            wrong.append(f"{name} is missing")
+            continue
+        bounds = re.findall(r"(>=|<)\s*([\d.]+)", text.split(";")[0])
+        if not all((_numbers(found) >= _numbers(bound)) == (sign == ">=") for sign, bound in bounds):
+            wrong.append(f"{name} is {found}, {' and '.join(sign + bound for sign, bound in bounds)} is needed")
+    if wrong:
+        return "broken", "; ".join(wrong)
+    return "ok", f"{len(needed)} libraries in the versions needed"
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    """Turn 4.14.0 into (4, 14): trailing zeros say nothing."""
+    parts = [int(part) for part in re.findall(r"\d+", re.split(r"[^\d.]", version)[0])]
+    while parts and parts[-1] == 0:
+        parts.pop()
+    return tuple(parts)
+
+
+def _compiled(*, everything: bool) -> tuple[Status, str]:
+    from pftrack.experiments import EXPERIMENTS
+    from pftrack.run import Run
+
+    trackers = 0
+    for experiment in EXPERIMENTS.values():
+        for tracker in experiment.trackers if everything else [experiment.default_tracker]:
+            run = Run(experiment, experiment.simulate(0), tracker=tracker, frames=WARM_FRAMES)
+            for _ in range(WARM_FRAMES - 1):
+                experiment.draw(run.advance(), run.diagnostics)
+            trackers += 1
+    place = _cache_folder()
+    if place is None:
+        return "warning", "works, but no folder to keep it in: every start compiles anew; set NUMBA_CACHE_DIR"
+    return "ok", f"{trackers} trackers ran; kept in {place}"
+
+
+def _cache_folder() -> str | None:
+    """Return where Numba keeps what it compiles: where it is told, else beside the source, else in the user's cache."""
+    told = os.environ.get("NUMBA_CACHE_DIR")
+    places = [Path(told)] if told else [Path(__file__).parent / "__pycache__", Path("~/.cache").expanduser()]
+    return next((str(place) for place in places if _writable(place)), None)
+
+
+def _codecs() -> tuple[Status, str]:
+    import av
+
+    missing = [name for name in ("h264", "libx264", "hevc", "vp9", "mpeg4", "gif") if name not in av.codecs_available]
+    if missing:
+        return "broken", f"PyAV {av.__version__} lacks {', '.join(missing)}"
+    return "ok", f"PyAV {av.__version__} reads and writes H.264"
+
+
+def _pages() -> tuple[Status, str]:
+    plugin = next(iter(metadata.entry_points(group="pftrack.commands", name="serve")), None)
+    if plugin is None:
+        return "broken", "the command serve is not installed; pip install pftrack anew"
+    plugin.load()
+    place = Path(sys.modules["server"].__file__ or "").parents[1] / "frontend_static"
+    if not (place / "index.html").is_file():
+        return "broken", "the pages are missing; pip install pftrack anew"
+    return "ok", f"{sum(1 for it in islice(place.rglob('*'), 10_000) if it.is_file())} files"
+
+
+def _data_folder(given: Path | None) -> tuple[Status, str]:
+    place = (given or Path(os.environ.get("PFTRACK_DATA_DIR") or DEFAULT_DATA_DIR)).expanduser().absolute()
+    if not _writable(place):
+        return "broken", f"{place} cannot be written; choose another with --data-dir or PFTRACK_DATA_DIR"
+    free = shutil.disk_usage(_existing(place)).free // 1024**2
+    return ("warning" if free < LEAST_MEMORY_MIB else "ok"), f"{place}, {free:,} MiB free"
+
+
+def _existing(place: Path) -> Path:
+    return next(it for it in (place, *place.parents) if it.exists())
+
+
+def _writable(place: Path) -> bool:
+    """Tell whether files can be made in a folder, or in the nearest one above it that exists."""
+    try:
+        with tempfile.TemporaryFile(dir=_existing(place)):
+            return True
+    except OSError:
+        return False
+
+
+def _port(port: int) -> tuple[Status, str]:
+    with socket.socket() as trial:
+        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            trial.bind(("127.0.0.1", port))
+        except OSError:
+            return "warning", f"{port} is in use; serve with another --port"
+    return "ok", f"{port} is free"
+
+
+def _memory() -> tuple[Status, str]:
+    import psutil
+
+    free = psutil.virtual_memory().available // 1024**2
+    status: Status = "broken" if free < LEAST_MEMORY_MIB else "warning" if free < COMFORTABLE_MEMORY_MIB else "ok"
+    return status, f"{free:,} MiB available; {LEAST_MEMORY_MIB} at least, {COMFORTABLE_MEMORY_MIB:,} for many sessions"
+
+
+def _browser() -> tuple[Status, str]:
+    for name in BROWSERS:
+        if place := shutil.which(name):
+            return "ok", place
+    return "warning", "no chromium; only the browser tests need one here"
