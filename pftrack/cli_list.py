@@ -49,7 +49,7 @@ def show(
 ) -> None:
     """Show an experiment with every parameter: unit, bounds, default, help."""
     found = experiment_named(experiment)
-    parameters = found.simulate(0).parameters
+    parameters = found.simulate().parameters
     declared = declarations(type(parameters))
     values = flat(parameters)
     if json:

@@ -1,7 +1,8 @@
 """What commands say, and where: the result on standard output, all else on standard error.
 
 With `--json` the result is exactly one JSON value, a failure too; without it, a table for people. A command that cannot
-do what was asked raises a `CommandError`, or lets an error of the library through: `explain` turns either into one sentence.
+do what was asked raises a `CommandError`, or lets an error of the library through: `explain` makes one sentence of
+either.
 """
 
 import json

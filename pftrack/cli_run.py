@@ -53,7 +53,7 @@ def run(
         raise wrong_use(f"the tracker of {found.id} must be one of {', '.join(found.trackers)}, got {tracker!r}")
     _check_places(out, video_out)
     with ExitStack() as stack:
-        setup = _setup(stack, found, seed, video=video, box=box, start=start, truth=truth)
+        setup = _setup(stack, found, video=video, box=box, start=start, truth=truth)
         values = _values(setup, assignments or [], tracker or found.default_tracker)
         _compute(_new(found, setup, tracker, seed, frames, values), out, video_out, json=json)
 
@@ -78,7 +78,6 @@ def replay(
 def _setup(
     stack: ExitStack,
     experiment: "Experiment",
-    seed: int,
     *,
     video: Path | None,
     box: str | None,
@@ -92,8 +91,8 @@ def _setup(
         for name, given in {"--box": box, "--start": start, "--truth": truth}.items():
             if given is not None:
                 raise wrong_use(f"{name} needs --video: a simulated scene knows its own start and truth")
-        return experiment.simulate(seed)
-    if not experiment.accepts_video:
+        return experiment.simulate()
+    if experiment.on_video is None:
         raise wrong_use(f"{experiment.id} is simulated and takes no --video")
     if box is None:
         raise wrong_use("--video needs --box x,y,w,h: where the target is on the first frame, px")
@@ -109,7 +108,7 @@ def _setup(
     if start is not None and start >= sequence.frame_count:
         raise wrong_use(f"--start must be below the {sequence.frame_count} frames of {video.name}, got {start}")
     _check_inside(outline, sequence.size)
-    return experiment.on_video(sequence, outline, start=start or 0, truth=table_of_boxes)
+    return experiment.on_video(sequence, outline, start=start or 0, truth=table_of_boxes.at if table_of_boxes else None)
 
 
 def _box(text: str) -> tuple[float, float, float, float]:
@@ -185,7 +184,7 @@ def _compute(run: "Run", out: Path | None, video_out: Path | None, *, json: bool
     from pftrack.rendering import render
 
     with ExitStack() as stack:
-        film = stack.enter_context(FilmWriter(video_out, run.setup.source.frame_rate_hz)) if video_out else None
+        film = stack.enter_context(FilmWriter(video_out, run.source.frame_rate_hz)) if video_out else None
         tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}", run.frames))
         for frame in range(run.frames):
             step = run.seek(0) if frame == 0 else run.advance()

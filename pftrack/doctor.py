@@ -108,7 +108,7 @@ def _compiled(*, everything: bool) -> tuple[Status, str]:
     trackers = 0
     for experiment in EXPERIMENTS.values():
         for tracker in experiment.trackers if everything else [experiment.default_tracker]:
-            run = Run(experiment, experiment.simulate(0), tracker=tracker, frames=WARM_FRAMES)
+            run = Run(experiment, experiment.simulate(), tracker=tracker, frames=WARM_FRAMES)
             for _ in range(WARM_FRAMES - 1):
                 experiment.draw(run.advance(), run.diagnostics)
             trackers += 1
