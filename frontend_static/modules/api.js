@@ -1,0 +1,118 @@
+/**
+ * The server's REST interface. Every failure is an `ApiError` whose message can be shown as it stands; a page never has
+ * to make up words for it.
+ */
+
+const ROOT = "/api/v1/";
+
+export class ApiError extends Error {
+  /**
+   * @param {number} status HTTP status; 0 when no answer came.
+   * @param {{message: string, field?: string, bound?: string, value?: unknown}} error
+   */
+  constructor(status, error) {
+    super(error.message);
+    this.name = "ApiError";
+    this.status = status;
+    this.field = error.field;
+    this.bound = error.bound;
+    this.value = error.value;
+  }
+}
+
+/** Ask the server for something and return the JSON of its answer (null for an empty one). */
+export async function request(method, path, body) {
+  const options = { method, headers: { accept: "application/json" } };
+  if (body !== undefined) {
+    options.body = JSON.stringify(body);
+    options.headers["content-type"] = "application/json";
+  }
+  let response;
+  try {
+    response = await fetch(ROOT + path, options);
+  } catch {
+    throw new ApiError(0, { message: "The server does not answer" });
+  }
+  return read(response.status, await response.text());
+}
+
+/**
+ * Send files with progress, which `fetch` cannot report.
+ *
+ * @param {string} path
+ * @param {Iterable<File>} files
+ * @param {(sent: number, total: number) => void} onProgress
+ * @returns {{done: Promise<object>, stop: () => void}}
+ */
+export function send(path, files, onProgress) {
+  const form = new FormData();
+  for (const file of files) form.append("file", file, file.name);
+  const transfer = new XMLHttpRequest();
+  const done = new Promise((resolve, reject) => {
+    transfer.upload.addEventListener("progress", (event) => onProgress(event.loaded, event.total));
+    transfer.addEventListener("load", () => {
+      try {
+        resolve(read(transfer.status, transfer.responseText));
+      } catch (error) {
+        reject(error);
+      }
+    });
+    transfer.addEventListener("error", () => reject(new ApiError(0, { message: "The connection broke during the upload" })));
+    transfer.addEventListener("abort", () => reject(new ApiError(-1, { message: "The upload was stopped" })));
+    transfer.open("POST", ROOT + path);
+    transfer.setRequestHeader("accept", "application/json");
+    transfer.send(form);
+  });
+  return { done, stop: () => transfer.abort() };
+}
+
+function read(status, text) {
+  let answer = null;
+  try {
+    answer = text === "" ? null : JSON.parse(text);
+  } catch {
+    // Not ours (a proxy's page, say): the status has to speak for itself.
+  }
+  if (status >= 200 && status < 300) return answer;
+  throw new ApiError(status, answer?.error ?? { message: `The server answered with status ${status}` });
+}
+
+const session = (id, rest = "") => `sessions/${encodeURIComponent(id)}${rest}`;
+const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
+
+export const api = {
+  experiments: () => request("GET", "experiments"),
+  experiment: (id) => request("GET", `experiments/${encodeURIComponent(id)}`),
+
+  sessions: () => request("GET", "sessions"),
+  session: (id) => request("GET", session(id)),
+  start: (wish) => request("POST", "sessions", wish),
+  end: (id) => request("DELETE", session(id)),
+  parameters: (id, values) => request("PATCH", session(id, "/parameters"), values),
+  transport: (id, action, more = {}) => request("POST", session(id, "/transport"), { action, ...more }),
+  branch: (id, wish) => request("POST", session(id, "/branch"), wish),
+  activate: (id, branch) => request("POST", session(id, `/branch/${encodeURIComponent(branch)}/activate`)),
+  resume: (id) => request("POST", session(id, "/resume")),
+  diagnostics: (id, branch) => request("GET", session(id, `/diagnostics?branch=${encodeURIComponent(branch)}`)),
+  bookmark: (id, note) => request("POST", session(id, "/bookmarks"), note ? { note } : {}),
+  unbookmark: (id, bookmark) => request("DELETE", session(id, `/bookmarks/${encodeURIComponent(bookmark)}`)),
+  frameAddress: (id) => `${ROOT}${session(id, "/frame.png")}`,
+
+  uploads: () => request("GET", "uploads"),
+  upload: (id) => request("GET", `uploads/${encodeURIComponent(id)}`),
+  removeUpload: (id) => request("DELETE", `uploads/${encodeURIComponent(id)}`),
+  pictureAddress: (id, frame) => `${ROOT}uploads/${encodeURIComponent(id)}/frames/${frame}.jpg`,
+
+  runs: () => request("GET", "runs"),
+  save: (sessionId) => request("POST", "runs", { session: sessionId }),
+  open: (id) => request("POST", run(id, "/open")),
+  remove: (id) => request("DELETE", run(id)),
+  downloadAddress: (id) => `${ROOT}${run(id, "/download")}`,
+  thumbnailAddress: (id) => `${ROOT}${run(id, "/thumbnail.png")}`,
+};
+
+/** Where a session's stream of messages is found. */
+export function streamAddress(id) {
+  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+  return `${scheme}//${location.host}${ROOT}${session(id, "/stream")}`;
+}

@@ -1,0 +1,56 @@
+/** Dialogs, on the browser's own `<dialog>`: it keeps the focus, closes on Escape and gives the focus back. */
+
+import { h } from "./dom.js";
+import { icon } from "./icons.js";
+
+/**
+ * Open a dialog.
+ *
+ * @param {string} title
+ * @param {(close: () => void) => Node[]} body What is in it.
+ * @param {{wide?: boolean}} [options]
+ * @returns {HTMLDialogElement}
+ */
+export function openDialog(title, body, { wide = false } = {}) {
+  const element = h("dialog", { class: wide ? "dialog wide" : "dialog", "aria-label": title });
+  const close = () => element.close();
+  element.append(
+    h(
+      "header",
+      {},
+      h("h2", {}, title),
+      h("button", { class: "quiet icon-only", type: "button", "aria-label": "Close", on: { click: close } }, icon("close")),
+    ),
+    ...body(close),
+  );
+  element.addEventListener("close", () => element.remove());
+  element.addEventListener("pointerdown", (event) => {
+    if (event.target === element) close();
+  });
+  document.body.append(element);
+  element.showModal();
+  element.querySelector("[autofocus]")?.focus();
+  return element;
+}
+
+/** Ask before something is lost for good. Resolves to true when it shall be done. */
+export function confirmLoss({ title, text, action }) {
+  return new Promise((resolve) => {
+    let answer = false;
+    const element = openDialog(title, (close) => [
+      h("p", {}, text),
+      h(
+        "footer",
+        {},
+        h("button", { type: "button", autofocus: true, on: { click: close } }, "Keep"),
+        h("button", { type: "button", class: "danger", on: { click: () => ((answer = true), close()) } }, action),
+      ),
+    ]);
+    element.addEventListener("close", () => resolve(answer));
+  });
+}
+
+/** Whether keys belong to a dialog now. */
+export function dialogIsOpen() {
+  return document.querySelector("dialog[open]") !== null;
+}

@@ -1,0 +1,50 @@
+/** Numbers and words as a person reads them. Every figure has a unit. */
+
+const MISSING = "–";
+
+/** A number with so many decimals; a dash where there is none. */
+export function number(value, decimals = 1) {
+  return typeof value === "number" && Number.isFinite(value) ? value.toFixed(decimals) : MISSING;
+}
+
+/** A parameter's value, as short as it stays exact. */
+export function parameterValue(value, declaration) {
+  const text = typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
+  return declaration?.unit ? `${text} ${declaration.unit}` : text;
+}
+
+/** 12,345,678 bytes -> "12.3 MB". */
+export function bytes(count) {
+  const units = ["B", "kB", "MB", "GB"];
+  let value = count;
+  let unit = 0;
+  while (value >= 1000 && unit < units.length - 1) {
+    value /= 1000;
+    unit += 1;
+  }
+  return `${value.toFixed(value >= 100 || unit === 0 ? 0 : 1)} ${units[unit]}`;
+}
+
+/** 0.1 -> "0.1×"; 0 -> "max". */
+export function speed(value) {
+  return value === 0 ? "max" : `${Number(value.toPrecision(3))}×`;
+}
+
+/** A moment, as "today, 14:03" or "3 Mar 2026, 14:03". */
+export function moment(text) {
+  const date = new Date(typeof text === "number" ? text * 1000 : text);
+  if (Number.isNaN(date.getTime())) return "";
+  const time = date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
+  if (date.toDateString() === new Date().toDateString()) return `today, ${time}`;
+  return `${date.toLocaleDateString("en-GB", { day: "numeric", month: "short", year: "numeric" })}, ${time}`;
+}
+
+/** "1 frame", "2 frames". */
+export function count(amount, noun) {
+  return `${amount.toLocaleString("en-GB")} ${noun}${amount === 1 ? "" : "s"}`;
+}
+
+/** What the quantities of a session are measured in. A signal has no picture and so no pixels. */
+export function unitOf(session) {
+  return session?.experiment === "sine" ? "" : "px";
+}

@@ -1,0 +1,117 @@
+/**
+ * What is known of each frame of one branch: the diagnostics in columns, row i belonging to frame i.
+ */
+
+export class History {
+  #rows = [];
+  /** Counts every change that is not an appended row; a plot that saw the same count only has to add the tail. */
+  edition = 0;
+
+  get length() {
+    return this.#rows.length;
+  }
+
+  /** The diagnostics of a frame, or undefined where it has not been computed. */
+  at(frame) {
+    return this.#rows[frame];
+  }
+
+  /** Take over the whole history as the server sends it, column by column. */
+  replace(columns) {
+    const names = Object.keys(columns);
+    const rows = [];
+    for (let index = 0; index < (columns.frame?.length ?? 0); index += 1) {
+      const row = {};
+      for (const name of names) row[name] = columns[name][index];
+      rows[row.frame] = row;
+    }
+    this.#rows = rows;
+    this.edition += 1;
+  }
+
+  /**
+   * Add a row, or see an old one again (a replay gives the same numbers).
+   *
+   * @returns {boolean} False when rows in between are missing, so that the whole history has to be fetched.
+   */
+  add(row) {
+    if (row.frame > this.#rows.length) return false;
+    if (row.frame < this.#rows.length) {
+      if (row.estimate?.[0] !== this.#rows[row.frame].estimate?.[0]) this.edition += 1;
+      this.#rows[row.frame] = row;
+    } else {
+      this.#rows.push(row);
+    }
+    return true;
+  }
+
+  /** Forget the frames from `length` on: the run began again. */
+  cut(length) {
+    if (this.#rows.length <= length) return;
+    this.#rows.length = length;
+    this.edition += 1;
+  }
+
+  /** Spans [first, last] of frames for which `test` holds. */
+  spans(test) {
+    const found = [];
+    let first = -1;
+    for (let frame = 0; frame <= this.#rows.length; frame += 1) {
+      const holds = frame < this.#rows.length && test(this.#rows[frame]);
+      if (holds && first < 0) first = frame;
+      if (!holds && first >= 0) {
+        found.push([first, frame - 1]);
+        first = -1;
+      }
+    }
+    return found;
+  }
+
+  /** Largest of the numbers that `value` gives, over the frames from..to; null where there is none. */
+  most(value, from = 0, to = this.#rows.length - 1) {
+    let most = null;
+    for (let frame = from; frame <= to; frame += 1) {
+      const number = value(this.#rows[frame]);
+      if (number !== null && (most === null || number > most)) most = number;
+    }
+    return most;
+  }
+}
+
+/** The curves that scrubber, plots and readout draw from a row; null where it is not known. */
+export const curve = {
+  error: (row) => finite(row?.error),
+  /** A filter switches as soon as any component spreads too far, so the largest one is the one to look at. */
+  sigma: (row) => finite(row?.sigma?.length ? Math.max(...row.sigma) : null),
+  ess: (row) => finite(row?.effective_sample_size),
+  prediction: (row) => finite(row?.prediction_count) ?? 0,
+  observation: (row) => finite(row?.observation_count) ?? 0,
+};
+
+function finite(value) {
+  return typeof value === "number" && Number.isFinite(value) ? value : null;
+}
+
+const APPROACH = 5;
+const MEMORY = 40;
+
+/**
+ * The frame from which to look at how the target was lost.
+ *
+ * That is a few frames before the loss, or before the target went out of sight if that is what led to it: there a
+ * different choice can still save the day.
+ *
+ * @param {History} history
+ * @param {number} position The last loss at or before this frame is meant; failing that, the first one after it.
+ * @returns {number|null} Null when the target was never lost.
+ */
+export function beforeLoss(history, position) {
+  const losses = history.spans((row) => row?.lost === true).map(([first]) => first);
+  if (losses.length === 0) return null;
+  const loss = losses.filter((frame) => frame <= position).at(-1) ?? losses[0];
+  const hidden = history
+    .spans((row) => row?.hidden === true)
+    .filter(([first, last]) => first < loss && last >= loss - MEMORY)
+    .at(-1);
+  return Math.max(0, (hidden ? Math.min(hidden[0], loss) : loss) - APPROACH);
+}

@@ -1,0 +1,40 @@
+/** Line icons on a 16 px grid, drawn in the colour of the text around them. */
+
+import { svg } from "./dom.js";
+
+const PATHS = {
+  play: ["M4.5 2.8v10.4l8.6-5.2z", true],
+  pause: ["M4 3h3v10H4zM9 3h3v10H9z", true],
+  next: ["M6 3l5 5-5 5"],
+  previous: ["M10 3L5 8l5 5"],
+  first: ["M12 3L7 8l5 5M4.5 3v10"],
+  last: ["M4 3l5 5-5 5M11.5 3v10"],
+  replay: ["M3.5 8a4.5 4.5 0 1 0 1.7-3.5M5 1.8v3h3"],
+  bookmark: ["M4.5 2.5h7v11L8 10.8 4.5 13.5z"],
+  branch: ["M4.5 5.5v5M4.5 8.5c4 0 7-.5 7-3M4.5 5.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3zM4.5 13.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3zM11.5 5.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3z"],
+  save: ["M8 2.5v7.5M4.8 7L8 10.2 11.2 7M2.5 11v2.5h11V11"],
+  share: ["M6.5 9.5a2.7 2.7 0 0 0 4 .2l2-2a2.7 2.7 0 0 0-3.8-3.8l-1 1M9.5 6.5a2.7 2.7 0 0 0-4-.2l-2 2a2.7 2.7 0 0 0 3.8 3.8l1-1"],
+  trash: ["M3 4.5h10M6.5 4.5v-2h3v2M4.5 4.5l.6 9h5.8l.6-9"],
+  close: ["M4 4l8 8M12 4l-8 8"],
+  sun: ["M8 5a3 3 0 1 0 0 6 3 3 0 0 0 0-6zM8 1.5v1.5M8 13v1.5M1.5 8H3M13 8h1.5M3.4 3.4l1 1M11.6 11.6l1 1M12.6 3.4l-1 1M4.4 11.6l-1 1"],
+  moon: ["M13 9.6A5.5 5.5 0 0 1 6.4 3 5.5 5.5 0 1 0 13 9.6z"],
+  auto: ["M8 2.5a5.5 5.5 0 1 0 0 11zM8 2.5a5.5 5.5 0 0 1 0 11"],
+  film: ["M2.5 3.5h11v9h-11zM5 3.5v9M11 3.5v9M2.5 6.5H5M2.5 9.5H5M11 6.5h2.5M11 9.5h2.5"],
+};
+
+/** @param {keyof PATHS} name */
+export function icon(name) {
+  const [path, solid = false] = PATHS[name];
+  return svg(
+    "svg",
+    { viewBox: "0 0 16 16", width: 16, height: 16, class: "icon", "aria-hidden": "true", focusable: "false" },
+    svg("path", {
+      d: path,
+      fill: solid ? "currentColor" : "none",
+      stroke: solid ? "none" : "currentColor",
+      "stroke-width": 1.5,
+      "stroke-linecap": "round",
+      "stroke-linejoin": "round",
+    }),
+  );
+}

@@ -1,0 +1,275 @@
+/**
+ * The live plots, drawn by BokehJS: error, sigma against gamma, ESS and proposals over one shared axis of frames. Each
+ * branch is a line in its colour. Data comes in about ten times a second at the most.
+ */
+
+import { h, setText } from "./dom.js";
+import { number, unitOf } from "./format.js";
+import { curve } from "./history.js";
+import { throttle } from "./pace.js";
+import { onTheme, tokens } from "./theme.js";
+import { thresholds } from "./timeline.js";
+
+const SCRIPTS = ["/static/bokeh/bokeh.min.js", "/static/bokeh/bokeh-api.min.js"];
+const REDRAW_MS = 100;
+const INKS = ["ink", "muted", "line", "lost", "hidden", "prediction", "observation"];
+
+/**
+ * @param {HTMLElement} root
+ * @param {import("./store.js").Store} store
+ */
+export async function plots(root, store) {
+  const panels = {
+    error: panel(root, "error"),
+    sigma: panel(root, "sigma | gamma"),
+    ess: panel(root, "ESS"),
+    proposals: panel(root, "proposals"),
+  };
+  const labels = throttle(() => label(panels, store), REDRAW_MS);
+  store.on("session position history branches", labels);
+
+  try {
+    for (const source of SCRIPTS) await script(source);
+  } catch {
+    root.append(h("p", { class: "hint" }, "The plots could not be loaded; the scrubber below shows the same curves."));
+    return;
+  }
+  const { Bokeh } = globalThis;
+  Bokeh.set_log_level("error");
+  const book = new Book(Bokeh, panels);
+  await book.show();
+  const draw = throttle(() => {
+    if (store.session !== null && !document.hidden) book.draw(store);
+  }, REDRAW_MS);
+  store.on("session position history branches", draw);
+  document.addEventListener("visibilitychange", draw);
+  const narrow = matchMedia("(max-width: 999px)");
+  narrow.addEventListener("change", () => book.dress(narrow.matches));
+  onTheme(() => book.dress(narrow.matches));
+  book.dress(narrow.matches);
+  draw();
+}
+
+function panel(root, title) {
+  const value = h("output", {});
+  const heading = h("span", {}, title);
+  const plot = h("div", { class: "plot", role: "img", "aria-label": `${title} over frames` });
+  root.append(h("section", { class: "panel" }, h("h2", {}, heading, value), plot));
+  return { heading, value, plot };
+}
+
+function label(panels, store) {
+  const session = store.session;
+  if (session === null) return;
+  const row = store.history.at(session.position);
+  const unit = unitOf(session);
+  const gamma = thresholds(session)
+    .map(({ steps }) => steps.filter(({ frame }) => frame <= session.position).at(-1)?.value)
+    .filter((value) => typeof value === "number");
+  setText(panels.error.heading, `error ${unit}`.trim());
+  setText(panels.sigma.heading, `sigma${gamma.length > 0 ? " | gamma" : ""} ${unit}`.trim());
+  setText(panels.error.value, number(curve.error(row)));
+  setText(panels.sigma.value, [number(curve.sigma(row)), ...gamma.map((value) => number(value))].join(" | "));
+  setText(panels.ess.value, number(curve.ess(row), 0));
+  setText(panels.proposals.value, row ? `${curve.prediction(row)} + ${curve.observation(row)}` : "–");
+}
+
+/** The four figures and their data. */
+class Book {
+  #bokeh;
+  #figures = {};
+  #ranges = {};
+  #x;
+  #lines = new Map();
+  #gamma;
+  #strip;
+  #bands;
+  #here = [];
+  #seen = null;
+
+  constructor(Bokeh, panels) {
+    this.#bokeh = Bokeh;
+    this.#panels = panels;
+    this.#x = new Bokeh.Range1d({ start: 0, end: 1 });
+    for (const name of Object.keys(panels)) this.#figures[name] = this.#figure(name);
+    this.#bands = { hidden: this.#source({ x0: [], x1: [] }), lost: this.#source({ x0: [], x1: [] }) };
+    this.#gamma = this.#source({ frame: [], value: [] });
+    this.#strip = this.#source({ frame: [], prediction: [], total: [] });
+    const { error, sigma, proposals } = this.#figures;
+    const strip = (source, alpha) => error.vstrip({ field: "x0" }, { field: "x1" }, { source, fill_alpha: alpha, line_color: null });
+    this.#glyphs.hidden = strip(this.#bands.hidden, 0.2);
+    this.#glyphs.lost = strip(this.#bands.lost, 0.16);
+    this.#glyphs.gamma = sigma.line({ field: "frame" }, { field: "value" }, { source: this.#gamma, line_dash: "dashed", line_width: 1.2 });
+    const layer = (y1, y2) => proposals.varea_step({ field: "frame" }, y1, y2, { source: this.#strip, step_mode: "center" });
+    this.#glyphs.prediction = layer({ value: 0 }, { field: "prediction" });
+    this.#glyphs.observation = layer({ field: "prediction" }, { field: "total" });
+  }
+
+  #panels;
+  #glyphs = {};
+
+  #source(data) {
+    return new this.#bokeh.ColumnDataSource({ data });
+  }
+
+  #figure(name) {
+    const { Plotting, Range1d, Span } = this.#bokeh;
+    this.#ranges[name] = new Range1d({ start: 0, end: 1 });
+    const figure = Plotting.figure({
+      sizing_mode: "stretch_both",
+      x_range: this.#x,
+      y_range: this.#ranges[name],
+      tools: "",
+      toolbar_location: null,
+      min_border: 2,
+      outline_line_color: null,
+      background_fill_color: null,
+      border_fill_color: null,
+    });
+    const here = new Span({ location: 0, dimension: "height", line_width: 1 });
+    figure.add_layout(here);
+    this.#here.push(here);
+    for (const axis of [figure.xaxis, figure.yaxis]) {
+      Object.assign(axis, {
+        minor_tick_line_color: null,
+        axis_line_color: null,
+        major_tick_in: 0,
+        major_tick_out: 3,
+        major_label_text_font: "system-ui, sans-serif",
+        major_label_text_font_size: "11px",
+        major_label_standoff: 3,
+      });
+    }
+    figure.yaxis.ticker.desired_num_ticks = 3;
+    figure.xgrid.visible = false;
+    return figure;
+  }
+
+  async show() {
+    for (const [name, { plot }] of Object.entries(this.#panels)) {
+      await this.#bokeh.Plotting.show(this.#figures[name], plot);
+    }
+  }
+
+  /** Colours and, in a narrow window, no axes: the plots are sparklines then. */
+  dress(sparkline) {
+    const ink = tokens(...INKS);
+    for (const [name, figure] of Object.entries(this.#figures)) {
+      figure.xaxis.visible = !sparkline && name === "proposals";
+      figure.yaxis.visible = !sparkline;
+      figure.ygrid.visible = !sparkline;
+      figure.ygrid.grid_line_color = ink.line;
+      for (const axis of [figure.xaxis, figure.yaxis]) {
+        axis.major_label_text_color = ink.muted;
+        axis.major_tick_line_color = ink.line;
+      }
+    }
+    for (const span of this.#here) span.line_color = ink.muted;
+    for (const name of ["hidden", "lost", "prediction", "observation"]) this.#glyphs[name].glyph.fill_color = ink[name];
+    this.#glyphs.gamma.glyph.line_color = ink.ink;
+  }
+
+  draw(store) {
+    const { session } = store;
+    this.#x.end = Math.max(1, session.frames - 1);
+    for (const span of this.#here) span.location = session.position;
+    for (const branch of store.branches) this.#branch(branch, store.historyOf(branch.id), branch.id === session.branch);
+    for (const [id, line] of this.#lines) {
+      if (!store.branches.some((branch) => branch.id === id)) for (const one of line.glyphs) one.visible = false;
+    }
+    this.#active(store.history, session);
+  }
+
+  /** The lines of one branch. */
+  #branch(branch, history, active) {
+    if (!this.#lines.has(branch.id)) {
+      const source = this.#source(columns(history, 0));
+      const draw = (figure, field) =>
+        figure.line({ field: "frame" }, { field }, { source, line_color: branch.colour, line_join: "round", name: `${field} ${branch.id}` });
+      const glyphs = [draw(this.#figures.error, "error"), draw(this.#figures.sigma, "sigma"), draw(this.#figures.ess, "ess")];
+      this.#lines.set(branch.id, { source, glyphs, edition: history.edition, length: history.length });
+    }
+    const line = this.#lines.get(branch.id);
+    for (const { glyph } of line.glyphs) {
+      const width = active ? 1.8 : 1.2;
+      if (glyph.line_width !== width) Object.assign(glyph, { line_width: width, line_alpha: active ? 1 : 0.75 });
+    }
+    if (line.edition !== history.edition || history.length < line.length) line.source.data = columns(history, 0);
+    else if (history.length > line.length) line.source.stream(columns(history, line.length));
+    line.edition = history.edition;
+    line.length = history.length;
+  }
+
+  /** What is drawn of the active branch alone. */
+  #active(history, session) {
+    const seen = `${session.branch} ${history.edition} ${history.length} ${JSON.stringify(session.timeline)} ${JSON.stringify(session.parameters)}`;
+    if (seen === this.#seen) return;
+    this.#seen = seen;
+    this.#bands.hidden.data = strips(history, (row) => row?.hidden === true);
+    this.#bands.lost.data = strips(history, (row) => row?.lost === true);
+    this.#gamma.data = staircase(thresholds(session), session.frames - 1);
+    const frame = [];
+    const prediction = [];
+    const total = [];
+    for (let index = 0; index < history.length; index += 1) {
+      const row = history.at(index);
+      frame.push(index);
+      prediction.push(curve.prediction(row));
+      total.push(curve.prediction(row) + curve.observation(row));
+    }
+    this.#strip.data = { frame, prediction, total };
+    const particles = total.reduce((most, value) => Math.max(most, value), 0);
+    const gammas = this.#gamma.data.value.filter((value) => Number.isFinite(value));
+    this.#grow("error", history.most(curve.error));
+    this.#grow("sigma", Math.max(history.most(curve.sigma) ?? 0, ...gammas));
+    this.#grow("ess", particles);
+    this.#ranges.proposals.end = Math.max(1, particles);
+  }
+
+  /** Round limits that change seldom, so that the picture stands still. */
+  #grow(name, most) {
+    const value = Math.max(most ?? 0, 1) * 1.05;
+    const power = 10 ** Math.floor(Math.log10(value));
+    const end = power * [1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value);
+    if (this.#ranges[name].end !== end) this.#ranges[name].end = end;
+  }
+}
+
+function columns(history, from) {
+  const data = { frame: [], error: [], sigma: [], ess: [] };
+  for (let frame = from; frame < history.length; frame += 1) {
+    const row = history.at(frame);
+    data.frame.push(frame);
+    data.error.push(curve.error(row) ?? NaN);
+    data.sigma.push(curve.sigma(row) ?? NaN);
+    data.ess.push(curve.ess(row) ?? NaN);
+  }
+  return data;
+}
+
+function strips(history, test) {
+  const spans = history.spans(test);
+  return { x0: spans.map(([first]) => first - 0.5), x1: spans.map(([, last]) => last + 0.5) };
+}
+
+function staircase(gammas, last) {
+  const data = { frame: [], value: [] };
+  for (const { steps } of gammas) {
+    steps.forEach(({ frame, value }, index) => {
+      data.frame.push(frame, steps[index + 1]?.frame ?? last);
+      data.value.push(value ?? NaN, value ?? NaN);
+    });
+    data.frame.push(last);
+    data.value.push(NaN);
+  }
+  return data;
+}
+
+function script(source) {
+  return new Promise((resolve, reject) => {
+    const element = h("script", { src: source });
+    element.addEventListener("load", resolve);
+    element.addEventListener("error", () => reject(new Error(source)));
+    document.head.append(element);
+  });
+}

@@ -1,0 +1,156 @@
+/** The session page: finds or starts its session, and puts the parts together. */
+
+import { api } from "./api.js";
+import { bookmarkMenu } from "./bookmarks.js";
+import { branchDialog, branchLegend } from "./branches.js";
+import { Commands } from "./commands.js";
+import { fill, h, setText } from "./dom.js";
+import { helpDialog } from "./help.js";
+import { icon } from "./icons.js";
+import { listen } from "./keys.js";
+import { plots } from "./plots.js";
+import { readout } from "./readout.js";
+import { Scene } from "./scene.js";
+import { scrubber } from "./scrubber.js";
+import { decode, linkTo, shareDialog } from "./share.js";
+import { Store } from "./store.js";
+import { Stream } from "./stream.js";
+import { themeButton } from "./theme.js";
+import { trackerTitle } from "./timeline.js";
+import { toast } from "./toast.js";
+import { transport } from "./transport.js";
+
+const GALLERY = { label: "Back to the gallery", href: "/" };
+
+const part = (name) => document.querySelector(`[data-part="${name}"]`);
+const store = new Store();
+const commands = new Commands(store);
+const scene = new Scene(part("scene"), store, commands);
+let presets = [];
+
+const actions = {
+  toggle: () => commands.toggle(),
+  step: (direction) => commands.step(direction),
+  jump: (frames) => commands.jump(frames),
+  first: () => commands.first(),
+  newest: () => commands.newest(),
+  faster: (direction) => commands.faster(direction),
+  beforeLoss: () => commands.beforeLoss(),
+  bookmark: () => commands.bookmark(),
+  branch: () => branchDialog(store, commands),
+  help: () => helpDialog(presets),
+  preset: (which) => openPreset(presets[which - 1]),
+};
+
+header();
+transport(part("transport"), store, commands, [bookmarkMenu(store, commands)]);
+scrubber(part("scrubber"), store, commands);
+readout(part("readout"), store);
+branchLegend(part("branches"), store, commands);
+listen(actions, () => scene.window);
+store.on("connection", () => {
+  part("disconnected").hidden = store.connection !== "lost";
+});
+store.on("refused", ({ message }) => toast(message, { kind: "error" }));
+plots(part("plots"), store);
+begin();
+
+async function begin() {
+  const id = decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1));
+  let session = null;
+  let wish = null;
+  try {
+    if (id === "new") {
+      wish = readWish();
+      const { position, play, ...start } = wish;
+      session = await api.start(start);
+      history.replaceState(null, "", session.page);
+    } else {
+      session = await api.session(id);
+    }
+  } catch (error) {
+    scene.fail(id === "new" ? "This session could not be started" : "There is no such session", error.message, GALLERY);
+    return;
+  }
+  new Stream(session.id, {
+    message: (message) => store.receive(message),
+    lost: () => store.setConnection("lost"),
+    gone: () => {
+      store.setConnection("gone");
+      scene.fail("This session has ended", "What was saved of it is in the gallery.", GALLERY);
+    },
+  });
+  presets = await api.experiment(session.experiment).then((found) => found.presets, () => []);
+  if (wish === null) return;
+  if (Number.isInteger(wish.position) && wish.position > 0) await whenOpen(() => commands.seek(wish.position));
+  else if (wish.play) {
+    await scene.ready;
+    await whenOpen(() => commands.toggle());
+  }
+}
+
+function readWish() {
+  try {
+    return decode(location.hash);
+  } catch {
+    throw new Error("The link is incomplete; it must hold an experiment after the # sign");
+  }
+}
+
+/** Do something as soon as the session listens. */
+function whenOpen(work) {
+  return new Promise((resolve) => {
+    let done = false;
+    const look = () => {
+      if (done || store.connection !== "open" || !commands.able) return;
+      done = true;
+      resolve(work());
+    };
+    store.on("session connection", look);
+    look();
+  });
+}
+
+/** A preset is a fresh run; the one that was watched stays among the running sessions. */
+function openPreset(preset) {
+  const { session } = store;
+  if (!preset || session === null) return;
+  const known = new Set(session.declarations.map(({ name }) => name));
+  const wish = {
+    experiment: session.experiment,
+    tracker: preset.tracker,
+    seed: preset.seed,
+    parameters: Object.fromEntries(Object.entries(preset.parameters).filter(([name]) => known.has(name))),
+    play: true,
+  };
+  for (const name of ["upload", "box", "start"]) if (session[name] !== undefined && session[name] !== null) wish[name] = session[name];
+  location.assign(linkTo(wish));
+}
+
+function header() {
+  const title = h("h1", {});
+  const tool = (name, text, hint, run) =>
+    h("button", { type: "button", title: hint, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
+  const tools = [
+    tool("branch", "Branch", "Branch from this frame (N)", actions.branch),
+    tool("save", "Save", "Save this run", () => commands.save()),
+    tool("share", "Share", "Share a link to this run", () => store.session && shareDialog(store.session)),
+  ];
+  fill(
+    part("header"),
+    h("a", { class: "brand", href: "/" }, "pftrack"),
+    title,
+    h("span", { class: "spring" }),
+    tools,
+    themeButton(),
+    h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
+  );
+  store.on("session branches position", () => {
+    const { session } = store;
+    if (session === null) return;
+    const words = `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.seed}`;
+    setText(title, words);
+    document.title = `${words} · pftrack`;
+    for (const element of tools) element.disabled = store.connection !== "open" || !commands.able;
+  });
+}

@@ -1,0 +1,68 @@
+/**
+ * Links that hold a whole run: experiment, seed, tracker and timeline travel in the fragment, which no server logs. Who
+ * opens one gets the same numbers.
+ */
+
+import { openDialog } from "./dialog.js";
+import { h } from "./dom.js";
+import { toast } from "./toast.js";
+
+/** Link to a new session that does what `wish` says (the body of POST sessions, and where to stand or to play). */
+export function linkTo(wish) {
+  return `/session/new#${encode(wish)}`;
+}
+
+/** base64url of JSON, in UTF-8. */
+export function encode(wish) {
+  const raw = String.fromCharCode(...new TextEncoder().encode(JSON.stringify(wish)));
+  return btoa(raw).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+}
+
+/** Read a fragment; throws when it holds no wish. */
+export function decode(fragment) {
+  const raw = atob(fragment.replace(/^#/, "").replaceAll("-", "+").replaceAll("_", "/"));
+  const wish = JSON.parse(new TextDecoder().decode(Uint8Array.from(raw, (letter) => letter.charCodeAt(0))));
+  if (typeof wish !== "object" || wish === null || typeof wish.experiment !== "string") throw new Error("no experiment");
+  return wish;
+}
+
+/** What makes this session again, up to the frame that is shown. */
+export function wishOf(session) {
+  const wish = {
+    experiment: session.experiment,
+    tracker: session.initial_tracker ?? session.tracker,
+    seed: session.seed,
+    frames: session.frames,
+    timeline: session.timeline ?? [],
+    position: session.position,
+  };
+  if (session.initial_parameters) wish.parameters = session.initial_parameters;
+  for (const name of ["upload", "box", "start"]) if (session[name] !== undefined && session[name] !== null) wish[name] = session[name];
+  return wish;
+}
+
+/** Show the link of a session, ready to be copied. */
+export function shareDialog(session) {
+  const address = new URL(linkTo(wishOf(session)), location.href).href;
+  openDialog("Share this run", (close) => {
+    const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
+    field.addEventListener("focus", () => field.select());
+    const copy = async () => {
+      try {
+        await navigator.clipboard.writeText(address);
+        toast("Link copied");
+        close();
+      } catch {
+        field.focus();
+        field.select();
+        toast("The browser does not let pages copy here; the link is selected, copy it by keyboard", { kind: "error" });
+      }
+    };
+    return [
+      h("p", {}, `The link holds the experiment, seed, tracker, all changes of parameters, and frame ${session.position}. It gives the same numbers to everyone who can reach this server.`),
+      session.upload && h("p", { class: "hint" }, "The video itself stays on this server."),
+      field,
+      h("footer", {}, h("button", { type: "button", on: { click: close } }, "Close"), h("button", { type: "button", class: "primary", on: { click: copy } }, "Copy link")),
+    ].filter(Boolean);
+  }, { wide: true });
+}

@@ -1,0 +1,106 @@
+/**
+ * A session's stream of messages: a websocket that comes back by itself.
+ *
+ * The first message after every connection is `hello` with the whole state, so nothing has to be remembered here. A
+ * connection counts as lost when it closes or when a ping stays unanswered (a laptop that slept, a dead tunnel).
+ */
+
+import { api, streamAddress } from "./api.js";
+
+const FIRST_WAIT_MS = 250;
+const LONGEST_WAIT_MS = 4000;
+const PING_EVERY_MS = 5000;
+
+export class Stream {
+  #id;
+  #on;
+  #socket = null;
+  #wait = FIRST_WAIT_MS;
+  #timer = 0;
+  #pings = 0;
+  #unanswered = 0;
+  #stopped = false;
+
+  /**
+   * @param {string} id The session.
+   * @param {{message: (message: object) => void, lost: () => void, gone: (error: Error) => void}} on `gone`: the
+   *     server answers, but has no such session any more.
+   */
+  constructor(id, on) {
+    this.#id = id;
+    this.#on = on;
+    globalThis.addEventListener("online", () => this.#soon(0));
+    document.addEventListener("visibilitychange", () => {
+      if (!document.hidden && this.#socket === null) this.#soon(0);
+    });
+    this.#connect();
+  }
+
+  stop() {
+    this.#stopped = true;
+    clearTimeout(this.#timer);
+    clearInterval(this.#pings);
+    this.#socket?.close();
+  }
+
+  #connect() {
+    if (this.#stopped || this.#socket !== null) return;
+    const socket = new WebSocket(streamAddress(this.#id));
+    this.#socket = socket;
+    let greeted = false;
+    socket.addEventListener("message", (event) => {
+      const message = JSON.parse(event.data);
+      if (message.type === "pong") {
+        this.#unanswered = 0;
+        return;
+      }
+      if (message.type === "hello") {
+        greeted = true;
+        this.#wait = FIRST_WAIT_MS;
+      }
+      this.#on.message(message);
+    });
+    socket.addEventListener("open", () => this.#watch(socket));
+    socket.addEventListener("close", () => this.#closed(socket, greeted));
+  }
+
+  #watch(socket) {
+    this.#unanswered = 0;
+    clearInterval(this.#pings);
+    this.#pings = setInterval(() => {
+      if (this.#unanswered >= 2) {
+        // close() would wait for the other side's farewell, which is just what does not come.
+        this.#closed(socket, true);
+        socket.close();
+        return;
+      }
+      this.#unanswered += 1;
+      if (socket.readyState === WebSocket.OPEN) {
+        socket.send(JSON.stringify({ version: 1, type: "ping", sent: Math.round(performance.now()) }));
+      }
+    }, PING_EVERY_MS);
+  }
+
+  async #closed(socket, greeted) {
+    if (socket !== this.#socket) return;
+    this.#socket = null;
+    clearInterval(this.#pings);
+    if (this.#stopped) return;
+    this.#on.lost();
+    if (!greeted) {
+      const error = await api.session(this.#id).then(() => null, (failure) => failure);
+      if (error !== null && [401, 403, 404, 410].includes(error.status)) {
+        this.stop();
+        this.#on.gone(error);
+        return;
+      }
+    }
+    this.#soon(this.#wait * (0.75 + Math.random() / 2));
+    this.#wait = Math.min(this.#wait * 2, LONGEST_WAIT_MS);
+  }
+
+  #soon(milliseconds) {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.#connect(), milliseconds);
+  }
+}

@@ -1,0 +1,64 @@
+/** Light and dark: by the system, unless a person said otherwise. The choice is applied early, by `early.js`. */
+
+import { fill, h } from "./dom.js";
+import { icon } from "./icons.js";
+
+const KEY = "pftrack-theme";
+const NEXT = { auto: "light", light: "dark", dark: "auto" };
+const LOOK = { auto: "auto", light: "sun", dark: "moon" };
+const WORDS = { auto: "as the system", light: "light", dark: "dark" };
+
+const system = matchMedia("(prefers-color-scheme: dark)");
+const listeners = new Set();
+
+function chosen() {
+  return document.documentElement.dataset.theme ?? "auto";
+}
+
+function tell() {
+  for (const listener of listeners) listener();
+}
+
+system.addEventListener("change", tell);
+
+/** Call `listener` whenever the colours changed. */
+export function onTheme(listener) {
+  listeners.add(listener);
+}
+
+/** The button that goes round light, dark and the system's choice. */
+export function themeButton() {
+  const button = h("button", { class: "quiet icon-only", type: "button", "data-role": "theme" });
+  const show = () => {
+    fill(button, icon(LOOK[chosen()]));
+    button.title = `Colours ${WORDS[chosen()]}`;
+    button.setAttribute("aria-label", `Colours ${WORDS[chosen()]}; change`);
+  };
+  button.addEventListener("click", () => {
+    const next = NEXT[chosen()];
+    if (next === "auto") delete document.documentElement.dataset.theme;
+    else document.documentElement.dataset.theme = next;
+    try {
+      localStorage.setItem(KEY, next);
+    } catch {
+      // Without storage the choice lasts as long as the page.
+    }
+    show();
+    tell();
+  });
+  show();
+  return button;
+}
+
+/** The values of colour tokens as they are now, for canvases, which cannot read style sheets. */
+export function tokens(...names) {
+  const probe = h("span", { hidden: true });
+  document.body.append(probe);
+  const found = {};
+  for (const name of names) {
+    probe.style.color = `var(--${name})`;
+    found[name] = getComputedStyle(probe).color;
+  }
+  probe.remove();
+  return found;
+}

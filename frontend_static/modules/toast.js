@@ -1,0 +1,43 @@
+/** Short messages at the lower edge. News goes away by itself; what went wrong stays until it is read. */
+
+import { fill, h } from "./dom.js";
+import { icon } from "./icons.js";
+
+const NEWS_MS = 5000;
+let stack = null;
+
+/**
+ * @param {string} message
+ * @param {{kind?: "news"|"error", action?: {label: string, href?: string, run?: () => void}}} [options]
+ */
+export function toast(message, { kind = "news", action = null } = {}) {
+  if (stack === null) {
+    stack = h("div", { class: "toasts", role: "status", "aria-live": "polite" });
+    document.body.append(stack);
+  }
+  for (const shown of stack.querySelectorAll(".toast")) if (shown.dataset.message === message) shown.remove();
+  const element = h("div", { class: `toast ${kind}`, role: kind === "error" ? "alert" : null });
+  element.dataset.message = message;
+  const close = () => element.remove();
+  fill(
+    element,
+    h("span", { class: "toast-text" }, message),
+    action?.href && h("a", { class: "button quiet", href: action.href, on: { click: close } }, action.label),
+    action?.run &&
+      h("button", { class: "quiet", type: "button", on: { click: () => (close(), action.run()) } }, action.label),
+    h("button", { class: "quiet icon-only", type: "button", "aria-label": "Close this message", on: { click: close } }, icon("close")),
+  );
+  stack.append(element);
+  while (stack.children.length > 3) stack.firstElementChild.remove();
+  if (kind === "news") setTimeout(close, NEWS_MS);
+}
+
+/** Run something that talks to the server; what goes wrong is said once, here. */
+export async function attempt(work) {
+  try {
+    return await work();
+  } catch (error) {
+    toast(error.message, { kind: "error" });
+    return undefined;
+  }
+}
