@@ -1,0 +1,9 @@
+"""pftrack: interactive tracking experiments with particle filters.
+
+Data flows one way, `Source -> Tracker -> Run -> Drawing`, and parameters flow the other way through one door
+(`pftrack.parameters.revise`). The library knows nothing of the web; the server is another package.
+"""
+
+__all__ = ["__version__"]
+
+__version__ = "0.1.0"

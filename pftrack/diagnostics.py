@@ -1,0 +1,66 @@
+"""Diagnostics: what is written down of every frame, small enough to keep for all of them."""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Literal
+
+__all__ = ["Diagnostics"]
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostics:
+    """One frame of a run in numbers.
+
+    Attributes:
+        frame: Index within the run.
+        time_s: Time since frame 0, s.
+        estimate: Posterior mean, in the experiment's unit (px for pictures).
+        sigma: Posterior standard deviations, same unit.
+        effective_sample_size: 1 / sum w^2; 0 for a filter without particles.
+        log_evidence: log p(z_t | z_{1:t-1}) up to a constant of the likelihood; -inf if every weight was zero.
+        prediction_count: Particles from the prediction sampler.
+        observation_count: Particles from the observation sampler.
+        proposal: Where the particles came from.
+        resampled: Whether parents were drawn anew.
+        switched: Whether the sampler or process noise changed since the frame before.
+        unique_ancestors: How many different parents the particles have.
+        truth: The true position; None where it is unknown.
+        observation: What was seen of a signal; None for pictures.
+        reference: Mean of the exact posterior, where it is known beside an approximate one.
+        error: Distance of the estimate from the truth; None where the truth is unknown.
+        lost: Whether that counts as lost.
+        hidden: Whether the target is known to be out of sight.
+        step_ms: Time that the tracker took for the frame, ms.
+    """
+
+    frame: int
+    time_s: float
+    estimate: tuple[float, ...]
+    sigma: tuple[float, ...]
+    effective_sample_size: float
+    log_evidence: float
+    prediction_count: int
+    observation_count: int
+    proposal: Literal["prediction", "observation", "mixed", "none"]
+    resampled: bool
+    switched: bool
+    unique_ancestors: int
+    truth: tuple[float, ...] | None
+    observation: tuple[float, ...] | None
+    reference: tuple[float, ...] | None
+    error: float | None
+    lost: bool | None
+    hidden: bool | None
+    step_ms: float
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the values by name, ready for JSON: a number that is not finite becomes None."""
+        return {name: _finite(value) for name, value in asdict(self).items()}
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, tuple):
+        return [_finite(item) for item in value]
+    return value

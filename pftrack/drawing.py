@@ -1,0 +1,147 @@
+"""Drawings: what a tracker's state looks like, in a dozen primitives that know no viewer.
+
+An experiment turns a step of a run into a `Drawing`; the library renders drawings to pictures and video
+(`pftrack.rendering`), the server renders the same drawings into a 3-D scene. Coordinates are the picture's: x = column,
+y = row, in px with the origin at the centre of the top left pixel; z is the height above the picture plane, in px,
+towards the viewer. A renderer without depth ignores z.
+
+Each primitive names its layer; a viewer lets people switch layers on and off.
+"""
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "COLOURS",
+    "Axes",
+    "Colour",
+    "Drawing",
+    "Ellipse",
+    "Links",
+    "Mesh",
+    "Picture",
+    "Points",
+    "Polyline",
+    "Primitive",
+    "Text",
+]
+
+Colour: TypeAlias = tuple[int, int, int]
+
+COLOURS: dict[str, Colour] = {
+    "estimate": (0, 114, 178),
+    "truth": (0, 0, 0),
+    "prediction": (230, 159, 0),
+    "observation": (86, 180, 233),
+    "lost": (213, 94, 0),
+    "second": (0, 158, 115),
+    "hidden": (128, 128, 128),
+    "paper": (255, 255, 255),
+}
+"""One colour a meaning, the same in scene, plots, video and maps (Okabe and Ito's colour-blind-safe palette), RGB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """The frame itself, (height, width, 3) uint8 RGB, lying in the plane z = 0."""
+
+    image_rgb: NDArray[np.uint8]
+    layer: str = "picture"
+
+
+@dataclass(frozen=True, slots=True)
+class Points:
+    """A cloud of points: positions (n, 3) float32 in px, colours (n, 3) uint8 RGB, one size in px."""
+
+    positions: NDArray[np.float32]
+    colours: NDArray[np.uint8]
+    size: float
+    layer: str = "particles"
+
+
+@dataclass(frozen=True, slots=True)
+class Polyline:
+    """An open line through positions (n, 3) float32, px."""
+
+    positions: NDArray[np.float32]
+    colour: Colour
+    width: float
+    layer: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipse:
+    """An ellipse in a plane of constant z: centre (3,) and the two half axes as vectors, (2, 2), px."""
+
+    centre: NDArray[np.float32]
+    half_axes: NDArray[np.float32]
+    colour: Colour
+    width: float
+    layer: str
+    dashed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """A coordinate frame: origin (3,), rotation (3, 3) with the axes as columns, length in px."""
+
+    origin: NDArray[np.float32]
+    rotation: NDArray[np.float32]
+    length: float
+    layer: str
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A triangle mesh: vertices (n, 3) float32 px, faces (m, 3) int32, one colour and opacity."""
+
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    colour: Colour
+    opacity: float
+    layer: str
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """Separate segments (n, 2, 3) float32, px."""
+
+    segments: NDArray[np.float32]
+    colour: Colour
+    width: float
+    layer: str
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A short label at a position (3,), px."""
+
+    position: NDArray[np.float32]
+    text: str
+    colour: Colour
+    layer: str
+    anchor: Literal["start", "middle"] = "start"
+
+
+Primitive: TypeAlias = Picture | Points | Polyline | Ellipse | Axes | Mesh | Links | Text
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """All that is to be seen of one frame.
+
+    Attributes:
+        width: Extent of the picture along x, px.
+        height: Extent along y, px.
+        primitives: In painting order, by a name that stays the same from frame to frame, so that a viewer can update
+            what it already shows.
+        caption: One line of text about the frame.
+    """
+
+    width: int
+    height: int
+    primitives: dict[str, Primitive] = field(default_factory=dict)
+    caption: str = ""

@@ -1,0 +1,147 @@
+"""Dynamics: how a state moves from one frame to the next, and how uncertain that is.
+
+All models of the documents are linear with Gaussian noise, x' = A x + d + B u with u white and of unit variance, so one
+type serves them all; the functions below build the usual members. A second-order model of a position carries the two
+newest positions in its state, (x_t, x_{t-1}).
+
+A family member needs two things, which keeps nonlinear models possible: `predict`, the mean of the next state, and
+`diffuse`, which adds the noise to means that may have been chosen among.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+
+__all__ = [
+    "Dynamics",
+    "LinearDynamics",
+    "autoregression",
+    "constant_velocity",
+    "random_walk",
+]
+
+
+class Dynamics(Protocol):
+    """A transition density p(x' | x) that can be sampled in two stages."""
+
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the means (N, d) of the next states, given states (N, d)."""
+
+    def diffuse(
+        self, rng: np.random.Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
+
+
+@dataclass(frozen=True)
+class LinearDynamics:
+    """x' = A x + d + B u, u ~ N(0, I).
+
+    Attributes:
+        transition: A, (d, d).
+        offset: d, (d,).
+        noise: B, (d, k); the process noise has the covariance B B^T.
+    """
+
+    transition: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    noise: NDArray[np.float64]
+
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the means (N, d) of the next states, given states (N, d)."""
+        return _predict(states, self.transition, self.offset)
+
+    def diffuse(
+        self, rng: np.random.Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
+        normals = rng.standard_normal((len(ancestors), self.noise.shape[1]))
+        return _diffuse(means, ancestors, self.noise, normals)
+
+    @property
+    def noise_covariance(self) -> NDArray[np.float64]:
+        """B B^T, (d, d)."""
+        covariance: NDArray[np.float64] = self.noise @ self.noise.T
+        return covariance
+
+
+def random_walk(dimension: int, noise_sd: float) -> LinearDynamics:
+    """Return x' = x + b u with the same b in every coordinate.
+
+    Args:
+        dimension: d.
+        noise_sd: b, in the state's unit per frame.
+    """
+    return LinearDynamics(np.eye(dimension), np.zeros(dimension), noise_sd * np.eye(dimension))
+
+
+def constant_velocity(dimension: int, interval_s: float, acceleration_sd: float) -> LinearDynamics:
+    """Return the white-acceleration model on states (positions, velocities), each of `dimension` coordinates.
+
+    Args:
+        dimension: Number of spatial coordinates; the state has twice as many.
+        interval_s: Time between frames, s.
+        acceleration_sd: Standard deviation of the acceleration held over a frame, unit / s^2.
+    """
+    one, zero = np.eye(dimension), np.zeros((dimension, dimension))
+    transition = np.block([[one, interval_s * one], [zero, one]])
+    noise = acceleration_sd * np.vstack([0.5 * interval_s**2 * one, interval_s * one])
+    return LinearDynamics(transition, np.zeros(2 * dimension), noise)
+
+
+def autoregression(
+    newer: NDArray[np.float64], older: NDArray[np.float64], offset: NDArray[np.float64], noise: NDArray[np.float64]
+) -> LinearDynamics:
+    """Return x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u on states (x_{t+1}, x_t) (document 1, eq. 3.10).
+
+    Args:
+        newer: A1, (d, d).
+        older: A0, (d, d).
+        offset: d, (d,).
+        noise: B, (d, k).
+    """
+    dimension = len(offset)
+    one, zero = np.eye(dimension), np.zeros((dimension, dimension))
+    return LinearDynamics(
+        np.block([[newer, older], [one, zero]]),
+        np.concatenate([offset, np.zeros(dimension)]),
+        np.vstack([noise, np.zeros_like(noise)]),
+    )
+
+
+@compiled
+def _predict(
+    states: NDArray[np.float64], transition: NDArray[np.float64], offset: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    count, dimension = states.shape
+    means = np.empty((count, dimension))
+    for n in range(count):
+        for i in range(dimension):
+            value = offset[i]
+            for j in range(dimension):
+                value += transition[i, j] * states[n, j]
+            means[n, i] = value
+    return means
+
+
+@compiled
+def _diffuse(
+    means: NDArray[np.float64],
+    ancestors: NDArray[np.int64],
+    noise: NDArray[np.float64],
+    normals: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    count = ancestors.shape[0]
+    dimension = means.shape[1]
+    states = np.empty((count, dimension))
+    for n in range(count):
+        for i in range(dimension):
+            value = means[ancestors[n], i]
+            for j in range(normals.shape[1]):
+                value += noise[i, j] * normals[n, j]
+            states[n, i] = value
+    return states

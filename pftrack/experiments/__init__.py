@@ -1,0 +1,27 @@
+"""Experiments: source, tracker, parameters, drawing and measure wired together under a name.
+
+Each experiment is a module here and an entry of the registry below; everything else (command line, server, sweeps) finds
+it through `find`.
+
+- `ball`: switching particle filters on a ball behind an occluder (document 1, ch. 3);
+- `sine`: the Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2).
+"""
+
+from pftrack.experiments import ball, sine
+from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
+
+__all__ = ["EXPERIMENTS", "Experiment", "Preset", "Setup", "Step", "find"]
+
+EXPERIMENTS: dict[str, Experiment] = {experiment.id: experiment for experiment in (ball.EXPERIMENT, sine.EXPERIMENT)}
+"""All experiments by name, in the order in which they are shown."""
+
+
+def find(experiment_id: str) -> Experiment:
+    """Return an experiment by name.
+
+    Raises:
+        LookupError: There is none of that name; the sentence lists those that there are.
+    """
+    if experiment_id not in EXPERIMENTS:
+        raise LookupError(f"there is no experiment {experiment_id!r}; there are {', '.join(EXPERIMENTS)}")
+    return EXPERIMENTS[experiment_id]

@@ -1,0 +1,142 @@
+"""What an experiment is: a named wiring of source, trackers, parameters, drawing and measure."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.diagnostics import Diagnostics
+from pftrack.drawing import Drawing
+from pftrack.frame import Frame, Target
+from pftrack.parameters import Parameters, Value
+from pftrack.sources.recording import Box
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.source import Source
+from pftrack.trackers import Tracker, TrackState
+
+__all__ = ["Experiment", "OnVideo", "Preset", "Setup", "Step"]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One frame of a run: what was seen, what is believed, and the numbers of both.
+
+    Attributes:
+        frame: What the source showed.
+        state: The tracker's posterior.
+        diagnostics: The numbers.
+        parameters: In force in this frame.
+        tracker: Name of the tracker that took the step.
+    """
+
+    frame: Frame
+    state: TrackState
+    diagnostics: Diagnostics
+    parameters: Any
+    tracker: str
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A named starting point that shows something.
+
+    Attributes:
+        name: Name in addresses.
+        title: What it shows, a few words.
+        tracker: Name of the tracker.
+        parameters: Values that differ from the defaults.
+        seed: Of the run.
+    """
+
+    name: str
+    title: str
+    tracker: str
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A source wired for one experiment, with the defaults that suit it.
+
+    Attributes:
+        open_source: (seed, parameters of frame 0) -> source.
+        parameters: Defaults in force for this source; one flat model of scene and tracker.
+        reference: What a saved run needs to find the source again, JSON values only.
+    """
+
+    open_source: Callable[[int, Any], Source[Any]]
+    parameters: Parameters
+    reference: Mapping[str, Any]
+
+
+class OnVideo(Protocol):
+    """Wire a recording for an experiment."""
+
+    def __call__(
+        self,
+        sequence: FrameSequence,
+        box: Box,
+        *,
+        start: int = 0,
+        truth: Callable[[int], Target | None] | None = None,
+    ) -> Setup:
+        """Return the setup of a recording.
+
+        Args:
+            sequence: The pictures.
+            box: Around the target in the picture `start`, px.
+            start: Number of the picture to start at.
+            truth: Where the target truly is, by number of the picture.
+
+        Raises:
+            ValueError: The box or the start is not within the recording.
+        """
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A named, documented wiring.
+
+    Attributes:
+        id: Name in commands, addresses and files.
+        title: Name on the screen.
+        question: The question it answers, one sentence.
+        document: The document and section that it comes from.
+        description: What is to be seen, a few sentences.
+        unit: Of estimate and error: "px", or "" for a pure number.
+        trackers: By name, in the order in which they are shown.
+        default_tracker: Name of the one to begin with.
+        frames: Length of a simulated run.
+        presets: Starting points that show something.
+        layers: What can be drawn, and whether it is at first.
+        simulate: Wire the simulated scene.
+        on_video: Wire a recording, where the experiment takes one.
+        draw: (step, diagnostics so far, size of the picture) -> what is to be seen.
+        error: (estimate, true position) -> distance.
+        lost: (error, target, parameters) -> whether that is lost, where the notion makes sense.
+    """
+
+    id: str
+    title: str
+    question: str
+    document: str
+    description: str
+    unit: str
+    trackers: Mapping[str, Tracker]
+    default_tracker: str
+    frames: int
+    presets: tuple[Preset, ...]
+    layers: Mapping[str, bool]
+    simulate: Callable[[], Setup]
+    draw: Callable[[Step, Sequence[Diagnostics]], Drawing]
+    error: Callable[[NDArray[np.float64], NDArray[np.float64]], float]
+    lost: Callable[[float, Target, Any], bool] | None = None
+    on_video: OnVideo | None = None
+
+    @property
+    def accepts_video(self) -> bool:
+        """Whether it can run on a recording."""
+        return self.on_video is not None

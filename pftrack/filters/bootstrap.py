@@ -1,0 +1,52 @@
+"""The bootstrap filter: sample from the dynamics, weigh by the likelihood.
+
+The same algorithm goes by sampling importance resampling (SIR; Gordon, Salmond and Smith 1993) and Condensation (Isard
+and Blake 1998). Its particles go where the prediction says, whatever the observation says: simple, consistent, and
+wasteful when the prediction is poor. Source: document 1, sections 3 and 5.2.
+"""
+
+import numpy as np
+
+from pftrack.dynamics import Dynamics
+from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.particles import ParticleSet, normalise
+from pftrack.resampling import Resampler, adaptive, systematic
+
+__all__ = ["step"]
+
+
+def step(
+    particles: ParticleSet,
+    dynamics: Dynamics,
+    log_likelihood: LogLikelihood,
+    rng: np.random.Generator,
+    *,
+    count: int | None = None,
+    resample: Resampler = systematic,
+    threshold: float = 1.0,
+) -> Posterior:
+    """Advance by one observation: resample, propagate, weigh, normalise.
+
+    Args:
+        particles: Posterior of the last frame, N particles (N, d).
+        dynamics: p(x_t | x_{t-1}).
+        log_likelihood: log p(z_t | x_t) up to a constant, (n, d) -> (n,).
+        rng: The frame's generator.
+        count: Number of particles wanted; as many as there are if not given.
+        resample: How parents are drawn.
+        threshold: Resample only if the effective sample size is below this share of N; 1 resamples always.
+
+    Returns:
+        The posterior of this frame, `count` particles.
+    """
+    count = count or len(particles)
+    ancestors = adaptive(resample, threshold)(rng, particles, count)
+    means = dynamics.predict(particles.states)
+    if ancestors is None:
+        kept = np.arange(count)
+        states = dynamics.diffuse(rng, means, kept)
+        log_weights, log_evidence = normalise(particles.log_weights + log_likelihood(states))
+        return Posterior(ParticleSet(states, log_weights, kept), log_evidence, 0, resampled=False)
+    states = dynamics.diffuse(rng, means, ancestors)
+    log_weights, log_sum = normalise(log_likelihood(states))
+    return Posterior(ParticleSet(states, log_weights, ancestors), log_sum - float(np.log(count)), 0, resampled=True)

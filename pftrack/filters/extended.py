@@ -1,0 +1,55 @@
+"""The extended Kalman filter: nonlinear models, linearised where the mean is."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.filters.kalman import condition
+from pftrack.gaussian import Gaussian, symmetrised
+
+__all__ = ["predict", "update"]
+
+
+def predict(
+    posterior: Gaussian,
+    transition: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    noise_covariance: NDArray[np.float64],
+) -> Gaussian:
+    """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise.
+
+    Args:
+        posterior: p(x_{t-1} | z_{1:t-1}), over (d,).
+        transition: f, (d,) -> (d,).
+        jacobian: df/dx, (d,) -> (d, d).
+        noise_covariance: Q, (d, d).
+    """
+    slope = jacobian(posterior.mean)
+    covariance = slope @ posterior.covariance @ slope.T + noise_covariance
+    return Gaussian(transition(posterior.mean), symmetrised(covariance))
+
+
+def update(
+    prior: Gaussian,
+    measurement: NDArray[np.float64],
+    observe: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    noise_covariance: NDArray[np.float64],
+) -> tuple[Gaussian, float]:
+    """Condition on z = h(x) + v, v ~ N(0, R), by linearising h at the prior's mean.
+
+    Args:
+        prior: p(x), over (d,).
+        measurement: z, (m,).
+        observe: h, (d,) -> (m,).
+        jacobian: dh/dx, (d,) -> (m, d).
+        noise_covariance: R, (m, m).
+
+    Returns:
+        The approximate p(x | z) and log p(z).
+
+    Raises:
+        numpy.linalg.LinAlgError: The innovation covariance is singular.
+    """
+    return condition(prior, measurement, observe(prior.mean), jacobian(prior.mean), noise_covariance)

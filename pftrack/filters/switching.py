@@ -1,0 +1,45 @@
+"""Switching: how many particles each sampler should provide, judged by the last posterior.
+
+While the target is in view the posterior is narrow and the prediction can be trusted. When it widens, whether because the
+target is hidden or because the dynamics are wrong, the observation should have more say. The switching particle filters
+of document 1 compare the posterior standard deviation with thresholds; they differ in how hard the switch is. Both rules
+return the number of particles for the observation sampler of `auxiliary.step`.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["exceeds", "hard", "soft"]
+
+
+def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
+    """Tell whether any posterior standard deviation (d,) exceeds the threshold gamma, in the same unit."""
+    return bool((sigma > gamma).any())
+
+
+def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
+    """All particles from the observation sampler if any sigma exceeds gamma, else none (h-SPF; document 1, ch. 3 section 3).
+
+    Args:
+        sigma: (d,) posterior standard deviations of the last frame.
+        gamma: Threshold, in the unit of sigma; the document uses the target's radius.
+        count: N.
+    """
+    return count if exceeds(sigma, gamma) else 0
+
+
+def soft(sigma: NDArray[np.float64], gamma_min: float, gamma_max: float, count: int) -> int:
+    """A share that rises linearly from none at gamma_min to all at gamma_max (s-SPF; document 1, eqs. 3.6 and 3.7).
+
+    The largest sigma decides; the number is rounded to the nearest, halves to even.
+
+    Args:
+        sigma: (d,) posterior standard deviations of the last frame.
+        gamma_min: Below this none are drawn by observation.
+        gamma_max: Above this all are; not less than gamma_min. If both are equal, the switch is hard.
+        count: N.
+    """
+    widest = float(sigma.max())
+    if gamma_max <= gamma_min:
+        return count if widest > gamma_max else 0
+    return round(count * min(max((widest - gamma_min) / (gamma_max - gamma_min), 0.0), 1.0))

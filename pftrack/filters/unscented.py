@@ -1,0 +1,113 @@
+"""The unscented Kalman filter: nonlinear models, probed at 2 d + 1 sigma points.
+
+A Gaussian is represented by its mean and points at +- sqrt(d + kappa) standard deviations along the columns of a square
+root of its covariance. Sent through a function, their weighted mean and covariance are right to second order, without
+derivatives (Julier and Uhlmann 1997). For a linear function they are exact, so that this filter is then the Kalman
+filter.
+
+The transform works on a batch of Gaussians at once, since the unscented particle filter needs one for every particle.
+"""
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.gaussian import Gaussian, log_density, symmetrised
+
+__all__ = ["Function", "predict", "transform", "update", "update_batch"]
+
+Function: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+
+def transform(
+    means: NDArray[np.float64], covariance: NDArray[np.float64], function: Function, kappa: float | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Send Gaussians of one covariance through a function.
+
+    Args:
+        means: (n, d).
+        covariance: (d, d), shared; may be singular.
+        function: (..., d) -> (..., m).
+        kappa: Spread; d + kappa must be positive. By default max(3 - d, 0), which matches a Gaussian's kurtosis for
+            d <= 3 and keeps all weights positive beyond.
+
+    Returns:
+        Means (n, m) and covariances (n, m, m) of the images, and cross covariances (n, d, m).
+
+    Raises:
+        ValueError: d + kappa is not positive.
+    """
+    dimension = means.shape[-1]
+    spread = max(3.0 - dimension, 0.0) if kappa is None else kappa
+    if dimension + spread <= 0:
+        raise ValueError(f"dimension + kappa must be positive, got {dimension} + {spread}")
+    values, vectors = np.linalg.eigh(covariance)
+    root = (vectors * np.sqrt(np.clip(values, 0.0, None))).T * np.sqrt(dimension + spread)
+    offsets = np.concatenate([np.zeros((1, dimension)), root, -root])
+    weights = np.full(2 * dimension + 1, 0.5 / (dimension + spread))
+    weights[0] = spread / (dimension + spread)
+    images = function(means[:, None, :] + offsets)
+    image_means = np.einsum("s,nsm->nm", weights, images)
+    deviations = images - image_means[:, None, :]
+    image_covariances = np.einsum("s,nsi,nsj->nij", weights, deviations, deviations)
+    cross = np.einsum("s,sd,nsm->ndm", weights, offsets, deviations)
+    return image_means, image_covariances, cross
+
+
+def predict(
+    posterior: Gaussian, transition: Function, noise_covariance: NDArray[np.float64], kappa: float | None = None
+) -> Gaussian:
+    """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise of covariance Q (d, d); f maps (..., d) -> (..., d)."""
+    means, covariances, _ = transform(posterior.mean[None], posterior.covariance, transition, kappa)
+    return Gaussian(means[0], symmetrised(covariances[0] + noise_covariance))
+
+
+def update(
+    prior: Gaussian,
+    measurement: NDArray[np.float64],
+    observe: Function,
+    noise_covariance: NDArray[np.float64],
+    kappa: float | None = None,
+) -> tuple[Gaussian, float]:
+    """Condition on z = h(x) + v, v ~ N(0, R).
+
+    Args:
+        prior: p(x), over (d,).
+        measurement: z, (m,).
+        observe: h, (..., d) -> (..., m).
+        noise_covariance: R, (m, m).
+        kappa: See `transform`.
+
+    Returns:
+        The approximate p(x | z) and log p(z).
+
+    Raises:
+        numpy.linalg.LinAlgError: The innovation covariance is singular.
+    """
+    means, covariances, log_evidences = update_batch(
+        prior.mean[None], prior.covariance, measurement, observe, noise_covariance, kappa
+    )
+    return Gaussian(means[0], covariances[0]), float(log_evidences[0])
+
+
+def update_batch(
+    means: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    measurement: NDArray[np.float64],
+    observe: Function,
+    noise_covariance: NDArray[np.float64],
+    kappa: float | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Condition n Gaussians of one covariance on the same measurement; arguments as for `update`.
+
+    Returns:
+        Means (n, d), covariances (n, d, d) and log p(z), (n,).
+    """
+    predicted, spreads, cross = transform(means, covariance, observe, kappa)
+    innovation_covariances = symmetrised(spreads + noise_covariance)
+    gains = np.swapaxes(np.linalg.solve(innovation_covariances, np.swapaxes(cross, -1, -2)), -1, -2)
+    updated = means + np.einsum("ndm,nm->nd", gains, measurement - predicted)
+    covariances = covariance - gains @ innovation_covariances @ np.swapaxes(gains, -1, -2)
+    return updated, symmetrised(covariances), log_density(measurement, predicted, innovation_covariances)

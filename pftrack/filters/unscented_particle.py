@@ -1,0 +1,76 @@
+"""The unscented particle filter: every particle proposed from an unscented update of its own prediction.
+
+The proposal already looks at a measurement, so particles move towards it, and the weights take the proposal back out:
+w = p(z | x) p(x | parent) / q(x | parent, measurement). Source: document 1, ch. 3 section 4, eq. 3.13; van der Merwe,
+Doucet, de Freitas and Wan 2000.
+
+The first coordinates of the state are the ones that receive process noise; lagged coordinates (the previous position of
+a second-order model) follow their parent exactly and are left out of the densities.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.dynamics import LinearDynamics
+from pftrack.filters import bootstrap
+from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.filters.unscented import Function, update_batch
+from pftrack.gaussian import log_density
+from pftrack.particles import ParticleSet, normalise
+from pftrack.resampling import Resampler, systematic
+
+__all__ = ["step"]
+
+
+def step(
+    particles: ParticleSet,
+    dynamics: LinearDynamics,
+    log_likelihood: LogLikelihood,
+    rng: np.random.Generator,
+    *,
+    measurement: NDArray[np.float64] | None,
+    observe: Function,
+    noise_covariance: NDArray[np.float64],
+    count: int | None = None,
+    resample: Resampler = systematic,
+) -> Posterior:
+    """Advance by one observation.
+
+    Args:
+        particles: Posterior of the last frame, N particles (N, d).
+        dynamics: p(x_t | x_{t-1}), whose noise drives the first k coordinates with full rank and no others.
+        log_likelihood: log p(z_t | x_t) up to a constant, (n, d) -> (n,).
+        rng: The frame's generator.
+        measurement: A crude measurement (m,) for the proposal, or None to propose from the prediction.
+        observe: h, what the measurement would be for the noisy coordinates, (..., k) -> (..., m).
+        noise_covariance: R of the measurement, (m, m).
+        count: Number of particles wanted; as many as there are if not given.
+        resample: How parents are drawn.
+
+    Returns:
+        The posterior, `count` particles. All count as drawn by the prediction sampler: parents are chosen by weight alone.
+
+    Raises:
+        ValueError: The noise is not of the form described.
+    """
+    if measurement is None:
+        return bootstrap.step(particles, dynamics, log_likelihood, rng, count=count, resample=resample)
+    driven = dynamics.noise.shape[1]
+    if dynamics.noise[driven:].any():
+        raise ValueError("the process noise must drive the first coordinates of the state only")
+    count = count or len(particles)
+    ancestors = resample(rng, particles.log_weights, count)
+    means = dynamics.predict(particles.states)[ancestors]
+    prior_covariance = dynamics.noise_covariance[:driven, :driven]
+    proposed, covariances, _ = update_batch(means[:, :driven], prior_covariance, measurement, observe, noise_covariance)
+    roots = np.linalg.cholesky(covariances)
+    normals = rng.standard_normal((count, driven))
+    states = means.copy()
+    states[:, :driven] = proposed + np.einsum("nij,nj->ni", roots, normals)
+    log_weights = (
+        log_likelihood(states)
+        + log_density(states[:, :driven], means[:, :driven], prior_covariance)
+        - log_density(states[:, :driven], proposed, covariances)
+    )
+    log_weights, log_sum = normalise(log_weights)
+    return Posterior(ParticleSet(states, log_weights, ancestors), log_sum - float(np.log(count)), 0, resampled=True)

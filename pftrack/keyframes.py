@@ -1,0 +1,52 @@
+"""Keyframes: whole states kept now and then, so that seeking repeats few steps."""
+
+from pftrack.trackers import TrackState
+
+__all__ = ["Keyframes"]
+
+BUDGET_BYTES = 64 * 1024 * 1024
+
+
+class Keyframes:
+    """States at regular intervals, as many as the memory budget allows; the interval doubles when it is used up."""
+
+    def __init__(self, interval: int = 8, budget_bytes: int = BUDGET_BYTES) -> None:
+        """Begin with a state every `interval` frames."""
+        self._interval = interval
+        self._budget_bytes = budget_bytes
+        self._states: dict[int, TrackState] = {}
+        self._bytes = 0
+
+    def offer(self, frame: int, state: TrackState) -> None:
+        """Keep the state if its frame is due; frame 0 always is."""
+        if frame % self._interval:
+            return
+        self._states[frame] = state
+        self._bytes += _size(state)
+        while self._bytes > self._budget_bytes and len(self._states) > 1:
+            self._interval *= 2
+            self._states = {index: kept for index, kept in self._states.items() if index % self._interval == 0}
+            self._bytes = sum(map(_size, self._states.values()))
+
+    def latest(self, frame: int) -> tuple[int, TrackState]:
+        """Return the newest keyframe at or before a frame, and its number."""
+        index = max(kept for kept in self._states if kept <= frame)
+        return index, self._states[index]
+
+    def until(self, frame: int) -> "Keyframes":
+        """Return the keyframes up to a frame; the states are shared."""
+        twin = Keyframes(self._interval, self._budget_bytes)
+        for index, state in self._states.items():
+            if index <= frame:
+                twin.offer(index, state)
+        return twin
+
+
+def _size(state: TrackState) -> int:
+    size = 1024
+    if state.particles is not None:
+        particles = state.particles
+        size += particles.states.nbytes + 2 * particles.log_weights.nbytes + particles.ancestors.nbytes
+    if state.lineage is not None:
+        size += state.lineage.paths.nbytes
+    return size

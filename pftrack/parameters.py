@@ -1,0 +1,214 @@
+"""Parameters, declared once.
+
+Everything that a person can turn is a field of a `Parameters` model: its title, unit, bounds, step, default, one sentence
+of help, and whether it may change while a run is going on. Sliders, the REST schema, command-line options, sweep axes and
+the documentation are all generated from that one declaration, and every value enters through one door, `revise`, which
+refuses what is wrong with a sentence that names the field, the bound and the value.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, Literal, Self, TypeAlias, TypeVar, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+__all__ = ["Declaration", "ParameterError", "Parameters", "declarations", "flat", "parameter", "parse", "revise"]
+
+Value: TypeAlias = bool | int | float | str
+
+
+class ParameterError(ValueError):
+    """A parameter that cannot be accepted.
+
+    Attributes:
+        field: The parameter's name.
+        value: What was given.
+        bound: What is allowed, in words.
+    """
+
+    def __init__(self, field: str, value: object, bound: str) -> None:
+        super().__init__(f"{field} must be {bound}, got {_shown(value)}")
+        self.field = field
+        self.value = value
+        self.bound = bound
+
+    def __reduce__(self) -> tuple[type[Self], tuple[str, object, str]]:
+        """Travel between processes whole: the default would rebuild from the message alone."""
+        return type(self), (self.field, self.value, self.bound)
+
+
+class Declaration(BaseModel):
+    """What there is to know of one parameter, as the page, the command line and the documentation need it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    title: str
+    description: str
+    unit: str
+    kind: Literal["integer", "number", "boolean", "choice", "colour"]
+    default: Value
+    minimum: float | None = None
+    maximum: float | None = None
+    step: float | None = None
+    choices: tuple[str, ...] = ()
+    live: bool = True
+    group: str = ""
+    trackers: tuple[str, ...] = ()
+
+
+class Parameters(BaseModel):
+    """Base of all parameter models: immutable, closed to unknown names, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __hash__(self) -> int:
+        """Hash once: a run looks its parameters up in caches in every frame."""
+        known = self.__dict__.get("_hash")
+        if known is None:
+            known = hash((type(self), *(self.__dict__[name] for name in type(self).model_fields)))
+            self.__dict__["_hash"] = known
+        return int(known)
+
+
+P = TypeVar("P", bound=Parameters)
+
+
+def parameter(
+    default: Value,
+    title: str,
+    description: str,
+    *,
+    unit: str = "",
+    ge: float | None = None,
+    le: float | None = None,
+    step: float | None = None,
+    colour: bool = False,
+    live: bool = True,
+    group: str = "",
+    trackers: tuple[str, ...] = (),
+) -> Any:  # noqa: ANN401 - what a pydantic field declaration is to a type checker
+    """Declare one field of a `Parameters` model.
+
+    Args:
+        default: The value that a run starts with.
+        title: What a slider is called, in sentence case.
+        description: One sentence on what it does.
+        unit: The unit as printed beside the value; empty for a pure number.
+        ge: Smallest value allowed.
+        le: Largest value allowed.
+        step: The slider's step.
+        colour: Whether the text is a colour, `#rrggbb`.
+        live: Whether a change may take effect in the middle of a run.
+        group: The heading under which a panel shows it.
+        trackers: The trackers that read it; empty means all.
+    """
+    declared = {"unit": unit, "step": step, "colour": colour, "live": live, "group": group, "trackers": list(trackers)}
+    pattern = r"^#[0-9a-fA-F]{6}$" if colour else None
+    return Field(
+        default=default, title=title, description=description, ge=ge, le=le, pattern=pattern, json_schema_extra=declared
+    )
+
+
+@cache
+def declarations(model: type[Parameters]) -> tuple[Declaration, ...]:
+    """Return the declaration of every field of a parameter model, in order."""
+    return tuple(_declaration(model, name) for name in model.model_fields)
+
+
+def parse(model: type[Parameters], name: str, text: str) -> Value:
+    """Read a parameter's value from text, as a command line gives it.
+
+    Raises:
+        ParameterError: The name is unknown or the text is no value of its kind.
+    """
+    known = {declaration.name: declaration for declaration in declarations(model)}
+    if name not in known:
+        raise ParameterError(name, text, f"one of {', '.join(sorted(known))}")
+    match known[name].kind:
+        case "boolean":
+            truths = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}
+            if text.lower() not in truths:
+                raise ParameterError(name, text, "true or false")
+            return truths[text.lower()]
+        case "integer" | "number":
+            try:
+                return int(text) if known[name].kind == "integer" else float(text)
+            except ValueError:
+                raise ParameterError(name, text, _allowed(known[name])) from None
+        case _:
+            return text
+
+
+def revise(current: P, changes: Mapping[str, object]) -> P:
+    """Return a copy with some values changed, validated as a whole.
+
+    Args:
+        current: The parameters in force.
+        changes: New values by name.
+
+    Raises:
+        ParameterError: A name is unknown, or a value is of the wrong kind, out of bounds or at odds with another.
+    """
+    model = type(current)
+    known = {declaration.name: declaration for declaration in declarations(model)}
+    for name in changes:
+        if name not in known:
+            raise ParameterError(name, changes[name], f"the value of a known parameter ({', '.join(sorted(known))})")
+    try:
+        return model.model_validate({**flat(current), **changes}, strict=False)
+    except ValidationError as error:
+        first = error.errors()[0]
+        cause = first.get("ctx", {}).get("error")
+        if isinstance(cause, ParameterError):
+            raise cause from None
+        name = str(first["loc"][0])
+        raise ParameterError(name, first["input"], _allowed(known[name])) from None
+
+
+def flat(parameters: Parameters) -> dict[str, Value]:
+    """Return the values by name."""
+    return {name: parameters.__dict__[name] for name in type(parameters).model_fields}
+
+
+def _declaration(model: type[Parameters], name: str) -> Declaration:
+    field = model.model_fields[name]
+    extra = field.json_schema_extra
+    if not isinstance(extra, dict) or field.title is None or field.description is None:
+        raise TypeError(f"{model.__name__}.{name} must be declared with parameter()")
+    bounds = {type(item).__name__: item for item in field.metadata}
+    choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
+    kinds = {bool: "boolean", int: "integer", float: "number"}
+    kind = "choice" if choices else "colour" if extra["colour"] else kinds[field.annotation]  # type: ignore[index]
+    return Declaration.model_validate(
+        {
+            "name": name,
+            "title": field.title,
+            "description": field.description,
+            "kind": kind,
+            "default": field.default,
+            "minimum": getattr(bounds.get("Ge"), "ge", None),
+            "maximum": getattr(bounds.get("Le"), "le", None),
+            "choices": choices,
+            **{key: extra[key] for key in ("unit", "step", "live", "group", "trackers")},
+        }
+    )
+
+
+def _allowed(declaration: Declaration) -> str:
+    unit = f" {declaration.unit}" if declaration.unit else ""
+    match declaration.kind:
+        case "boolean":
+            return "true or false"
+        case "colour":
+            return "a colour as #rrggbb"
+        case "choice":
+            return f"one of {', '.join(declaration.choices)}"
+        case kind:
+            noun = "a whole number" if kind == "integer" else "a finite number"
+            return f"{noun} between {declaration.minimum:g} and {declaration.maximum:g}{unit}"
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

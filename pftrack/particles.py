@@ -1,0 +1,152 @@
+"""Particle sets: a distribution as a cloud of weighted hypotheses.
+
+A particle set approximates a distribution by N states and weights that sum to one. Weights are kept as logarithms, since
+the likelihood of even a short signal underflows (document 1, section 3: raw weights fail at dimension 5 with ten
+particles), and an impossible value (NaN) becomes a weight of zero in one place, `normalise`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+
+__all__ = ["ParticleSet", "normalise"]
+
+
+@dataclass(frozen=True)
+class ParticleSet:
+    """N weighted states, immutable.
+
+    Attributes:
+        states: (N, d) states in the units of the model.
+        log_weights: (N,) logarithms of weights that sum to one.
+        ancestors: (N,) index of each particle's parent in the previous set.
+    """
+
+    states: NDArray[np.float64]
+    log_weights: NDArray[np.float64]
+    ancestors: NDArray[np.int64]
+
+    @classmethod
+    def uniform(cls, states: NDArray[np.float64]) -> "ParticleSet":
+        """Return the states (N, d) with equal weights, each its own ancestor."""
+        count = len(states)
+        return cls(states, np.full(count, -np.log(count)), np.arange(count))
+
+    def __len__(self) -> int:
+        """Return the number of particles N."""
+        return len(self.log_weights)
+
+    @cached_property
+    def weights(self) -> NDArray[np.float64]:
+        """(N,) normalised weights."""
+        weights: NDArray[np.float64] = np.exp(self.log_weights)
+        return weights
+
+    @cached_property
+    def moments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Weighted mean (d,) and covariance (d, d).
+
+        The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that document 1 prints (eq. 3.5,
+        an erratum: the weights are normalised already).
+        """
+        return _moments(self.states, self.weights)
+
+    @property
+    def mean(self) -> NDArray[np.float64]:
+        """(d,) weighted mean (document 1, eq. 3.3)."""
+        return self.moments[0]
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """(d, d) weighted covariance."""
+        return self.moments[1]
+
+    @cached_property
+    def effective_sample_size(self) -> float:
+        """1 / sum_n w_n^2, between 1 and N."""
+        return float(1.0 / np.dot(self.weights, self.weights))
+
+    @property
+    def mode(self) -> NDArray[np.float64]:
+        """(d,) the state of greatest weight; the first among equals."""
+        best: NDArray[np.float64] = self.states[int(np.argmax(self.log_weights))]
+        return best
+
+    @cached_property
+    def unique_ancestors(self) -> int:
+        """How many different parents the particles have."""
+        return int(_count_unique(self.ancestors))
+
+
+def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Scale weights so that they sum to one.
+
+    NaN counts as a weight of zero, and so does +inf, which no likelihood can mean. If every weight is zero, nothing is
+    known: the result is uniform and the log of the sum is -inf.
+
+    Args:
+        log_weights: (N,) logarithms of unnormalised weights.
+
+    Returns:
+        (N,) logarithms of normalised weights, and the logarithm of the sum of the weights given.
+    """
+    return _normalise(log_weights)
+
+
+@compiled
+def _normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    count = log_weights.shape[0]
+    top = -np.inf
+    for n in range(count):
+        if top < log_weights[n] < np.inf:
+            top = log_weights[n]
+    result = np.empty(count)
+    if top == -np.inf:
+        result[:] = -np.log(count)
+        return result, -np.inf
+    total = 0.0
+    for n in range(count):
+        value = log_weights[n]
+        if -np.inf < value < np.inf:
+            total += np.exp(value - top)
+    log_sum = top + np.log(total)
+    for n in range(count):
+        value = log_weights[n]
+        result[n] = value - log_sum if -np.inf < value < np.inf else -np.inf
+    return result, log_sum
+
+
+@compiled
+def _moments(
+    states: NDArray[np.float64], weights: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    count, dimension = states.shape
+    mean = np.zeros(dimension)
+    for n in range(count):
+        for i in range(dimension):
+            mean[i] += weights[n] * states[n, i]
+    covariance = np.zeros((dimension, dimension))
+    for n in range(count):
+        for i in range(dimension):
+            weighted = weights[n] * (states[n, i] - mean[i])
+            for j in range(i, dimension):
+                covariance[i, j] += weighted * (states[n, j] - mean[j])
+    for i in range(dimension):
+        for j in range(i):
+            covariance[i, j] = covariance[j, i]
+    return mean, covariance
+
+
+@compiled
+def _count_unique(ancestors: NDArray[np.int64]) -> int:
+    seen = np.zeros(ancestors.max() + 1, dtype=np.bool_)
+    unique = 0
+    for ancestor in ancestors:
+        if not seen[ancestor]:
+            seen[ancestor] = True
+            unique += 1
+    return unique

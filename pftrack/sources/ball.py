@@ -1,0 +1,143 @@
+"""The simulated ball: a red disc that swings behind an occluder, among distracters of its own colour.
+
+Document 1, ch. 3 section 3.1, with the readings of specification 6.2: a sinusoid of one hertz, peak to peak 200 px, seen at
+30 frames a second in a 320 x 240 picture ("reading A"); larger pictures and amplitudes give "reading B" (6.7). Every
+parameter is live. The phase is accumulated over the history, so that a change of speed does not make the ball jump.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.frame import Frame, Target
+from pftrack.parameters import parameter
+from pftrack.random import Purpose, generator
+from pftrack.sources.overlay import (
+    OverlayParameters,
+    distracter_radius,
+    occlusion_width,
+    paint,
+    paint_disc,
+    rgb,
+    strip,
+)
+from pftrack.sources.source import History
+
+__all__ = ["BallSceneParameters", "BallSource"]
+
+GROUP = "Scene"
+
+
+class BallSceneParameters(OverlayParameters):
+    """The scene: how the ball moves and what it looks like."""
+
+    occlusion_width_px: float = occlusion_width(40)
+    distracter_radius_px: float = distracter_radius(6)
+    ball_radius_px: float = parameter(
+        5, "Ball radius", "Radius of the ball.", unit="px", ge=1, le=60, step=0.5, group=GROUP
+    )
+    amplitude_px: float = parameter(
+        100,
+        "Amplitude",
+        "How far the ball swings to either side of the middle.",
+        unit="px",
+        ge=0,
+        le=960,
+        step=1,
+        group=GROUP,
+    )
+    period_s: float = parameter(1, "Period", "Time of one full swing.", unit="s", ge=0.1, le=60, step=0.1, group=GROUP)
+    frame_rate_hz: float = parameter(
+        30,
+        "Frame rate",
+        "Frames a second of the simulated camera; fewer make the ball move further between frames.",
+        unit="Hz",
+        ge=1,
+        le=240,
+        step=1,
+        group=GROUP,
+    )
+    image_noise_sd: float = parameter(
+        0,
+        "Pixel noise",
+        "Standard deviation of the noise on every pixel and channel.",
+        unit="grey levels",
+        ge=0,
+        le=100,
+        step=1,
+        group=GROUP,
+    )
+    ball_colour: str = parameter(
+        "#c83232", "Ball colour", "Colour of the ball and of its look-alikes.", colour=True, group=GROUP
+    )
+    background_colour: str = parameter(
+        "#646464", "Background colour", "Colour of everything else.", colour=True, group=GROUP
+    )
+    image_width_px: int = parameter(
+        320, "Picture width", "Width of the picture.", unit="px", ge=64, le=1920, step=2, live=False, group=GROUP
+    )
+    image_height_px: int = parameter(
+        240, "Picture height", "Height of the picture.", unit="px", ge=48, le=1080, step=2, live=False, group=GROUP
+    )
+
+
+class BallSource:
+    """Endless frames of the swinging ball.
+
+    Attributes:
+        size: Width and height of the picture, px.
+        frame_rate_hz: Frames a second.
+        frame_count: None; the ball never stops.
+        start: The ball at frame 0, a turning point of its path.
+    """
+
+    def __init__(self, seed: int, parameters: BallSceneParameters) -> None:
+        """Set the scene.
+
+        Args:
+            seed: Of the pixel noise.
+            parameters: In force at frame 0.
+        """
+        self._seed = seed
+        self.size = (parameters.image_width_px, parameters.image_height_px)
+        self.frame_rate_hz = parameters.frame_rate_hz
+        self.frame_count: int | None = None
+        self.start = _target(parameters, 0.0)
+
+    def frame(self, index: int, history: History[BallSceneParameters]) -> Frame:
+        """Return the scene at an instant; the same arguments give the same frame, to the bit."""
+        parameters = history.at(index)
+        spans = history.spans(index)
+        turns = sum(steps / (past.frame_rate_hz * past.period_s) for steps, past in spans)
+        time_s = sum(steps / past.frame_rate_hz for steps, past in spans)
+        image = _picture(parameters, turns)
+        if parameters.image_noise_sd > 0:
+            noise = generator(self._seed, index, Purpose.SCENE).standard_normal(image.shape, dtype=np.float32)
+            noisy = np.rint(image + np.float32(parameters.image_noise_sd) * noise)
+            image = np.clip(noisy, 0, 255).astype(np.uint8)
+            image.flags.writeable = False
+        return Frame(index, time_s, image_rgb=image, target=_target(parameters, turns))
+
+
+def _centre(parameters: BallSceneParameters, turns: float) -> tuple[float, float]:
+    u = parameters.image_width_px / 2 - parameters.amplitude_px * np.cos(2 * np.pi * turns)
+    return float(u), parameters.image_height_px / 2
+
+
+def _target(parameters: BallSceneParameters, turns: float) -> Target:
+    u, v = _centre(parameters, turns)
+    left, right = strip(parameters, parameters.image_width_px)
+    radius = parameters.ball_radius_px
+    return Target(np.array([u, v]), 2 * radius, hidden=left <= u - radius and u + radius < right)
+
+
+@lru_cache(maxsize=64)
+def _picture(parameters: BallSceneParameters, turns: float) -> NDArray[np.uint8]:
+    """Draw the scene without noise; two periods of the document's scene stay in the cache for the next run."""
+    image = np.empty((parameters.image_height_px, parameters.image_width_px, 3), dtype=np.uint8)
+    image[:] = rgb(parameters.background_colour)
+    paint_disc(image, *_centre(parameters, turns), parameters.ball_radius_px, rgb(parameters.ball_colour))
+    paint(image, parameters, parameters.ball_colour)
+    image.flags.writeable = False
+    return image

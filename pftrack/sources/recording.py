@@ -1,0 +1,91 @@
+"""A recording as a source: the pictures of a video, with an overlay and, where it is known, the truth."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pftrack.frame import Frame, Target
+from pftrack.parameters import parameter
+from pftrack.sources.overlay import OverlayParameters, paint
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.source import History
+
+__all__ = ["Box", "RecordingParameters", "RecordingSource", "check_box"]
+
+Box = tuple[float, float, float, float]
+"""x and y of the left top corner, width and height, px."""
+
+
+class RecordingParameters(OverlayParameters):
+    """What is laid over the recording."""
+
+    distracter_colour: str = parameter(
+        "#c83232",
+        "Look-alike colour",
+        "Colour of the look-alikes; the target's own at first.",
+        colour=True,
+        group="Occluder and look-alikes",
+    )
+
+
+class RecordingSource:
+    """The frames of a recording from a chosen one on.
+
+    Attributes:
+        size: Width and height of the picture, px.
+        frame_rate_hz: Frames a second.
+        frame_count: Frames from the chosen one to the end.
+        start: Where the person drew the box.
+    """
+
+    def __init__(
+        self, sequence: FrameSequence, box: Box, first: int = 0, truth: Callable[[int], Target | None] | None = None
+    ) -> None:
+        """Wire a recording up.
+
+        Args:
+            sequence: The pictures.
+            box: Around the target in the first picture used.
+            first: Number of that picture within the sequence.
+            truth: Where the target truly is, by number of the picture within the sequence.
+
+        Raises:
+            ValueError: The box or the first frame is not within the recording.
+        """
+        if not 0 <= first < sequence.frame_count:
+            raise ValueError(f"the start frame must be between 0 and {sequence.frame_count - 1}, got {first}")
+        check_box(box, sequence.size)
+        self._sequence = sequence
+        self._first = first
+        self._truth = truth
+        self.size = sequence.size
+        self.frame_rate_hz = sequence.frame_rate_hz
+        self.frame_count: int | None = sequence.frame_count - first
+        x, y, w, h = box
+        self.start = Target(np.array([x + (w - 1) / 2, y + (h - 1) / 2]), max(w, h))
+
+    def frame(self, index: int, history: History[RecordingParameters]) -> Frame:
+        """Return a picture with its overlay; the same arguments give the same frame, to the bit."""
+        parameters = history.at(index)
+        image = self._sequence.picture(self._first + index)
+        if parameters.occlusion_width_px > 0 or parameters.distracter_radius_px > 0:
+            image = image.copy()
+            paint(image, parameters, parameters.distracter_colour)
+            image.flags.writeable = False
+        target = self._truth(self._first + index) if self._truth else None
+        return Frame(index, index / self.frame_rate_hz, image_rgb=image, target=target)
+
+
+def check_box(box: Box, size: tuple[int, int]) -> None:
+    """Refuse a box that is not within the picture.
+
+    Raises:
+        ValueError: It has no area or reaches beyond the picture; the sentence names both.
+    """
+    x, y, w, h = box
+    width, height = size
+    if not (w >= 1 and h >= 1 and x >= 0 and y >= 0 and x + w <= width and y + h <= height):
+        raise ValueError(
+            f"the box must lie within the picture of {width} x {height} px and be at least 1 px wide and high, "
+            f"got x = {x:g}, y = {y:g}, width = {w:g}, height = {h:g}"
+        )

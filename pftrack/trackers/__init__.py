@@ -1,0 +1,13 @@
+"""Trackers: filters joined with likelihoods into something that follows a target through frames.
+
+A tracker is a pair of pure functions, `start(target, size, parameters, rng) -> TrackState` and
+`step(state, frame, parameters, rng) -> TrackState`. Nothing is hidden in it, so a run can rewind and branch at no cost,
+and all trackers of an experiment understand each other's states, so that one may take over from another in mid-run.
+
+- `ball`: the switching filters of document 1, ch. 3, and what they are compared with;
+- `signal`: the Kalman and the particle filter of document 1, ch. 2.
+"""
+
+from pftrack.trackers.tracker import Tracker, TrackState
+
+__all__ = ["TrackState", "Tracker"]

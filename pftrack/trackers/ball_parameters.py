@@ -1,0 +1,237 @@
+"""The parameters that all trackers of a ball share; each field names those that read it."""
+
+from typing import Literal
+
+from pydantic import model_validator
+
+from pftrack.filters.auxiliary import WeightRule
+from pftrack.parameters import ParameterError, Parameters, parameter
+
+__all__ = ["BallTrackerParameters"]
+
+PARTICLE = ("condensation", "apf", "upf", "pc-pf", "h-spf", "s-spf")
+OBSERVING = ("apf", "h-spf", "s-spf")
+MEASURING = ("kalman", "upf")
+
+SAMPLING = "Sampling"
+SWITCHING = "Switching thresholds"
+MODEL = "Motion model"
+COLOUR = "Colour model"
+SCORING = "Scoring"
+
+
+class BallTrackerParameters(Parameters):
+    """Everything that can be turned on the trackers of a ball."""
+
+    sample_count: int = parameter(
+        800, "Particles", "Number of particles N.", ge=1, le=100_000, step=1, group=SAMPLING, trackers=PARTICLE
+    )
+    apf_weights: WeightRule = parameter(
+        "sharpened",
+        "Observation weights",
+        "Weight of a particle whose parent was chosen by the observation: sharpened as in the document (not a valid "
+        "importance sampler), corrected by Pitt and Shephard's rule, or corrected with the balance heuristic.",
+        group=SAMPLING,
+        trackers=OBSERVING,
+    )
+    resampling: Literal["systematic", "stratified", "residual", "multinomial"] = parameter(
+        "systematic", "Resampling", "How parents are drawn.", group=SAMPLING, trackers=PARTICLE
+    )
+    resampling_threshold: float = parameter(
+        1.0,
+        "Resampling threshold",
+        "Resample only when the effective sample size is below this share of N; 1 resamples in every frame.",
+        ge=0,
+        le=1,
+        step=0.05,
+        group=SAMPLING,
+        trackers=("condensation", "pc-pf", "h-spf", "s-spf"),
+    )
+    gamma_px: float = parameter(
+        5,
+        "Threshold gamma",
+        "A posterior standard deviation above this switches to the observation sampler, or to the large process noise.",
+        unit="px",
+        ge=0,
+        le=1000,
+        step=0.5,
+        group=SWITCHING,
+        trackers=("h-spf", "pc-pf"),
+    )
+    gamma_min_px: float = parameter(
+        4,
+        "Lower threshold",
+        "Up to this posterior standard deviation no particle is drawn by observation.",
+        unit="px",
+        ge=0,
+        le=1000,
+        step=0.5,
+        group=SWITCHING,
+        trackers=("s-spf",),
+    )
+    gamma_max_px: float = parameter(
+        20,
+        "Upper threshold",
+        "From this posterior standard deviation on all particles are drawn by observation.",
+        unit="px",
+        ge=0,
+        le=1000,
+        step=0.5,
+        group=SWITCHING,
+        trackers=("s-spf",),
+    )
+    process_noise_px: float = parameter(
+        3,
+        "Process noise",
+        "Standard deviation of what the motion model leaves out, each frame and axis.",
+        unit="px",
+        ge=0.01,
+        le=200,
+        step=0.1,
+        group=MODEL,
+    )
+    large_process_noise_px: float = parameter(
+        5,
+        "Large process noise",
+        "Process noise while the posterior is wider than gamma.",
+        unit="px",
+        ge=0.01,
+        le=200,
+        step=0.1,
+        group=MODEL,
+        trackers=("pc-pf",),
+    )
+    velocity_retention: float = parameter(
+        1.0,
+        "Velocity retention",
+        "Share of the velocity kept from frame to frame: 1 is constant velocity, 0 a random walk.",
+        ge=0,
+        le=1,
+        step=0.05,
+        group=MODEL,
+    )
+    initial_sd_px: float = parameter(
+        1,
+        "Initial spread",
+        "Standard deviation of the particles around the start.",
+        unit="px",
+        ge=0,
+        le=200,
+        step=0.5,
+        live=False,
+        group=MODEL,
+    )
+    measurement_noise_px: float = parameter(
+        20,
+        "Measurement noise",
+        "Standard deviation attributed to the colour centroid as a measurement of the position.",
+        unit="px",
+        ge=0.1,
+        le=1000,
+        step=1,
+        group=MODEL,
+        trackers=MEASURING,
+    )
+    learn_dynamics: bool = parameter(
+        False, "Learn the motion", "Estimate the motion model while tracking, by online EM.", group="Learning"
+    )
+    forgetting: float = parameter(
+        0.99,
+        "Forgetting",
+        "Factor by which learned statistics fade each frame; the memory is about 1 / (1 - factor) frames.",
+        ge=0.5,
+        le=1,
+        step=0.005,
+        group="Learning",
+    )
+    warm_up_frames: int = parameter(
+        15,
+        "Warm-up",
+        "Frames to watch before the learned model is used.",
+        unit="frames",
+        ge=1,
+        le=1000,
+        step=1,
+        group="Learning",
+    )
+    learning_ridge: float = parameter(
+        1e-4,
+        "Ridge",
+        "Pull of the learned model towards the initial one.",
+        ge=0,
+        le=1,
+        step=1e-4,
+        group="Learning",
+    )
+    largest_spectral_radius: float = parameter(
+        1.02,
+        "Stability guard",
+        "A learned model whose spectral radius is larger is refused.",
+        ge=0.5,
+        le=2,
+        step=0.01,
+        group="Learning",
+    )
+    smoothing_lag_frames: int = parameter(
+        0,
+        "Smoothing lag",
+        "Frames to look back: the path is drawn as it appears given what was seen since; 0 draws none.",
+        unit="frames",
+        ge=0,
+        le=60,
+        step=1,
+        group=SAMPLING,
+        trackers=PARTICLE,
+    )
+    background_level: float = parameter(
+        0.1,
+        "Background level rho",
+        "Likelihood of any pixel that is not of the target's colour, relative to one that is.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=COLOUR,
+    )
+    colour_model: Literal["redness", "chromaticity"] = parameter(
+        "redness",
+        "Colour model",
+        "Compare the share of red alone, as in the document, or the shares of red and green.",
+        group=COLOUR,
+    )
+    target_red_share: float = parameter(
+        2 / 3, "Share of red", "Mean of R / (R + G + B) on the target.", ge=0, le=1, step=0.005, group=COLOUR
+    )
+    target_green_share: float = parameter(
+        1 / 6, "Share of green", "Mean of G / (R + G + B) on the target.", ge=0, le=1, step=0.005, group=COLOUR
+    )
+    red_spread: float = parameter(
+        0.05, "Spread of red", "Standard deviation of the share of red.", ge=0.001, le=1, step=0.005, group=COLOUR
+    )
+    green_spread: float = parameter(
+        0.05, "Spread of green", "Standard deviation of the share of green.", ge=0.001, le=1, step=0.005, group=COLOUR
+    )
+    lost_radii: float = parameter(
+        3,
+        "Success region",
+        "The target counts as lost when the estimate is further away than this many target radii.",
+        unit="radii",
+        ge=0.1,
+        le=20,
+        step=0.1,
+        group=SCORING,
+    )
+    lost_share: float = parameter(
+        0.25,
+        "Frames that may be lost",
+        "A run is a success if no more than this share of its frames with known truth is lost.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=SCORING,
+    )
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "BallTrackerParameters":
+        if self.gamma_min_px > self.gamma_max_px:
+            raise ParameterError("gamma_min_px", self.gamma_min_px, f"at most gamma_max_px ({self.gamma_max_px:g} px)")
+        return self

@@ -1,0 +1,173 @@
+"""Trackers of a one-dimensional signal: document 1, ch. 2.
+
+Both use the second-order model X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In D
+dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the exact
+Kalman answer beside its own, since for this model it is known.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.dynamics import LinearDynamics, autoregression
+from pftrack.filters import bootstrap, kalman
+from pftrack.frame import Frame, Target
+from pftrack.gaussian import Gaussian
+from pftrack.parameters import Parameters, parameter
+from pftrack.particles import ParticleSet
+from pftrack.resampling import systematic
+from pftrack.trackers.tracker import Tracker, TrackState
+
+__all__ = ["TRACKERS", "SignalTrackerParameters"]
+
+GROUP = "Filter"
+
+
+class SignalTrackerParameters(Parameters):
+    """Everything that can be turned on the trackers of a signal."""
+
+    sample_count: int = parameter(
+        100, "Particles", "Number of particles N.", ge=1, le=100_000, step=1, group=GROUP, trackers=("condensation",)
+    )
+    process_noise_sd: float = parameter(
+        0.001,
+        "Process noise",
+        "Standard deviation of what the motion model leaves out, each frame.",
+        ge=1e-6,
+        le=1,
+        step=0.0005,
+        group=GROUP,
+    )
+    assumed_noise_sd: float = parameter(
+        0.1,
+        "Assumed observation noise",
+        "Standard deviation of the noise as the filter takes it to be.",
+        ge=0.001,
+        le=10,
+        step=0.01,
+        group=GROUP,
+    )
+    initial_sd: float = parameter(
+        0,
+        "Initial spread",
+        "Standard deviation of both newest values around the true start.",
+        ge=0,
+        le=10,
+        step=0.1,
+        live=False,
+        group=GROUP,
+    )
+    resampling_threshold: float = parameter(
+        1.0,
+        "Resampling threshold",
+        "Resample only when the effective sample size is below this share of N; 1 resamples in every frame.",
+        ge=0,
+        le=1,
+        step=0.05,
+        group=GROUP,
+        trackers=("condensation",),
+    )
+
+
+def start_kalman(
+    target: Target, size: tuple[int, int], parameters: SignalTrackerParameters, rng: np.random.Generator
+) -> TrackState:
+    """Begin at the true start with zero velocity and the initial spread."""
+    del size, rng
+    dimension = len(target.position)
+    mean = np.tile(target.position, 2)
+    return TrackState(Gaussian(mean, parameters.initial_sd**2 * np.eye(2 * dimension)), dimension)
+
+
+def start_particles(
+    target: Target, size: tuple[int, int], parameters: SignalTrackerParameters, rng: np.random.Generator
+) -> TrackState:
+    """Begin with all particles at the true start with zero velocity, scattered by the initial spread."""
+    exact = start_kalman(target, size, parameters, rng).posterior
+    states = exact.mean + parameters.initial_sd * rng.standard_normal((parameters.sample_count, len(exact.mean)))
+    return TrackState(exact, len(target.position), ParticleSet.uniform(states), reference=exact)
+
+
+def step_kalman(
+    state: TrackState, frame: Frame, parameters: SignalTrackerParameters, rng: np.random.Generator
+) -> TrackState:
+    """Predict and update exactly (document 1, eqs. 2.8 and 2.9)."""
+    del rng
+    posterior, log_evidence = _exact(state.reference or state.posterior, frame, parameters)
+    return TrackState(posterior, state.tracked, log_evidence=log_evidence)
+
+
+def step_particles(
+    state: TrackState, frame: Frame, parameters: SignalTrackerParameters, rng: np.random.Generator
+) -> TrackState:
+    """Sample from the dynamics, weigh by the likelihood, resample (document 1, ch. 2 section 3)."""
+    signal = _signal(frame)
+    dimension = state.tracked
+    particles = state.particles
+    if particles is None:
+        particles = ParticleSet.uniform(state.posterior.sample(rng, parameters.sample_count))
+    precision = 1.0 / parameters.assumed_noise_sd**2
+    constant = -dimension * np.log(parameters.assumed_noise_sd * np.sqrt(2.0 * np.pi))
+
+    def log_likelihood(states: NDArray[np.float64]) -> NDArray[np.float64]:
+        values: NDArray[np.float64] = constant - 0.5 * precision * ((signal - states[:, :dimension]) ** 2).sum(axis=1)
+        return values
+
+    posterior = bootstrap.step(
+        particles,
+        _dynamics(dimension, parameters),
+        log_likelihood,
+        rng,
+        count=parameters.sample_count,
+        resample=systematic,
+        threshold=parameters.resampling_threshold,
+    )
+    exact, _ = _exact(state.reference or state.posterior, frame, parameters)
+    return TrackState(
+        Gaussian(*posterior.particles.moments),
+        dimension,
+        posterior.particles,
+        log_evidence=posterior.log_evidence,
+        resampled=posterior.resampled,
+        reference=exact,
+    )
+
+
+def _exact(prior: Gaussian, frame: Frame, parameters: SignalTrackerParameters) -> tuple[Gaussian, float]:
+    signal = _signal(frame)
+    dimension = len(signal)
+    predicted = kalman.predict(prior, _dynamics(dimension, parameters))
+    noise = parameters.assumed_noise_sd**2 * np.eye(dimension)
+    return kalman.update(predicted, signal, np.eye(dimension, 2 * dimension), noise)
+
+
+def _dynamics(dimension: int, parameters: SignalTrackerParameters) -> LinearDynamics:
+    one = np.eye(dimension)
+    return autoregression(2 * one, -one, np.zeros(dimension), parameters.process_noise_sd * one)
+
+
+def _signal(frame: Frame) -> NDArray[np.float64]:
+    if frame.signal is None:
+        raise ValueError("a tracker of signals needs a signal, got a picture")
+    return frame.signal
+
+
+TRACKERS: dict[str, Tracker] = {
+    tracker.id: tracker
+    for tracker in (
+        Tracker(
+            "condensation",
+            "Particle filter",
+            "Samples from the dynamics and weighs by the likelihood, beside the exact Kalman answer.",
+            start_particles,
+            step_particles,
+        ),
+        Tracker(
+            "kalman",
+            "Kalman filter",
+            "Computes the posterior exactly, since the model is linear and the noise Gaussian.",
+            start_kalman,
+            step_kalman,
+        ),
+    )
+}
+"""The trackers of a signal, by name, in the order in which they are shown."""
