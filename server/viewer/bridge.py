@@ -1,8 +1,8 @@
 """The bridge between a browser's websocket and the session's viser server on the loopback interface.
 
 The web application has checked Origin, session and right before it calls `bridge`. From there on every message is
-forwarded as it is: from viser to the browser whole, from the browser to viser only if it is small and of a kind that the
-scene and the panel need. Whichever side ends first, the other is closed and nothing is left behind.
+forwarded as it is: from viser to the browser whole, from the browser to viser only if it is small and of a kind that
+the scene and the panel need. Whichever side ends first, the other is closed and nothing is left behind.
 
 Neither leg compresses: positions of particles hardly shrink, and deflating 50,000 of them takes ten times as long as
 sending them. Neither leg queues: a slow browser blocks viser's sender for it, and viser then replaces what it has not
@@ -112,7 +112,10 @@ async def _to_browser(websocket: WebSocket, viser: ClientConnection) -> int:
 
 
 async def _close(websocket: WebSocket, code: int) -> None:
-    reasons = {CLOSE_TOO_BIG: f"A message must not exceed {MAXIMUM_BYTES} bytes", CLOSE_UNSUPPORTED: "Binary messages only"}
+    reasons = {
+        CLOSE_TOO_BIG: f"A message must not exceed {MAXIMUM_BYTES} bytes",
+        CLOSE_UNSUPPORTED: "Binary messages only",
+    }
     try:
         await websocket.close(code, reasons.get(code, "The scene has ended"))
     except (RuntimeError, WebSocketDisconnect):

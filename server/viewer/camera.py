@@ -1,8 +1,8 @@
 """Where each browser looks from: presets that fit the window, kept while nobody has moved the camera.
 
 viser's cameras are in perspective. A field of view of a few degrees from far away is as good as orthographic, so the
-front preset shows the picture as a picture. Presets are found by fitting: the camera backs away along its direction until
-every corner of the box to be seen lies within the window.
+front preset shows the picture as a picture. Presets are found by fitting: the camera backs away along its direction
+until every corner of the box to be seen lies within the window.
 """
 
 import itertools
@@ -23,29 +23,28 @@ FLAT_RAD = np.deg2rad(1.5)
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """A direction to look from (towards the camera), a vertical field of view, and how much of the depth to fit."""
+    """A direction to look from (towards the camera), a vertical field of view, and whether to fit the depth as well."""
 
     title: str
     direction: tuple[float, float, float]
     fov_rad: float
-    depth: str = "none"  # none | cloud | all
+    deep: bool = False
 
 
 PRESETS: dict[str, Preset] = {
     "front": Preset("Front", (0.0, 0.0, 1.0), float(np.deg2rad(6.0))),
-    "space-time": Preset("Space-time", (0.86, 0.40, 0.62), float(np.deg2rad(20.0)), "all"),
-    "3-d": Preset("3-D", (-0.42, 0.52, 0.86), float(np.deg2rad(35.0)), "cloud"),
+    "space-time": Preset("Space-time", (0.86, 0.40, 0.62), float(np.deg2rad(20.0)), deep=True),
+    "3-d": Preset("3-D", (-0.42, 0.62, 0.86), float(np.deg2rad(30.0)), deep=True),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """What there is to see, px: the picture's size, the height of the clouds above it and of everything."""
+    """What there is to see, px: the picture's size, and how high things rise above it."""
 
     width: float
     height: float
-    cloud: float = 0.0
-    everything: float = 0.0
+    depth: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +70,7 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
         aspect: The window's width over its height.
         margin: Factor of free space around the box.
     """
-    rise = {"none": 0.0, "cloud": box.cloud, "all": box.everything}[preset.depth]
+    rise = box.depth if preset.deep else 0.0
     corners = np.array(list(itertools.product((-0.5, box.width - 0.5), (-(box.height - 0.5), 0.5), (0.0, rise))))
     target = corners.mean(axis=0)
     towards = np.array(preset.direction) / np.linalg.norm(preset.direction)
@@ -137,7 +136,7 @@ class Cameras:
         self._point(watcher)
 
         @client.camera.on_update
-        async def _(camera: viser.CameraHandle) -> None:  # noqa: RUF029 - viser runs coroutines in order, in its loop
+        async def _(camera: viser.CameraHandle) -> None:
             self._moved(watcher, camera)
 
     def leave(self, client_id: int) -> None:

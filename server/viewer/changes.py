@@ -1,4 +1,4 @@
-"""Changes on their way from a person's hand to the session: the newest value of each control, never a queue of old ones."""
+"""Changes on their way from a person's hand to the session: always the newest value of each control."""
 
 import logging
 import threading

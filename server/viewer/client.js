@@ -20,6 +20,9 @@
     }
   });
 
+  // viser loads a sorter for Gaussian splats that evaluates text, which the policy forbids; nothing here draws splats.
+  addEventListener("unhandledrejection", (event) => event.reason instanceof EvalError && event.preventDefault());
+
   // ---- Reconnect while visible. viser retries only in a window that has the focus, which a frame rarely has.
   document.hasFocus = () => document.visibilityState === "visible";
   document.addEventListener("visibilitychange", () => {

@@ -2,8 +2,8 @@
 
 viser ships its client as one self-contained file that connects to its own address. This module puts a style sheet and a
 script into its head, before the client's own script runs: keys that steer the run are handed to the page around, the
-scene reconnects without being clicked, light or dark follows the system, and everything is hidden that a lecture does not
-need. The file itself is left as it is, so that a new viser brings its own.
+scene reconnects without being clicked, light or dark follows the system, and everything is hidden that a lecture does
+not need. The file itself is left as it is, so that a new viser brings its own.
 """
 
 from functools import cache
@@ -13,7 +13,7 @@ import viser
 
 __all__ = ["CONTENT_SECURITY_POLICY", "client_page"]
 
-CONTENT_SECURITY_POLICY = "; ".join((
+_DIRECTIVES = (
     "default-src 'none'",
     # The client is one file of inline scripts and unpacks itself by WebAssembly; it never evaluates text.
     "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:",
@@ -26,7 +26,8 @@ CONTENT_SECURITY_POLICY = "; ".join((
     "base-uri 'none'",
     "form-action 'none'",
     "frame-ancestors 'self'",
-))
+)
+CONTENT_SECURITY_POLICY = "; ".join(_DIRECTIVES)
 
 _HERE = Path(__file__).parent
 

@@ -1,8 +1,8 @@
 """One control of the panel, made from the declaration of one parameter.
 
-Whole numbers and numbers are sliders, which in viser carry a box to type into; only where a slider would jump by far more
-than a step at each pixel is there the box alone. viser passes on whatever a browser sends, so nothing here is trusted:
-the session validates, and the panel shows what the session says.
+Whole numbers and numbers are sliders, which in viser carry a box to type into; only where a slider would jump by
+far more than a step at each pixel is there the box alone. viser passes on whatever a browser sends, so nothing here is
+trusted: the session validates, and the panel shows what the session says.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ import viser
 
 from pftrack.parameters import Declaration, Value
 
-__all__ = ["Control", "label_of"]
+__all__ = ["Control", "Handle", "label_of"]
 
 SLIDER_STEPS = 100_000
 """Positions up to which a slider is offered."""
@@ -42,10 +42,11 @@ class Control:
         self._handle: Handle = _make(server, declaration, value)
         self._shown = True
 
-        @self._handle.on_update
-        def _(event: viser.GuiEvent[Any]) -> None:
+        def moved(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
                 on_move(declaration.name, self.value)
+
+        self._handle.on_update(moved)
 
     @property
     def value(self) -> Value:
@@ -98,7 +99,7 @@ def _make_number(server: viser.ViserServer, declaration: Declaration, shown: Han
     step = step or (1 if number is int else (high - low) / 100.0)
     if high <= low or (high - low) / step > SLIDER_STEPS:
         return server.gui.add_number(label, shown, min=number(low), max=number(high), step=step, hint=hint)
-    return server.gui.add_slider(label, number(low), number(high), step, shown, hint=hint)
+    return server.gui.add_slider(label, number(low), number(high), step, shown, marks=(), hint=hint)
 
 
 def _hint(declaration: Declaration) -> str:

@@ -1,8 +1,9 @@
 """The panel beside the scene: everything that can be turned, generated from the declarations.
 
 A control never decides. It proposes a value, the session accepts or refuses it, and the panel shows what the session
-says: `show` after a change, `refuse` after a refusal. While somebody still drags a slider the session's answers to older
-positions are held back, since they would tear it out of the hand; once it rests, all controls are set to the truth again.
+says: `show` after a change, `refuse` after a refusal. While somebody still drags a slider the session's answers to
+older positions are held back, since they would tear it out of the hand; once it rests, all controls are set to the
+truth again.
 """
 
 import threading
@@ -14,7 +15,7 @@ import viser
 from pftrack.parameters import Declaration, Value
 from server.viewer.camera import PRESETS
 from server.viewer.changes import Coalescer
-from server.viewer.controls import Control
+from server.viewer.controls import Control, Handle
 from server.viewer.legend import caption_html, legend_html
 
 __all__ = ["Panel"]
@@ -155,7 +156,7 @@ class Panel:
         if tracker is not None:
             self._on_tracker(str(tracker))
 
-    def _add_tracker(self) -> "viser.GuiDropdownHandle[str]":
+    def _add_tracker(self) -> Handle:
         choice = self._server.gui.add_dropdown(
             "Tracker",
             tuple(self._titles.values()),
@@ -215,7 +216,7 @@ class Panel:
             if event.client_id is not None and choice.value in SPEEDS:
                 on_speed(SPEEDS[choice.value])
 
-        self._speed = choice
+        self._speed: Handle = choice
 
     def show_speed(self, speed: float) -> None:
         """Show the speed in force, if it is one of those offered."""

@@ -1,8 +1,8 @@
 """The scene: a drawing's primitives as viser nodes, updated in place.
 
-A primitive keeps its name from frame to frame, so each name is one node whose arrays are replaced; adding nodes anew would
-cost two to three times as much. A name that is absent from a frame is hidden, not removed, because it usually comes back
-(an estimate that is lost for a while). A hidden layer is not sent at all.
+A primitive keeps its name from frame to frame, so each name is one node whose arrays are replaced; adding nodes anew
+would cost two to three times as much. A name that is absent from a frame is hidden, not removed, because it usually
+comes back (an estimate that is lost for a while). A hidden layer is not sent at all.
 
 All nodes of a frame change within one atomic block, so that a browser never shows the particles of one frame on the
 picture of another.
@@ -32,12 +32,16 @@ STALE_NODES = 64
 """How many hidden nodes are kept for their return."""
 
 
+Height = tuple[float, float]
+"""Factor on the heights, and what is added to them."""
+
+
 @dataclass(slots=True)
 class _Node:
     kind: type[Primitive]
     handle: Any  # viser's handles share `visible` and `remove`, and no type that mypy can follow through `__setattr__`
     source: Primitive | None = None
-    relief: float = -1.0
+    height: Height | None = None
 
 
 class Scene:
@@ -68,21 +72,22 @@ class Scene:
             relief: Factor on the heights above the picture.
         """
         shown: set[str] = set()
+        summit = 0.0
         for order, (name, item) in enumerate(drawing.primitives.items()):
             if not self._layers.get(item.layer, True) or _is_empty(item):
                 continue
             shown.add(name)
+            summit = max(summit, shapes.summit(item))
+            lift = order * LAYER_GAP_PX + (summit * relief if shapes.is_flat(item) else 0.0)
             node = self._nodes.get(name)
             if node is not None and node.kind is not type(item):
                 self._nodes.pop(name).handle.remove()
                 node = None
             if node is None:
                 self._nodes[name] = node = _Node(type(item), None)
-            if node.source is item and node.relief == relief:
-                node.handle.visible = True
-                continue
-            _SHOW[type(item)](self._server, name, node, item, (relief, order * LAYER_GAP_PX))
-            node.source, node.relief = item, relief
+            if node.source is not item or node.height != (relief, lift):
+                _SHOW[type(item)](self._server, name, node, item, (relief, lift))
+                node.source, node.height = item, (relief, lift)
             node.handle.visible = True
         for name in self._nodes.keys() - shown:
             self._nodes[name].handle.visible = False
@@ -92,10 +97,6 @@ class Scene:
         hidden = [name for name in self._nodes if name not in shown]
         for name in hidden[: max(0, len(hidden) - STALE_NODES)]:
             self._nodes.pop(name).handle.remove()
-
-
-Height = tuple[float, float]
-"""Factor on the heights, and what is added to them."""
 
 
 def _solid(height: Height) -> Height:
@@ -142,7 +143,8 @@ def _show_picture(server: viser.ViserServer, name: str, node: _Node, item: Pictu
 
 
 def _show_points(server: viser.ViserServer, name: str, node: _Node, item: Points, height: Height) -> None:
-    positions = shapes.to_scene(item.positions, *height)
+    # A point is a disc that faces the camera: half of one that lies in a tilted picture would vanish behind it.
+    positions = shapes.to_scene(item.positions, height[0], height[1] + height[0] * item.size)
     if node.handle is None:
         node.handle = server.scene.add_point_cloud(
             f"/{name}",
@@ -160,7 +162,12 @@ def _show_points(server: viser.ViserServer, name: str, node: _Node, item: Points
 
 
 def _show_lines(
-    server: viser.ViserServer, name: str, node: _Node, segments: shapes.Floats, look: tuple[object, float], height: Height
+    server: viser.ViserServer,
+    name: str,
+    node: _Node,
+    segments: shapes.Floats,
+    look: tuple[object, float],
+    height: Height,
 ) -> None:
     points = shapes.to_scene(segments, *height)
     colours = np.asarray(look[0], dtype=np.uint8)
@@ -208,8 +215,12 @@ def _show_mesh(server: viser.ViserServer, name: str, node: _Node, item: Mesh, he
 def _show_text(server: viser.ViserServer, name: str, node: _Node, item: Text, height: Height) -> None:
     x, y, z = (float(value) for value in shapes.to_scene(item.position, *height))
     if node.handle is None:
-        anchor = "bottom-center" if item.anchor == "middle" else "bottom-left"
-        node.handle = server.scene.add_label(f"/{name}", item.text, position=(x, y, z), anchor=anchor)
+        node.handle = server.scene.add_label(
+            f"/{name}",
+            item.text,
+            position=(x, y, z),
+            anchor="bottom-center" if item.anchor == "middle" else "bottom-left",
+        )
         return
     node.handle.text = item.text
     node.handle.position = (x, y, z)

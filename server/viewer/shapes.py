@@ -1,20 +1,30 @@
 """Geometry between a drawing and the scene: plain functions from arrays to arrays.
 
-A drawing counts y downwards, as pictures do; the scene counts it upwards, as cameras and people do. So a point (x, y, z)
-of a drawing stands at (x, -y, z) in the scene: the picture appears upright and z rises towards the viewer. That mapping
-is a mirror, not a rotation, which is why coordinate frames are drawn as three segments (a rotation matrix would lose its
-handedness) and why the faces of a mesh are turned over.
+A drawing counts y downwards, as pictures do; the scene counts it upwards, as cameras and people do. So a point
+(x, y, z) of a drawing stands at (x, -y, z) in the scene: the picture appears upright and z rises towards the viewer.
+That mapping is a mirror, not a rotation, which is why coordinate frames are drawn as three segments (a rotation matrix
+would lose its handedness) and why the faces of a mesh are turned over.
 
-`relief` scales the heights. Seen from the front a cloud lifted by its weights would hide the estimate drawn beneath it, so
-the scene is flat there and rises as the camera is tilted; `lift` keeps painting order where heights are equal.
+`relief` scales the heights. Seen from the front a cloud lifted by its weights would hide the estimate drawn beneath it,
+so the scene is flat there and rises as the camera is tilted; `lift` keeps painting order where heights are equal, and
+puts the marks of the picture plane (estimate, truth, gate) on top of the clouds that they were painted over.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Axes, Drawing, Ellipse, Mesh, Picture, Points, Polyline, Primitive
+from pftrack.drawing import Axes, Drawing, Ellipse, Links, Mesh, Points, Polyline, Primitive, Text
 
-__all__ = ["axes_segments", "depth", "ellipse_segments", "polyline_segments", "to_scene", "turned_over"]
+__all__ = [
+    "axes_segments",
+    "depth",
+    "ellipse_segments",
+    "is_flat",
+    "polyline_segments",
+    "summit",
+    "to_scene",
+    "turned_over",
+]
 
 Floats = NDArray[np.float32]
 
@@ -37,7 +47,7 @@ def to_scene(positions: Floats, relief: float, lift: float) -> Floats:
 
 
 def polyline_segments(positions: Floats) -> Floats:
-    """Return the segments (n - 1, 2, 3) between consecutive positions (n, 3); a position that is not finite is a gap."""
+    """Return the segments (n - 1, 2, 3) between positions (n, 3); one that is not finite is a gap."""
     segments = np.stack((positions[:-1], positions[1:]), axis=1)
     return np.asarray(segments[np.isfinite(segments).all(axis=(1, 2))], dtype=np.float32)
 
@@ -65,25 +75,37 @@ def turned_over(faces: NDArray[np.int32]) -> NDArray[np.uint32]:
     return np.ascontiguousarray(faces[:, ::-1], dtype=np.uint32)
 
 
-def depth(drawing: Drawing, *, clouds_only: bool = False) -> float:
-    """Return how high a drawing rises above its picture, px.
-
-    Args:
-        drawing: What to measure.
-        clouds_only: Whether to leave out lines, such as a trail that runs through time.
-    """
-    return max((_height(item) for item in drawing.primitives.values() if not clouds_only or isinstance(item, Points)), default=0.0)
+def depth(drawing: Drawing) -> float:
+    """Return how high a drawing rises above its picture, px."""
+    return max((_highest(_heights(item)) for item in drawing.primitives.values()), default=0.0)
 
 
-def _height(item: Primitive) -> float:
+def summit(item: Primitive) -> float:
+    """Return the height of a cloud, px; other primitives have none."""
+    return _highest(item.positions[:, 2]) if isinstance(item, Points) else 0.0
+
+
+def is_flat(item: Primitive) -> bool:
+    """Whether a primitive is a mark in the picture plane: lines or a label without any height of their own."""
+    return isinstance(item, Ellipse | Links | Polyline | Text) and not np.any(_heights(item))
+
+
+def _heights(item: Primitive) -> Floats:
     match item:
         case Points() | Polyline():
-            heights = item.positions[:, 2]
+            return item.positions[:, 2]
         case Mesh():
-            heights = item.vertices[:, 2]
-        case Picture():
-            return 0.0
+            return item.vertices[:, 2]
+        case Links():
+            return item.segments[..., 2].ravel()
+        case Ellipse():
+            return item.centre[2:]
+        case Text():
+            return item.position[2:]
         case _:
-            return 0.0
-    heights = heights[np.isfinite(heights)]
-    return float(heights.max()) if heights.size else 0.0
+            return np.zeros(1, dtype=np.float32)
+
+
+def _highest(heights: Floats) -> float:
+    finite = heights[np.isfinite(heights)]
+    return float(finite.max()) if finite.size else 0.0

@@ -15,7 +15,7 @@ import rich
 import viser
 from viser import _messages
 
-from pftrack.drawing import COLOURS, Drawing
+from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration, Value
 from server.viewer import shapes
 from server.viewer.camera import Box, Cameras
@@ -26,6 +26,8 @@ from server.viewer.scene import Scene
 __all__ = ["Viewer"]
 
 PANEL_WIDTH_PX = 300
+BRAND = (0, 76, 118)
+"""viser takes this as the darkest of a ramp; its middle, which the controls wear, is then the blue of the estimate."""
 
 logger = logging.getLogger(__name__)
 _console = threading.Lock()
@@ -75,7 +77,7 @@ class Viewer:
         _close_side_doors(server)
         with server.atomic():
             server.gui.configure_theme(
-                show_logo=False, show_share_button=False, control_width="small", brand_color=COLOURS["estimate"]
+                show_logo=False, show_share_button=False, control_width="small", brand_color=BRAND
             )
             server.gui.main_panel.dock_right()
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
@@ -165,12 +167,15 @@ class Viewer:
             self._woken = True
             self._changed.notify()
 
+    def _has_work(self) -> bool:
+        return self._closed or self._woken or self._redraw or self._newest is not None
+
     def _work(self) -> None:
         due = time.monotonic()
         while True:
             rest = self._panel.tend()
             with self._changed:
-                self._changed.wait_for(lambda: self._closed or self._woken or self._newest or self._redraw, timeout=rest)
+                self._changed.wait_for(self._has_work, timeout=rest)
                 self._woken = False
                 if self._closed:
                     return
@@ -186,9 +191,7 @@ class Viewer:
 
     def _draw(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
         try:
-            self._cameras.set_box(
-                Box(drawing.width, drawing.height, shapes.depth(drawing, clouds_only=True), shapes.depth(drawing))
-            )
+            self._cameras.set_box(Box(drawing.width, drawing.height, shapes.depth(drawing)))
             with self._server.atomic():
                 self._scene.apply(drawing, self._cameras.relief)
                 self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")
@@ -199,8 +202,8 @@ class Viewer:
 
 
 def _close_side_doors(server: viser.ViserServer) -> None:
-    # viser lets any browser open a public tunnel to this server and upload files into its memory. Neither is wanted, and
-    # there is no public way to refuse; `bridge` drops these messages as well.
+    # viser lets any browser open a public tunnel to this server and upload files into its memory. Neither is wanted,
+    # and there is no public way to refuse; `bridge` drops these messages as well.
     for message in (
         _messages.ShareUrlRequest,
         _messages.ShareUrlDisconnect,
