@@ -108,7 +108,7 @@ def _setup(
     if start is not None and start >= sequence.frame_count:
         raise wrong_use(f"--start must be below the {sequence.frame_count} frames of {video.name}, got {start}")
     _check_inside(outline, sequence.size)
-    return experiment.on_video(sequence, outline, start=start or 0, truth=table_of_boxes.at if table_of_boxes else None)
+    return experiment.on_video(sequence, outline, start=start or 0, truth=table_of_boxes)
 
 
 def _box(text: str) -> tuple[float, float, float, float]:

@@ -245,7 +245,10 @@ class Run:
         }
 
     def _segment(self, frame: int) -> tuple[int, Any, str]:
-        return next(segment for segment in reversed(self._segments) if segment[0] <= frame)
+        for segment in reversed(self._segments):
+            if segment[0] <= frame:
+                return segment
+        raise IndexError(f"a run begins at frame 0, got {frame}")
 
     def _append(self, change: Change) -> Change:
         """Write a change on the timeline, or refuse it whole."""

@@ -4,7 +4,7 @@ The question of the document: when the target is hidden, is it better to trust t
 switch between them? The scene is simulated, or any recording on which a person has drawn a box around the target.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from pftrack.parameters import revise
 from pftrack.sources.ball import BallSceneParameters, BallSource
 from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
 from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.truth import TruthTable
 from pftrack.trackers.ball import TRACKERS
 from pftrack.trackers.ball_parameters import BallTrackerParameters
 
@@ -45,7 +46,7 @@ def simulate() -> Setup:
 
 
 def on_video(
-    sequence: FrameSequence, box: Box, *, start: int = 0, truth: Callable[[int], Target | None] | None = None
+    sequence: FrameSequence, box: Box, *, start: int = 0, truth: TruthTable | None = None
 ) -> Setup:
     """Wire a recording: the colour is fitted to the box, and lengths are scaled to it.
 
@@ -53,7 +54,7 @@ def on_video(
         sequence: The pictures.
         box: Around the target in the picture `start`: x, y, width, height, px.
         start: Number of the picture to start at.
-        truth: Where the target truly is, by number of the picture.
+        truth: True boxes by number of the picture, where they are known.
 
     Raises:
         ValueError: The box or the start is not within the recording, or the box is black.
@@ -83,7 +84,7 @@ def on_video(
 
     def open_source(seed: int, parameters: RecordedBallParameters) -> RecordingSource:
         del seed, parameters
-        return RecordingSource(sequence, box, start, truth)
+        return RecordingSource(sequence, box, start, truth.at if truth else None)
 
     reference = {
         "kind": "recording",

@@ -14,6 +14,7 @@ from pftrack.parameters import Parameters, Value
 from pftrack.sources.recording import Box
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.source import Source
+from pftrack.sources.truth import TruthTable
 from pftrack.trackers import Tracker, TrackState
 
 __all__ = ["Experiment", "OnVideo", "Preset", "Setup", "Step"]
@@ -81,7 +82,7 @@ class OnVideo(Protocol):
         box: Box,
         *,
         start: int = 0,
-        truth: Callable[[int], Target | None] | None = None,
+        truth: TruthTable | None = None,
     ) -> Setup:
         """Return the setup of a recording.
 
@@ -89,7 +90,7 @@ class OnVideo(Protocol):
             sequence: The pictures.
             box: Around the target in the picture `start`, px.
             start: Number of the picture to start at.
-            truth: Where the target truly is, by number of the picture.
+            truth: True boxes by number of the picture, where they are known.
 
         Raises:
             ValueError: The box or the start is not within the recording.
