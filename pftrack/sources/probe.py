@@ -136,8 +136,9 @@ def _ask(question: _Question, answers: IO[bytes]) -> int | None:
     except subprocess.TimeoutExpired:
         return None
     finally:
-        process.kill()
-        process.wait()
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
     return process.returncode
 
 

@@ -11,6 +11,7 @@ wrong, the keyframe is not used again, an earlier one is tried, and in the end t
 """
 
 import threading
+import weakref
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterator
@@ -63,6 +64,7 @@ class VideoSequence:
         except BaseException:
             self._decoder.close()
             raise
+        self._close_file = weakref.finalize(self, file.close)  # also when nobody remembers to
         self.times_s = np.array(self.index.times_s)
         self.times_s.setflags(write=False)
         self._numbers: dict[int | None, int] = {stamp: number for number, stamp in enumerate(self.index.stamps)}
@@ -111,7 +113,7 @@ class VideoSequence:
             self._pass = None
             self._cache.clear()
             self._decoder.close()
-            self._file.close()
+            self._close_file()
 
     def _survey(self, sha256: str) -> FrameIndex:
         """Decode everything once."""

@@ -1,0 +1,56 @@
+"""What a file is, its first bytes tell."""
+
+import pytest
+
+from pftrack.sources.formats import SourceError, sniff
+
+
+@pytest.mark.parametrize(
+    ("head", "title"),
+    [
+        (b"\x00\x00\x00\x18ftypmp42", "MP4 or MOV"),
+        (b"\x00\x00\x00\x08wide\x00\x00", "MP4 or MOV"),
+        (b"\x1a\x45\xdf\xa3\x01", "MKV or WebM"),
+        (b"RIFF\x10\x00\x00\x00AVI LIST", "AVI"),
+        (b"OggS\x00", "OGG"),
+        (b"\x00\x00\x01\xba!", "MPEG"),
+        ((b"G" + bytes(187)) * 3, "MPEG-TS"),
+        ((bytes(4) + b"G" + bytes(187)) * 3, "MPEG-TS"),
+        (b"GIF89a\x01\x00", "GIF"),
+        (b"\x89PNG\r\n\x1a\n", "PNG"),
+        (b"\xff\xd8\xff\xe0", "JPEG"),
+        (b"BM\x00", "BMP"),
+        (b"II*\x00", "TIFF"),
+        (b"MM\x00*", "TIFF"),
+        (b"RIFF\x10\x00\x00\x00WEBPVP8 ", "WebP"),
+    ],
+)
+def test_readable_formats_are_told_by_their_first_bytes(head: bytes, title: str) -> None:
+    """Each format that can be read is known by its signature, whatever the file is called."""
+    assert sniff(head).title == title
+
+
+@pytest.mark.parametrize(
+    ("head", "what"),
+    [
+        (b"", "is empty"),
+        (b"ffconcat version 1.0\nfile other.mp4", "list of other files"),
+        (b"\xef\xbb\xbf  FFCONCAT version 1.0", "list of other files"),
+        (b"#EXTM3U\n#EXTINF:1,\n/etc/passwd", "playlist of other files"),
+        (b"<?xml version='1.0'?><MPD>", "manifest of other files"),
+        (b"<!DOCTYPE html><title>404</title>", "web page"),
+        (b"<svg xmlns=", "SVG drawing"),
+        (b"%PDF-1.7", "PDF"),
+        (b"PK\x03\x04", "archive"),
+        (b"ID3\x04", "sound"),
+        (b"RIFF\x10\x00\x00\x00WAVEfmt ", "sound"),
+        (b"frame,x,y,w,h\n1,2,3,4,5\n", "text"),
+        (b"\x00\x01\x02\x03\x04\x05\x06\x07\x08", "unknown format"),
+        (b"G" * 100, "text"),
+    ],
+)
+def test_everything_else_is_refused_by_what_it_is(head: bytes, what: str) -> None:
+    """What cannot be read is refused with a sentence that says what it is and what can."""
+    with pytest.raises(SourceError, match=what) as refusal:
+        sniff(head)
+    assert "expected an MP4" in str(refusal.value)
