@@ -38,6 +38,16 @@ CLOSE_TRY_LATER = 1013
 logger = logging.getLogger(__name__)
 
 
+class _Message(msgspec.Struct):
+    """What has to be known of a message to let it through."""
+
+    type: str
+    updates: dict[str, msgspec.Raw] = {}
+
+
+_DECODER = msgspec.msgpack.Decoder(_Message)
+
+
 async def bridge(websocket: WebSocket, port: int) -> None:
     """Join a browser to the viser server of its session until one of them leaves.
 
@@ -128,13 +138,9 @@ def _is_welcome(data: bytes) -> bool:
     A `GuiUpdateMessage` may set nothing but a value: viser would assign any attribute of the control that it names.
     """
     try:
-        message = msgspec.msgpack.decode(data)
-    except msgspec.DecodeError:
+        message = _DECODER.decode(data)
+    except (msgspec.MsgspecError, ValueError, RecursionError):
         return False
-    if not isinstance(message, dict) or message.get("type") not in WELCOME:
-        return False
-    return message["type"] != "GuiUpdateMessage" or _only_value(message.get("updates"))
-
-
-def _only_value(updates: object) -> bool:
-    return isinstance(updates, dict) and updates.keys() == {"value"}
+    if message.type == "GuiUpdateMessage":
+        return message.updates.keys() == {"value"}
+    return message.type in WELCOME

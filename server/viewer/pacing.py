@@ -21,6 +21,8 @@ LATE_S = 0.25
 ASLEEP_S = 4.0
 """Lag above which nobody can be looking: a frozen tab must not slow the others down."""
 ECHO_EVERY_S = 1.0
+ASLEEP_ROUNDS = 30
+"""Rounds between two questions to a browser that sleeps, since each one costs the time of waiting in vain."""
 
 
 class Pacer:
@@ -56,17 +58,28 @@ class Pacer:
         if not self._lags:
             self.interval_s = FASTEST_S
 
-    def follow(self, server: viser.ViserServer, client: viser.ClientHandle) -> None:
-        """Ask a browser for echoes until it goes; runs in a thread of viser's pool."""
-        while not self._closed.wait(ECHO_EVERY_S) and client.client_id in server.get_clients():
-            asked = time.perf_counter()
-            # A browser that blocks its storage answers with an error, which is as good an echo as any; one that has
-            # gone is noticed by the loop's condition.
-            with contextlib.suppress(RuntimeError, TimeoutError):
-                client.local_storage.get_item("pftrack-echo", timeout=ASLEEP_S)
-            if client.client_id in server.get_clients():
-                self.report(client.client_id, time.perf_counter() - asked)
-        self.forget(client.client_id)
+    def watch(self, server: viser.ViserServer) -> None:
+        """Ask all browsers for echoes until closed; a thread of the viewer's own does nothing else.
+
+        It must not be a thread of viser's pool: that one runs the callbacks of the controls, and browsers that come and
+        go quickly would use it up.
+        """
+        rounds = 0
+        while not self._closed.wait(ECHO_EVERY_S):
+            rounds += 1
+            for client in server.get_clients().values():
+                if self._lags.get(client.client_id, 0.0) < ASLEEP_S or rounds % ASLEEP_ROUNDS == 0:
+                    self._ask(server, client)
+
+    def _ask(self, server: viser.ViserServer, client: viser.ClientHandle) -> None:
+        asked = time.perf_counter()
+        # A browser that blocks its storage answers with an error, which is as good an echo as any.
+        with contextlib.suppress(RuntimeError, TimeoutError):
+            client.local_storage.get_item("pftrack-echo", timeout=ASLEEP_S)
+        if client.client_id in server.get_clients():
+            self.report(client.client_id, time.perf_counter() - asked)
+        else:
+            self.forget(client.client_id)
 
     def close(self) -> None:
         """Stop asking."""

@@ -24,6 +24,7 @@ REST_S = 0.5
 """How long a control must lie still before it is set to what the session says."""
 PATIENCE_S = 5.0
 """How long the session may take to answer before the control springs back."""
+SOON_S = 0.1
 OPEN_GROUPS = 3
 SPEEDS = {"0.1x": 0.1, "0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "As fast as possible": 0.0}
 
@@ -120,10 +121,11 @@ class Panel:
             if not self._touched:
                 return None
             since = time.monotonic() - max(self._touched.values())
-            answered = self._answered and not self._changes.busy
-            due = (REST_S if answered else PATIENCE_S) - since
+            due = (REST_S if self._answered else PATIENCE_S) - since
             if due > 0.0:
                 return due
+            if self._changes.busy:
+                return SOON_S
             self._restore()
             return None
 

@@ -98,10 +98,14 @@ class Viewer:
                 on_look=self._cameras.look,
                 wake=self._wake,
             )
-        server.on_client_connect(self._join)
+        server.on_client_connect(self._cameras.join)
         server.on_client_disconnect(self._leave)
-        self._thread = threading.Thread(target=self._work, name=f"viewer-{self.port}", daemon=True)
-        self._thread.start()
+        self._threads = [
+            threading.Thread(target=self._work, name=f"viewer-{self.port}", daemon=True),
+            threading.Thread(target=self._pacer.watch, args=(server,), name=f"viewer-{self.port}-echo", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
 
     @property
     def clients(self) -> int:
@@ -140,14 +144,11 @@ class Viewer:
             self._changed.notify()
         self._panel.close()
         self._pacer.close()
-        if threading.current_thread() is not self._thread:
-            self._thread.join(timeout=5.0)
+        self._threads[0].join(timeout=5.0)
         with _quiet():
             self._server.stop()
-
-    def _join(self, client: viser.ClientHandle) -> None:
-        self._cameras.join(client)
-        self._pacer.follow(self._server, client)
+        # The one that waits for an echo notices now that the browser has gone.
+        self._threads[1].join(timeout=1.0)
 
     def _leave(self, client: viser.ClientHandle) -> None:
         self._pacer.forget(client.client_id)

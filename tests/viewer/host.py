@@ -1,0 +1,291 @@
+"""A session that is watched: a real viewer behind a real web server, and what a browser says to them."""
+
+import contextlib
+import socket
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Self
+
+import msgspec
+import numpy as np
+import uvicorn
+import viser
+import zstandard
+from fastapi import FastAPI, Response, WebSocket
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Subprotocol
+
+from pftrack.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
+from pftrack.parameters import Declaration, Value
+from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_page
+
+PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+LAYERS = {"picture": True, "particles": True, "trail": True, "estimate": True, "labels": False}
+TRACKERS = {"condensation": "Condensation", "h-spf": "h-SPF"}
+
+
+def declare(name: str, title: str, kind: str, default: Value, **more: Any) -> Declaration:
+    return Declaration.model_validate(
+        {"name": name, "title": title, "kind": kind, "default": default, "description": f"{title}.", "unit": ""} | more
+    )
+
+
+DECLARATIONS = (
+    declare(
+        "occlusion_width_px", "Occluder width", "number", 40.0, unit="px", minimum=0, maximum=200, step=1, group="Scene"
+    ),
+    declare("layout", "Layout", "choice", "pillar", choices=("pillar", "wall"), group="Scene"),
+    declare("colour", "Ball colour", "colour", "#d02020", group="Scene"),
+    declare("sample_count", "Particles", "integer", 800, minimum=1, maximum=100_000, step=1, group="Tracker"),
+    declare("learn", "Learn", "boolean", default=False, group="Tracker", live=False),
+    declare(
+        "gamma_px",
+        "Threshold",
+        "number",
+        12.0,
+        minimum=0,
+        maximum=100,
+        step=0.5,
+        group="Switching",
+        trackers=("h-spf",),
+    ),
+    declare("budget", "Budget", "integer", 10, minimum=0, maximum=10**9, step=1, group="Tracker"),
+)
+VALUES: dict[str, Value] = {item.name: item.default for item in DECLARATIONS}
+
+
+def drawing(frame: int = 0, count: int = 800, size: tuple[int, int] = (320, 240)) -> Drawing:
+    width, height = size
+    generator = np.random.default_rng(frame)
+    picture = np.full((height, width, 3), (200, 210, 195), dtype=np.uint8)
+    picture[: height // 4, : width // 4] = (208, 32, 32)
+    positions = generator.normal((width / 2, height / 2, 0.0), (12.0, 12.0, 0.0), (count, 3)).astype(np.float32)
+    positions[:, 2] = np.linspace(0.0, 30.0, count)
+    trail = np.array([[width / 2 - 2 * k, height / 2, 1.5 * k] for k in range(40)], dtype=np.float32)
+    centre = np.array((width / 2, height / 2, 0.0), dtype=np.float32)
+    return Drawing(
+        width,
+        height,
+        {
+            "picture": Picture(picture),
+            "trail": Polyline(trail, COLOURS["estimate"], 1.5, "trail"),
+            "particles": Points(positions, np.tile(np.uint8(COLOURS["prediction"]), (count, 1)), 2.0),
+            "estimate": Ellipse(
+                centre, np.array(((9, 0), (0, 6)), dtype=np.float32), COLOURS["estimate"], 2.0, "estimate"
+            ),
+            "label": Text(np.array((2.0, 12.0, 0.0), dtype=np.float32), "APF", COLOURS["estimate"], "labels"),
+        },
+        f"Frame {frame}",
+    )
+
+
+class Session:
+    """What stands in for the session: it keeps the values, accepts or refuses, and counts what it was asked."""
+
+    def __init__(self, *, accept: Callable[[dict[str, Value]], str | None] = lambda _: None, **more: Any) -> None:
+        self.changes: list[dict[str, Value]] = []
+        self.trackers: list[str] = []
+        self.transport: list[dict[str, Any]] = []
+        self.values = dict(VALUES)
+        self.tracker = "h-spf"
+        self.accept = accept
+        self.viewer = Viewer(
+            declarations=DECLARATIONS,
+            values=dict(VALUES),
+            trackers=TRACKERS,
+            tracker=self.tracker,
+            layers=LAYERS,
+            title="Ball behind an occluder",
+            on_change=self._change,
+            on_tracker=self._choose,
+            on_transport=self.transport.append,
+            **more,
+        )
+
+    def _change(self, values: dict[str, Value]) -> None:
+        self.changes.append(values)
+        refusal = self.accept(values)
+        if refusal is None:
+            self.values |= values
+            self.viewer.set_values(self.values, self.tracker)
+        else:
+            self.viewer.refuse(refusal)
+
+    def _choose(self, tracker: str) -> None:
+        self.trackers.append(tracker)
+        self.tracker = tracker
+        self.viewer.set_values(self.values, tracker)
+
+
+class Site:
+    """A web server in a thread that serves one session's scene, and a page around it that listens."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.bridges = 0
+        app = FastAPI()
+        app.get("/")(self._page)
+        app.get("/viz/one/")(self._client)
+        app.websocket("/viz/one")(self._bridge)
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port = probe.getsockname()[1]
+        self._server = uvicorn.Server(
+            uvicorn.Config(
+                app,
+                host="127.0.0.1",
+                port=self.port,
+                log_level="error",
+                ws_per_message_deflate=False,
+                lifespan="off",
+                timeout_graceful_shutdown=2,
+            )
+        )
+        self._thread = threading.Thread(target=self._server.run, daemon=True)
+        self._thread.start()
+        wait_for(lambda: self._server.started)
+
+    def close(self) -> None:
+        self._server.should_exit = True
+        self._thread.join(timeout=10)
+
+    async def _page(self) -> Response:
+        page = """<!doctype html><style>body{margin:0}iframe{border:0;width:930px;height:560px}</style>
+        <iframe src="/viz/one/"></iframe><input>
+        <script>window.heard = []; addEventListener("message", (event) => heard.push(event.data));</script>"""
+        return Response(page, media_type="text/html")
+
+    async def _client(self) -> Response:
+        return Response(
+            client_page(), media_type="text/html", headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY}
+        )
+
+    async def _bridge(self, websocket: WebSocket) -> None:
+        self.bridges += 1
+        try:
+            await bridge(websocket, self.session.viewer.port)
+        finally:
+            self.bridges -= 1
+
+
+class Peer:
+    """A browser without eyes: speaks viser's protocol and remembers the newest of what it was told."""
+
+    def __init__(self, address: str) -> None:
+        self.socket: ClientConnection = connect(
+            address, subprotocols=[PROTOCOL], compression=None, max_size=None, proxy=None
+        )
+        self.controls: dict[str, dict[str, Any]] = {}
+        self.nodes: dict[str, dict[str, Any]] = {}
+        self.visible: dict[str, bool] = {}
+        self.camera: dict[str, Any] = {}
+        self.notes: list[str] = []
+        self.echo = True
+        self.batches = 0
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+        self.look(wide=800, high=600)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self.socket.close()
+        self._thread.join(timeout=5)
+
+    def send(self, kind: str, **fields: Any) -> None:
+        self.socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
+
+    def look(self, wide: int, high: int, position: tuple[float, float, float] = (3.0, 3.0, 3.0)) -> None:
+        self.send(
+            "ViewerCameraMessage",
+            wxyz=[1.0, 0.0, 0.0, 0.0],
+            position=list(position),
+            fov=1.0,
+            near=0.01,
+            far=1000.0,
+            image_height=high,
+            image_width=wide,
+            look_at=[0.0, 0.0, 0.0],
+            up_direction=[0.0, 1.0, 0.0],
+        )
+
+    def move(self, label: str, value: object) -> None:
+        self.send("GuiUpdateMessage", uuid=self.uuid(label), updates={"value": value})
+
+    def move_view(self, title: str) -> None:
+        uuid = next(uuid for uuid, item in self.controls.items() if item["kind"] == "GuiButtonGroupMessage")
+        self.send("GuiUpdateMessage", uuid=uuid, updates={"value": title})
+
+    def uuid(self, label: str) -> str:
+        wait_for(lambda: any(item["label"] == label for item in list(self.controls.values())))
+        return next(uuid for uuid, item in self.controls.items() if item["label"] == label)
+
+    def control(self, label: str) -> dict[str, Any]:
+        return self.controls[self.uuid(label)]
+
+    def _listen(self) -> None:
+        with contextlib.suppress(Exception):
+            while True:
+                data = self.socket.recv()
+                assert isinstance(data, bytes)
+                self.batches += 1
+                for message in _decode(data):
+                    self._take(message)
+
+    def _take(self, message: dict[str, Any]) -> None:
+        kind = message["type"]
+        props = message.get("props")
+        if kind.startswith("Gui") and isinstance(props, dict) and "uuid" in message:
+            self.controls[message["uuid"]] = {"label": None, "value": message.get("value"), "kind": kind, **props}
+        elif kind == "GuiUpdateMessage":
+            self.controls.get(message["uuid"], {}).update(message["updates"])
+        elif kind == "NotificationShowMessage":
+            self.notes.append(message["props"]["body"])
+        elif kind == "SceneNodeUpdateMessage":
+            self.nodes[message["name"]].update(message["updates"])
+        elif kind == "SetSceneNodeVisibilityMessage":
+            self.visible[message["name"]] = message["visible"]
+        elif kind == "RemoveSceneNodeMessage":
+            self.nodes.pop(message["name"], None)
+        elif kind.startswith("SetCamera") and not message.get("initial"):
+            self.camera[kind.removeprefix("SetCamera").removesuffix("Message")] = message
+        elif kind == "LocalStorageGetItemRequestMessage" and self.echo:
+            self.send(
+                "LocalStorageGetItemResponseMessage", request_uuid=message["request_uuid"], value=None, error=None
+            )
+        elif isinstance(props, dict) and "name" in message:
+            self.nodes[message["name"]] = {"kind": kind, **props}
+
+
+def _decode(data: bytes) -> list[dict[str, Any]]:
+    """Undo viser's framing: sizes, compressed msgpack, then the arrays that placeholders in it point to."""
+    plain, packed = (int.from_bytes(data[at : at + 8], "little") for at in (0, 8))
+    inner = msgspec.msgpack.decode(
+        zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], max_output_size=plain)
+    )
+    arrays, at = [], 16 + packed
+    for length in inner.get("binaryBufferLengths", ()):
+        at += -at % 8
+        arrays.append(data[at : at + length])
+        at += length
+
+    def fill(value: Any) -> Any:
+        if isinstance(value, dict):
+            if "__binary_index" in value:
+                return arrays[value["__binary_index"]]
+            return {key: fill(item) for key, item in value.items()}
+        return value
+
+    return [fill(message) for message in inner["messages"]]
+
+
+def wait_for(condition: Callable[[], object], seconds: float = 10.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.01)

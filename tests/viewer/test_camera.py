@@ -1,0 +1,72 @@
+"""Presets that fit the window, and cameras that are left alone once somebody has moved them."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from server.viewer.camera import PRESETS, Box, View, fit
+from tests.viewer.host import Peer, Session, drawing, wait_for
+
+
+def seen(view: View, box: Box, aspect: float, rise: float) -> float:
+    """Return how far out the outermost corner of a box lies; 1 is the window's edge."""
+    towards = (view.position - view.target) / view.distance
+    right = np.cross((0.0, 1.0, 0.0), towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right)
+    corners = itertools.product((-0.5, box.width - 0.5), (0.5, 0.5 - box.height), (0.0, rise))
+    slope = np.tan(view.fov_rad / 2.0)
+    outermost = 0.0
+    for corner in corners:
+        ray = np.array(corner) - view.position
+        along = -ray @ towards
+        outermost = max(outermost, abs(ray @ up) / along / slope, abs(ray @ right) / along / slope / aspect)
+    return outermost
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("aspect", [0.6, 1.0, 1.33, 2.4])
+def test_a_preset_holds_the_whole_box_and_little_more(name: str, aspect: float) -> None:
+    """Every corner lies within the window, and one of them near its edge."""
+    box = Box(320.0, 240.0, 180.0)
+    view = fit(PRESETS[name], box, aspect)
+    assert 0.9 < seen(view, box, aspect, 180.0 if PRESETS[name].deep else 0.0) <= 1.0
+
+
+def test_the_front_looks_at_the_middle_of_the_picture_from_far_away() -> None:
+    """A small field of view shows the picture as if there were no perspective."""
+    view = fit(PRESETS["front"], Box(320.0, 240.0), 1.3)
+    np.testing.assert_allclose(view.target, (159.5, -119.5, 0.0))
+    assert view.distance > 5 * 320
+
+
+def test_a_browser_that_comes_sees_the_whole_picture(session: Session, peer: Peer) -> None:
+    """The camera is put in front of the picture without being asked."""
+    session.viewer.show(drawing(), {"frame": 0})
+    wait_for(lambda: {"Position", "LookAt", "Fov"} <= peer.camera.keys())
+    np.testing.assert_allclose(peer.camera["LookAt"]["look_at"], (159.5, -119.5, 0.0))
+
+
+def test_a_window_of_another_shape_is_fitted_again(session: Session, peer: Peer) -> None:
+    """Nobody has moved the camera, so it backs away when the window becomes narrow."""
+    session.viewer.show(drawing(), {"frame": 0})
+    wait_for(lambda: "Position" in peer.camera)
+    place = peer.camera["Position"]["position"]
+    peer.look(wide=300, high=600, position=tuple(place))
+    wait_for(lambda: peer.camera["Position"]["position"][2] > 1.5 * place[2])
+
+
+def test_heights_appear_when_the_camera_is_tilted(session: Session, peer: Peer) -> None:
+    """From the front the scene is flat, so that the estimate lies on the particles; from aside they rise."""
+    session.viewer.show(drawing(), {"frame": 0})
+    wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
+    assert heights(peer).max() < 5.0
+    peer.move_view("3-D")
+    wait_for(lambda: heights(peer).max() > 29.0)
+    peer.move_view("Front")
+    wait_for(lambda: heights(peer).max() < 5.0)
+
+
+def heights(peer: Peer) -> np.ndarray:
+    return np.frombuffer(peer.nodes["/particles"]["points"], dtype=np.float32).reshape(-1, 3)[:, 2]

@@ -1,0 +1,106 @@
+"""The panel proposes values and shows what the session says."""
+
+import time
+
+from pftrack.parameters import Value
+from tests.viewer.host import DECLARATIONS, Peer, Session, drawing, wait_for
+
+
+def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer) -> None:
+    """Title with unit, bounds, value and help come from the declaration; very wide ranges are boxes."""
+    slider = peer.control("Occluder width (px)")
+    assert (slider["kind"], slider["min"], slider["max"], slider["value"]) == ("GuiSliderMessage", 0, 200, 40)
+    assert slider["hint"] == "Occluder width. From 0 to 200 px."
+    assert peer.control("Particles")["kind"] == "GuiSliderMessage"
+    assert peer.control("Budget")["kind"] == "GuiNumberMessage"
+    assert peer.control("Layout")["options"] == ["pillar", "wall"]
+    assert peer.control("Ball colour")["value"] == [208, 32, 32]
+    assert peer.control("Learn")["hint"].endswith("A change restarts the run.")
+    assert len(DECLARATIONS) == 7
+
+
+def test_a_moved_control_proposes_its_value(session: Session, peer: Peer) -> None:
+    """Numbers, choices, colours and booleans arrive as what they are."""
+    moves: dict[str, tuple[str, object, Value]] = {
+        "occlusion_width_px": ("Occluder width (px)", 70, 70.0),
+        "sample_count": ("Particles", 200.0, 200),
+        "layout": ("Layout", "wall", "wall"),
+        "colour": ("Ball colour", [0, 255, 16], "#00ff10"),
+        "learn": ("Learn", True, True),
+    }
+    for name, (label, sent, expected) in moves.items():
+        peer.move(label, sent)
+        wait_for(lambda name=name: any(name in change for change in session.changes))
+        got = next(change[name] for change in session.changes if name in change)
+        assert (got, type(got)) == (expected, type(expected))
+
+
+def test_the_authoritative_value_is_shown_and_proposes_nothing(session: Session, peer: Peer) -> None:
+    """What REST or another branch has changed appears in the panel without coming back."""
+    peer.uuid("Particles")
+    session.viewer.set_values({"sample_count": 50, "occlusion_width_px": 12.0}, "h-spf")
+    wait_for(lambda: peer.control("Particles")["value"] == 50 and peer.control("Occluder width (px)")["value"] == 12.0)
+    time.sleep(0.2)
+    assert session.changes == []
+
+
+def test_a_refused_value_springs_back_with_a_reason(session: Session, peer: Peer) -> None:
+    """The control shows what is in force, and a note says why."""
+    session.accept = lambda _: "gamma_min_px must be at most gamma_max_px, got 70"
+    peer.move("Occluder width (px)", 70)
+    wait_for(lambda: session.changes)
+    wait_for(lambda: peer.notes == ["gamma_min_px must be at most gamma_max_px, got 70"])
+    wait_for(lambda: peer.control("Occluder width (px)")["value"] == 40.0)
+
+
+def test_a_value_that_was_changed_by_the_session_wins_once_the_hand_rests(session: Session, peer: Peer) -> None:
+    """During a drag the slider stays in the hand; afterwards it shows the truth."""
+
+    def halve(values: dict[str, Value]) -> None:
+        values["occlusion_width_px"] = float(values["occlusion_width_px"]) / 2
+
+    session.accept = halve
+    peer.uuid("Particles")
+    for value in (20, 60, 100):
+        peer.move("Occluder width (px)", value)
+        time.sleep(0.06)
+    wait_for(lambda: peer.control("Occluder width (px)")["value"] == 50.0)
+    assert session.values["occlusion_width_px"] == 50.0
+
+
+def test_a_lost_proposal_springs_back(session: Session, peer: Peer) -> None:
+    """A browser whose change never arrived is told the truth with the next answer."""
+    peer.control("Learn")["value"] = True  # the browser shows it, but its throttle has swallowed the message
+    peer.move("Occluder width (px)", 41)
+    wait_for(lambda: peer.control("Learn")["value"] is False)
+
+
+def test_only_what_the_tracker_reads_is_shown(session: Session, peer: Peer) -> None:
+    """Choosing another tracker hides what it has no use for, with the folder that is empty then."""
+    assert peer.control("Threshold")["visible"]
+    peer.move("Tracker", "Condensation")
+    wait_for(lambda: session.trackers == ["condensation"])
+    wait_for(lambda: not peer.control("Threshold")["visible"] and not peer.control("Switching")["visible"])
+    assert peer.control("Particles")["visible"]
+
+
+def test_the_speed_is_a_transport_command(session: Session, peer: Peer) -> None:
+    """The panel has no transport of its own; it hands the wish over."""
+    peer.move("Speed", "2x")
+    wait_for(lambda: session.transport == [{"action": "speed", "speed": 2.0}])
+
+
+def test_the_caption_of_the_frame_is_shown(session: Session, peer: Peer) -> None:
+    """What the frame is about stands above the controls, without being markup."""
+    shown = drawing(7)
+    object.__setattr__(shown, "caption", "ESS < 3 & lost")
+    session.viewer.show(shown, {"frame": 7})
+    wait_for(lambda: any("ESS &lt; 3 &amp; lost" in str(item.get("content")) for item in list(peer.controls.values())))
+
+
+def test_a_second_browser_sees_what_the_first_one_does(session: Session, peer: Peer) -> None:
+    """All browsers on a session show one panel."""
+    with Peer(f"ws://127.0.0.1:{session.viewer.port}") as other:
+        other.uuid("Particles")
+        peer.move("Particles", 123)
+        wait_for(lambda: other.control("Particles")["value"] == 123)

@@ -1,0 +1,122 @@
+"""A drawing's primitives become nodes that are updated in place."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from pftrack.drawing import COLOURS, Axes, Drawing, Links, Mesh, Picture, Points, Polyline, Primitive
+from tests.viewer.host import Peer, Session, drawing, wait_for
+
+
+def points(peer: Peer) -> np.ndarray:
+    return np.frombuffer(peer.nodes["/particles"]["points"], dtype=np.float32).reshape(-1, 3)
+
+
+def with_item(shown: Drawing, name: str, item: Primitive) -> Drawing:
+    return replace(shown, primitives={**shown.primitives, name: item})
+
+
+def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -> None:
+    """Positions are exact to the float32, y is turned, and the picture is a JPEG of its own size."""
+    shown = drawing(3)
+    session.viewer.show(shown, {"frame": 3})
+    wait_for(lambda: {"/picture", "/particles", "/trail", "/estimate"} <= peer.nodes.keys())
+    cloud = shown.primitives["particles"]
+    assert isinstance(cloud, Points)
+    np.testing.assert_array_equal(points(peer)[:, 0], cloud.positions[:, 0])
+    np.testing.assert_array_equal(points(peer)[:, 1], -cloud.positions[:, 1])
+    picture = peer.nodes["/picture"]
+    assert (picture["_format"], picture["render_width"], picture["render_height"]) == ("jpeg", 320.0, 240.0)
+    decoded = cv2.imdecode(np.frombuffer(picture["_data"], dtype=np.uint8), cv2.IMREAD_COLOR)
+    assert decoded is not None
+    np.testing.assert_allclose(decoded[30, 30, ::-1], (208, 32, 32), atol=12)
+
+
+def test_nodes_are_updated_not_added_again(session: Session, peer: Peer) -> None:
+    """Another number of particles replaces the arrays of the same node."""
+    session.viewer.show(drawing(0, 800), {"frame": 0})
+    wait_for(lambda: "/particles" in peer.nodes)
+    node = peer.nodes["/particles"]
+    session.viewer.show(drawing(1, 200), {"frame": 1})
+    wait_for(lambda: len(points(peer)) == 200)
+    assert peer.nodes["/particles"] is node
+    assert len(node["colors"]) == 600
+
+
+def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
+    """Drawings that were overtaken are not sent, and the last one always is."""
+    for frame in range(200):
+        session.viewer.show(drawing(0, 10 + frame), {"frame": frame})
+    wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 209)
+    assert peer.batches < 100
+
+
+def test_what_is_absent_is_hidden_and_comes_back(session: Session, peer: Peer) -> None:
+    """An estimate that is lost for a while leaves nothing behind."""
+    shown = drawing()
+    session.viewer.show(shown, {"frame": 0})
+    wait_for(lambda: peer.visible.get("/estimate"))
+    session.viewer.show(replace(shown, primitives={"picture": shown.primitives["picture"]}), {"frame": 1})
+    wait_for(lambda: peer.visible.get("/estimate") is False and peer.visible.get("/particles") is False)
+    session.viewer.show(drawing(2), {"frame": 2})
+    wait_for(lambda: peer.visible.get("/estimate"))
+
+
+def test_layers_are_switched_in_the_panel(session: Session, peer: Peer) -> None:
+    """A layer that is off is not sent at all; switched on, it appears without waiting for a new frame."""
+    session.viewer.show(drawing(), {"frame": 0})
+    wait_for(lambda: peer.visible.get("/particles"))
+    assert "/label" not in peer.nodes
+    peer.move("Labels", True)
+    wait_for(lambda: "/label" in peer.nodes)
+    peer.move(_layer(peer, "Particles"), False)
+    wait_for(lambda: peer.visible.get("/particles") is False)
+
+
+def _layer(peer: Peer, title: str) -> str:
+    """Return the label of a layer's box, renamed where a parameter has the same title."""
+    for item in peer.controls.values():
+        if item["kind"] == "GuiCheckboxMessage" and item["label"] == title:
+            item["label"] = f"{title} (layer)"
+    return f"{title} (layer)"
+
+
+def test_every_primitive_has_a_node(session: Session, peer: Peer) -> None:
+    """Frames, meshes and links are shown as well, and may change their kind under the same name."""
+    centre = np.array((10, 20, 5), dtype=np.float32)
+    shown = drawing()
+    shown = with_item(shown, "axes", Axes(centre, np.eye(3, dtype=np.float32), 10.0, "pose"))
+    faces = np.array(((0, 1, 2),), dtype=np.int32)
+    shown = with_item(shown, "mesh", Mesh(np.eye(3, dtype=np.float32), faces, COLOURS["second"], 0.5, "pose"))
+    segments = np.array((((0, 0, 0), (5, 5, 5)),), dtype=np.float32)
+    shown = with_item(shown, "links", Links(segments, COLOURS["second"], 2.0, "pose"))
+    for _ in range(2):  # once to add, once to update
+        session.viewer.show(replace(shown, primitives=dict(shown.primitives)), {"frame": 0})
+        wait_for(lambda: {"/axes", "/mesh", "/links"} <= peer.nodes.keys())
+        shown = with_item(shown, "mesh", Mesh(2 * np.eye(3, dtype=np.float32), faces, COLOURS["second"], 0.5, "pose"))
+    wait_for(lambda: np.frombuffer(peer.nodes["/mesh"]["vertices"], dtype=np.float32).max() > 1.9)
+    line = Polyline(np.array(((0, 0, 0), (5, 5, 5)), dtype=np.float32), COLOURS["truth"], 1.0, "pose")
+    session.viewer.show(with_item(shown, "mesh", line), {"frame": 1})
+    wait_for(lambda: peer.nodes["/mesh"]["kind"] == "LineSegmentsMessage")
+
+
+def test_an_unchanged_picture_is_not_encoded_again(session: Session, peer: Peer) -> None:
+    """While paused only what a parameter moves is sent."""
+    shown = drawing()
+    session.viewer.show(shown, {"frame": 0})
+    wait_for(lambda: "/picture" in peer.nodes)
+    data = peer.nodes["/picture"]["_data"]
+    picture = shown.primitives["picture"]
+    assert isinstance(picture, Picture)
+    session.viewer.show(with_item(drawing(0, 50), "picture", Picture(picture.image_rgb)), {"frame": 0})
+    wait_for(lambda: len(points(peer)) == 50)
+    assert peer.nodes["/picture"]["_data"] is data
+
+
+def test_a_drawing_that_cannot_be_shown_does_not_end_the_picture(session: Session, peer: Peer) -> None:
+    """The next good one is shown."""
+    bad = Points(np.zeros((3, 3), dtype=np.float32), np.zeros((2, 3), dtype=np.uint8), 1.0)
+    session.viewer.show(with_item(drawing(), "bad", bad), {"frame": 0})
+    session.viewer.show(drawing(1, 77), {"frame": 1})
+    wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 77)

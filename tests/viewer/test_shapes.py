@@ -1,0 +1,92 @@
+"""Geometry between drawings, which count y downwards, and the scene, which counts it upwards."""
+
+import numpy as np
+import pytest
+
+from pftrack.drawing import COLOURS, Axes, Drawing, Ellipse, Links, Mesh, Picture, Points, Polyline, Text
+from server.viewer import shapes
+
+
+def f32(*rows: object) -> np.ndarray:
+    return np.array(rows, dtype=np.float32)
+
+
+def test_the_picture_appears_upright() -> None:
+    """A row further down the picture is lower in the scene, a column further right is further right."""
+    mapped = shapes.to_scene(f32((3, 5, 0)), relief=1.0, lift=0.0)
+    np.testing.assert_array_equal(mapped, f32((3, -5, 0)))
+
+
+def test_relief_scales_heights_and_lift_is_added() -> None:
+    """Heights are flattened before the lift, which keeps painting order even when all is flat."""
+    np.testing.assert_allclose(shapes.to_scene(f32((0, 0, 20)), relief=0.5, lift=1.0)[0, 2], 11.0)
+    np.testing.assert_allclose(shapes.to_scene(f32((0, 0, 20)), relief=0.0, lift=1.0)[0, 2], 1.0)
+
+
+def test_a_drawing_is_not_changed_by_being_mapped() -> None:
+    """The arrays of a drawing belong to the run."""
+    positions = f32((1, 2, 3))
+    shapes.to_scene(positions, 0.0, 0.0)
+    np.testing.assert_array_equal(positions, f32((1, 2, 3)))
+
+
+def test_a_line_has_a_gap_where_a_position_is_unknown() -> None:
+    """No segment touches a position that is not finite."""
+    line = f32((0, 0, 0), (1, 0, 0), (np.nan, 0, 0), (3, 0, 0), (4, 0, 0))
+    np.testing.assert_array_equal(shapes.polyline_segments(line)[:, :, 0], f32((0, 1), (3, 4)))
+
+
+def test_an_ellipse_runs_through_the_ends_of_its_half_axes() -> None:
+    """A quarter of the way round lies the end of the second half axis."""
+    ellipse = Ellipse(f32(10, 20, 5), f32((4, 0), (0, 2)), (0, 0, 0), 1.0, "x")
+    segments = shapes.ellipse_segments(ellipse)
+    assert len(segments) == 64
+    np.testing.assert_allclose(segments[0, 0], (14, 20, 5), atol=1e-5)
+    np.testing.assert_allclose(segments[16, 0], (10, 22, 5), atol=1e-5)
+
+
+def test_a_dashed_ellipse_has_every_other_segment() -> None:
+    """Half the outline is missing."""
+    ellipse = Ellipse(f32(0, 0, 0), f32((4, 0), (0, 2)), (0, 0, 0), 1.0, "x", dashed=True)
+    assert len(shapes.ellipse_segments(ellipse)) == 32
+
+
+def test_axes_end_where_the_columns_of_the_rotation_point() -> None:
+    """Each axis is one segment in its own colour."""
+    turned = f32((0, -1, 0), (1, 0, 0), (0, 0, 1))
+    segments, colours = shapes.axes_segments(Axes(f32(1, 1, 0), turned, 10.0, "x"))
+    np.testing.assert_allclose(segments[0, 1], (1, 11, 0))
+    assert len(np.unique(colours[:, 0], axis=0)) == 3
+
+
+def test_faces_are_turned_over() -> None:
+    """Mirroring y would otherwise show a mesh inside out."""
+    np.testing.assert_array_equal(shapes.turned_over(np.array([[0, 1, 2]], dtype=np.int32)), [[2, 1, 0]])
+
+
+def test_depth_is_the_highest_of_all() -> None:
+    """The box that a camera fits holds clouds, trails, links, meshes and labels."""
+    items = {
+        "picture": Picture(np.zeros((4, 4, 3), dtype=np.uint8)),
+        "cloud": Points(f32((0, 0, 3)), np.zeros((1, 3), dtype=np.uint8), 1.0),
+        "mesh": Mesh(f32((0, 0, 4)), np.array([[0, 0, 0]], dtype=np.int32), (0, 0, 0), 1.0, "x"),
+        "links": Links(f32(((0, 0, 0), (0, 0, 5))), (0, 0, 0), 1.0, "x"),
+        "trail": Polyline(f32((0, 0, 0), (0, 0, 6), (0, 0, np.nan)), (0, 0, 0), 1.0, "x"),
+    }
+    assert shapes.depth(Drawing(4, 4, items)) == 6.0
+    assert shapes.depth(Drawing(4, 4)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("item", "flat"),
+    [
+        (Ellipse(f32(0, 0, 0), f32((4, 0), (0, 2)), COLOURS["truth"], 1.0, "x"), True),
+        (Ellipse(f32(0, 0, 9), f32((4, 0), (0, 2)), COLOURS["truth"], 1.0, "x"), False),
+        (Text(f32(0, 0, 0), "here", COLOURS["truth"], "x"), True),
+        (Polyline(f32((0, 0, 0), (0, 0, 6)), COLOURS["truth"], 1.0, "x"), False),
+        (Points(f32((0, 0, 0)), np.zeros((1, 3), dtype=np.uint8), 1.0), False),
+    ],
+)
+def test_only_marks_of_the_picture_plane_are_flat(item: object, flat: bool) -> None:
+    """What has a height of its own keeps it; a cloud is never put on top of itself."""
+    assert shapes.is_flat(item) is flat  # type: ignore[arg-type]
