@@ -1,0 +1,15 @@
+"""The REST interface and the stream: handlers of a few lines over typed dependencies.
+
+Each handler asks for what it needs, makes one call, and returns a model. Everything that can go wrong is an exception
+that `server.errors` turns into the one error shape.
+"""
+
+from fastapi import APIRouter
+
+from server.api import experiments, runs, sessions, stream, uploads
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/api/v1")
+for part in (experiments, uploads, sessions, runs, stream):
+    router.include_router(part.router)

@@ -1,0 +1,89 @@
+"""Dependencies: what a handler may ask for."""
+
+from typing import Annotated
+
+from fastapi import Depends, Path
+from starlette.requests import HTTPConnection
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.experiment import Experiment
+from server.errors import NotFoundError
+from server.services import Services
+from server.sessions.errands import Errands
+from server.sessions.manager import Manager
+from server.sessions.session import Session
+from server.settings import Settings
+from server.store import Store
+from server.store.tables import RunRow, UploadRow
+
+__all__ = [
+    "AManager",
+    "ARun",
+    "ASession",
+    "AStore",
+    "AnErrands",
+    "AnExperiment",
+    "AnUpload",
+    "SettingsNow",
+    "TheServices",
+]
+
+
+def _services(connection: HTTPConnection) -> Services:
+    services: Services = connection.app.state.services
+    return services
+
+
+TheServices = Annotated[Services, Depends(_services)]
+
+
+def _settings(services: TheServices) -> Settings:
+    return services.settings
+
+
+def _store(services: TheServices) -> Store:
+    return services.store
+
+
+def _manager(services: TheServices) -> Manager:
+    return services.manager
+
+
+def _errands(services: TheServices) -> Errands:
+    return services.errands
+
+
+SettingsNow = Annotated[Settings, Depends(_settings)]
+AStore = Annotated[Store, Depends(_store)]
+AManager = Annotated[Manager, Depends(_manager)]
+AnErrands = Annotated[Errands, Depends(_errands)]
+
+
+def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:
+    if experiment not in EXPERIMENTS:
+        raise NotFoundError(f"There is no such experiment; there are {', '.join(EXPERIMENTS)}.")
+    return EXPERIMENTS[experiment]
+
+
+async def _session(session: Annotated[str, Path(max_length=64)], manager: AManager) -> Session:
+    return manager.get(session)
+
+
+def _upload(upload: Annotated[str, Path(max_length=64)], store: AStore) -> UploadRow:
+    row = store.upload(upload)
+    if row is None:
+        raise NotFoundError("There is no such upload; it may have been deleted.")
+    return row
+
+
+def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
+    row = store.run(run)
+    if row is None:
+        raise NotFoundError("There is no such run; it may have been deleted.")
+    return row
+
+
+AnExperiment = Annotated[Experiment, Depends(_experiment)]
+ASession = Annotated[Session, Depends(_session)]
+AnUpload = Annotated[UploadRow, Depends(_upload)]
+ARun = Annotated[RunRow, Depends(_run)]

@@ -1,0 +1,83 @@
+"""Experiments: what there is to try."""
+
+import asyncio
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from fastapi import APIRouter
+from starlette.responses import Response
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.experiment import Experiment
+from pftrack.parameters import declarations
+from server.api.dependencies import AnErrands, AnExperiment, AStore
+from server.api.models import ExperimentDetail, ExperimentView, PresetView
+from server.sessions.jobs import draw_experiment
+from server.store.files import write_whole
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/experiments", tags=["experiments"])
+
+
+@router.get("")
+async def list_experiments() -> list[ExperimentView]:
+    """List all experiments."""
+    return [ExperimentView(**_shown(experiment)) for experiment in EXPERIMENTS.values()]
+
+
+@router.get("/{experiment}")
+def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
+    """Tell everything about an experiment, its parameters included."""
+    model = type(experiment.simulate().parameters)
+    return ExperimentDetail(
+        **_shown(experiment),
+        declarations=list(declarations(model)),
+        layers=dict(experiment.layers),
+        parameter_schema=model.model_json_schema(),
+    )
+
+
+@router.get("/{experiment}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+async def draw_thumbnail(experiment: AnExperiment, store: AStore, errands: AnErrands) -> Response:
+    """Return a picture of an experiment: a real frame of a real run."""
+    path = store.files.cache / f"{experiment.id}-{_version()}.png"
+    if not path.exists():
+        await asyncio.to_thread(write_whole, path, await errands.run(draw_experiment, experiment.id))
+    picture = await asyncio.to_thread(path.read_bytes)
+    return Response(picture, media_type="image/png", headers={"Cache-Control": "max-age=300"})
+
+
+def _shown(experiment: Experiment) -> dict[str, Any]:
+    return {
+        "id": experiment.id,
+        "title": experiment.title,
+        "question": experiment.question,
+        "document": experiment.document,
+        "description": experiment.description,
+        "accepts_video": experiment.accepts_video,
+        "default_tracker": experiment.default_tracker,
+        "frames": experiment.frames,
+        "trackers": [
+            {"id": name, "title": tracker.title, "description": tracker.description}
+            for name, tracker in experiment.trackers.items()
+        ],
+        "presets": [
+            PresetView(
+                name=preset.name,
+                title=preset.title,
+                tracker=preset.tracker,
+                parameters=dict(preset.parameters),
+                seed=preset.seed,
+            )
+            for preset in experiment.presets
+        ],
+        "thumbnail": f"/api/v1/experiments/{experiment.id}/thumbnail.png",
+    }
+
+
+def _version() -> str:
+    try:
+        return version("pftrack")
+    except PackageNotFoundError:
+        return "development"

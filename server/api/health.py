@@ -1,0 +1,38 @@
+"""Health: is the server alive, can it work, and what has it done."""
+
+import asyncio
+
+from fastapi import APIRouter
+from prometheus_client import CONTENT_TYPE_LATEST
+from starlette.responses import Response
+
+from server.api.dependencies import AnErrands, AStore, TheServices
+from server.errors import UnavailableError
+from server.sessions.jobs import nothing
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/healthz")
+async def alive() -> dict[str, str]:
+    """Tell that the server is alive."""
+    return {"status": "ok"}
+
+
+@router.get("/readyz")
+async def ready(store: AStore, errands: AnErrands) -> dict[str, str]:
+    """Tell that the server can start sessions: the database answers and workers can be made."""
+    try:
+        await asyncio.to_thread(store.check)
+        await errands.run(nothing)
+    except Exception as error:
+        raise UnavailableError("The server is not ready; its database or its workers do not answer.") from error
+    return {"status": "ready"}
+
+
+@router.get("/metrics", response_class=Response, responses={200: {"content": {"text/plain": {}}}})
+async def metrics(services: TheServices) -> Response:
+    """Return the server's metrics for Prometheus."""
+    return Response(services.metrics.text(), media_type=CONTENT_TYPE_LATEST)

@@ -1,0 +1,177 @@
+"""Models: the shapes that the REST interface takes and gives."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from pftrack.parameters import Declaration, Value
+from server.sessions.messages import TrackerView
+from server.sessions.spec import Box
+
+__all__ = [
+    "BookmarkWish",
+    "BranchWish",
+    "ChangeWish",
+    "Changed",
+    "Columns",
+    "ExperimentDetail",
+    "ExperimentView",
+    "PresetView",
+    "RunView",
+    "RunWish",
+    "SessionWish",
+    "TrackerView",
+    "TransportWish",
+    "UploadView",
+]
+
+LARGEST_SEED = 2**53 - 1
+"""Largest whole number that a browser holds exactly."""
+
+Frame = Annotated[int, Field(ge=0, le=10_000_000)]
+Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+Values = dict[Annotated[str, Field(max_length=64)], Any]
+Title = Annotated[str, Field(max_length=200)]
+
+
+class Wish(BaseModel):
+    """Base of what a client sends: closed to unknown names."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class PresetView(BaseModel):
+    """A named starting point."""
+
+    name: str
+    title: str
+    tracker: str
+    parameters: dict[str, Value]
+    seed: int
+
+
+class ExperimentView(BaseModel):
+    """An experiment as the gallery shows it."""
+
+    id: str
+    title: str
+    question: str
+    document: str
+    description: str
+    accepts_video: bool
+    default_tracker: str
+    frames: int
+    trackers: list[dict[str, str]]
+    presets: list[PresetView]
+    thumbnail: str
+
+
+class ExperimentDetail(ExperimentView):
+    """An experiment with everything that can be turned."""
+
+    declarations: list[Declaration]
+    layers: dict[str, bool]
+    parameter_schema: dict[str, Any] = Field(serialization_alias="schema")
+
+
+class UploadView(BaseModel):
+    """An upload and what was found in it."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    id: str
+    name: str
+    kind: str
+    frames: int
+    width: int
+    height: int
+    frame_rate_hz: float
+    duration_s: float
+    sha256: str
+    warnings: list[str]
+    size_bytes: int
+    created: str
+
+
+class ChangeWish(Wish):
+    """A change of parameters on the timeline of a new session."""
+
+    frame: Frame
+    values: Values
+
+
+class SessionWish(Wish):
+    """What a new session is to be."""
+
+    experiment: str = Field(max_length=64)
+    tracker: str | None = Field(None, max_length=64)
+    seed: Seed = 0
+    parameters: Values = {}
+    frames: Frame | None = None
+    upload: str | None = Field(None, max_length=64)
+    box: Box | None = None
+    start: Frame = 0
+    timeline: list[ChangeWish] = Field([], max_length=10_000)
+    position: Frame = 0
+
+
+class TransportWish(Wish):
+    """What the run is to do."""
+
+    action: Literal["play", "pause", "step", "back", "seek", "speed", "restart"]
+    frame: Frame | None = None
+    speed: Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)] | None = None
+
+
+class BranchWish(Wish):
+    """Where to leave the active branch, and with what to go on."""
+
+    frame: Frame
+    tracker: str | None = Field(None, max_length=64)
+    parameters: Values = {}
+    title: Title | None = None
+
+
+class BookmarkWish(Wish):
+    """What is worth remembering of the frame that is shown."""
+
+    note: str = Field("", max_length=500)
+
+
+class RunWish(Wish):
+    """Which session's active branch to save."""
+
+    session: str = Field(max_length=64)
+    title: Title | None = None
+
+
+class Changed(BaseModel):
+    """The values in force after a change, and the frame from which they count."""
+
+    parameters: dict[str, Value]
+    tracker: str
+    frame: int
+    branch: str
+
+
+class Columns(BaseModel):
+    """The diagnostics of a branch, a list a column."""
+
+    branch: str
+    columns: dict[str, list[Any]]
+
+
+class RunView(BaseModel):
+    """A saved run."""
+
+    id: str
+    title: str
+    experiment: str
+    tracker: str
+    seed: int
+    frames: int
+    created: str
+    outcome: str
+    summary: dict[str, Any]
+    thumbnail: str
+    page: str

@@ -1,0 +1,95 @@
+"""Runs: save, list, download, bring in, open again."""
+
+import asyncio
+from http import HTTPStatus
+
+from fastapi import APIRouter, Request
+from starlette.responses import FileResponse, Response
+
+from server.api.dependencies import AManager, AnErrands, ARun, AStore, SettingsNow
+from server.api.models import RunView, RunWish
+from server.api.uploads import MULTIPART
+from server.errors import NotFoundError
+from server.saving import bring_in, reopen, save
+from server.sessions.messages import SessionView
+from server.store.tables import RunRow
+from server.uploading import receive
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/runs", tags=["runs"])
+
+RECORD = "application/vnd.pftrack.run"
+
+
+@router.post("", status_code=HTTPStatus.CREATED)
+async def save_run(wish: RunWish, manager: AManager, store: AStore) -> RunView:
+    """Save the active branch of a session."""
+    return _shown(await save(store, manager.get(wish.session), wish.title))
+
+
+@router.post("/import", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART)
+async def import_run(request: Request, store: AStore, settings: SettingsNow, errands: AnErrands) -> RunView:
+    """Take in a run that was saved elsewhere."""
+    folder = store.files.new_incoming()
+    received = await receive(request, folder, most_bytes=settings.max_record_bytes, most_files=1)
+    return _shown(await bring_in(store, errands, settings, folder, received))
+
+
+@router.get("")
+def list_runs(store: AStore) -> list[RunView]:
+    """List all saved runs, the newest first."""
+    return [_shown(row) for row in store.runs()]
+
+
+@router.get("/{run}")
+def show_run(run: ARun) -> RunView:
+    """Tell about a saved run."""
+    return _shown(run)
+
+
+@router.delete("/{run}", status_code=HTTPStatus.NO_CONTENT)
+async def remove_run(run: ARun, store: AStore) -> None:
+    """Delete a saved run."""
+    await asyncio.to_thread(store.remove_run, run.id)
+
+
+@router.get("/{run}/download", response_class=FileResponse, responses={200: {"content": {RECORD: {}}}})
+def download(run: ARun, store: AStore) -> FileResponse:
+    """Return the record of a saved run as a file."""
+    path = store.files.record(run.id)
+    if not path.exists():
+        raise NotFoundError("The file of this run is missing.")
+    return FileResponse(path, media_type=RECORD, filename=f"{run.experiment}-{run.tracker}-{run.seed}.pft")
+
+
+@router.get("/{run}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+def thumbnail(run: ARun, store: AStore) -> Response:
+    """Return a picture of the frame at which a run was saved."""
+    path = store.files.thumbnail(run.id)
+    if not path.exists():
+        raise NotFoundError("The picture of this run is missing.")
+    return Response(path.read_bytes(), media_type="image/png", headers={"Cache-Control": "max-age=86400"})
+
+
+@router.post("/{run}/open", status_code=HTTPStatus.CREATED)
+async def open_run(run: ARun, store: AStore, manager: AManager, errands: AnErrands) -> SessionView:
+    """Go on with a saved run in a new session."""
+    session = await manager.create(await reopen(store, errands, run))
+    return session.view()
+
+
+def _shown(row: RunRow) -> RunView:
+    return RunView(
+        id=row.id,
+        title=row.title,
+        experiment=row.experiment,
+        tracker=row.tracker,
+        seed=row.seed,
+        frames=row.frames,
+        created=row.created,
+        outcome=row.outcome,
+        summary=row.summary,
+        thumbnail=f"/api/v1/runs/{row.id}/thumbnail.png",
+        page=f"/#run-{row.id}",
+    )

@@ -1,0 +1,41 @@
+"""The scene: viser's client and its websocket, at the session's own address and on the server's own port."""
+
+from fastapi import APIRouter, WebSocket
+from starlette.responses import RedirectResponse, Response
+
+from server.api.dependencies import ASession, TheServices
+from server.viewer import CONTENT_SECURITY_POLICY, bridge, client_page
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/viz", include_in_schema=False)
+
+GONE = 4404
+
+
+@router.get("/{session}")
+async def without_slash(session: ASession) -> Response:
+    """Lead to the address from which the client finds its websocket."""
+    return RedirectResponse(f"/viz/{session.spec.id}/")
+
+
+@router.get("/{session}/")
+async def page(session: ASession) -> Response:
+    """Return viser's client."""
+    del session  # it is there, which is all that had to be known
+    headers = {"Content-Security-Policy": CONTENT_SECURITY_POLICY, "Cache-Control": "no-cache"}
+    return Response(client_page(), media_type="text/html; charset=utf-8", headers=headers)
+
+
+@router.websocket("/{session}")
+@router.websocket("/{session}/")
+async def websocket(websocket: WebSocket, session: str, services: TheServices) -> None:
+    """Join a browser to the session's scene."""
+    found = services.manager.find(session)
+    if found is None:
+        await websocket.accept()
+        await websocket.close(GONE, "There is no such session; it may have been ended.")
+        return
+    port = await found.open_stage()
+    with found.stage.watch():
+        await bridge(websocket, port)

@@ -1,0 +1,120 @@
+"""Sessions: start, steer, branch, end."""
+
+import asyncio
+from http import HTTPStatus
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Path
+from starlette.responses import Response
+
+from server.api.dependencies import AManager, ASession, AStore
+from server.api.models import BookmarkWish, BranchWish, Changed, Columns, SessionWish, TransportWish
+from server.errors import NotFoundError, RefusedError
+from server.sessions.beginning import as_spec
+from server.sessions.messages import SessionView
+from server.sessions.spec import Bookmark
+from server.store.files import new_name
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/sessions", tags=["sessions"])
+
+Name = Annotated[str, Path(max_length=64)]
+
+
+@router.post("", status_code=HTTPStatus.CREATED)
+async def start_session(wish: SessionWish, manager: AManager, store: AStore) -> SessionView:
+    """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
+    if wish.upload is not None and await asyncio.to_thread(store.upload, wish.upload) is None:
+        raise RefusedError("There is no such upload; it may have been deleted.", field="upload", value=wish.upload)
+    session = await manager.create(as_spec(wish))
+    return session.view()
+
+
+@router.get("")
+async def list_sessions(manager: AManager) -> list[SessionView]:
+    """List all sessions, the newest first."""
+    return [session.view() for session in manager.all if session.spec.card]
+
+
+@router.get("/{session}")
+async def show_session(session: ASession) -> SessionView:
+    """Tell everything about a session."""
+    return session.view()
+
+
+@router.delete("/{session}", status_code=HTTPStatus.NO_CONTENT)
+async def end_session(session: ASession, manager: AManager) -> None:
+    """End a session for good."""
+    await manager.end(session)
+
+
+@router.patch("/{session}/parameters")
+async def change_parameters(session: ASession, values: Annotated[dict[str, Any], Body()]) -> Changed:
+    """Change parameters from the next frame on; in the past this makes a branch."""
+    frame = await session.change(values)
+    active = session.spec.active
+    return Changed(parameters=session.spec.values, tracker=active.tracker, frame=frame, branch=active.id)
+
+
+@router.post("/{session}/transport")
+async def steer(session: ASession, wish: TransportWish) -> SessionView:
+    """Play, pause, step, go back, seek, set the speed, or begin anew."""
+    await session.transport(wish.action, wish.frame, wish.speed)
+    return session.view()
+
+
+@router.post("/{session}/branch", status_code=HTTPStatus.CREATED)
+async def branch(session: ASession, wish: BranchWish, manager: AManager) -> SessionView:
+    """Leave the active branch at a frame and go on in a new one."""
+    values = {**wish.parameters, **({"tracker": wish.tracker} if wish.tracker else {})}
+    await session.branch(wish.frame, values, wish.title)
+    await manager.keep()
+    return session.view()
+
+
+@router.post("/{session}/branch/{branch}/activate")
+async def activate(session: ASession, branch: Name) -> SessionView:
+    """Show another branch."""
+    if branch not in session.spec.branches:
+        raise NotFoundError("The session has no such branch.")
+    await session.activate(branch)
+    return session.view()
+
+
+@router.post("/{session}/resume")
+async def resume(session: ASession, manager: AManager) -> SessionView:
+    """Give a suspended or crashed session a worker again, where it was."""
+    await manager.resume(session)
+    return session.view()
+
+
+@router.get("/{session}/diagnostics")
+async def diagnostics(session: ASession, branch: str | None = None) -> Columns:
+    """Return the diagnostics of all frames of a branch; of the active one if none is named."""
+    name = branch or session.spec.branch
+    if name not in session.spec.branches:
+        raise NotFoundError("The session has no such branch.")
+    return Columns(branch=name, columns=session.columns(name))
+
+
+@router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+async def picture(session: ASession) -> Response:
+    """Return the frame that is shown as a picture."""
+    return Response(await session.picture(), media_type="image/png", headers={"Cache-Control": "no-store"})
+
+
+@router.post("/{session}/bookmarks", status_code=HTTPStatus.CREATED)
+async def bookmark(session: ASession, manager: AManager, wish: BookmarkWish | None = None) -> Bookmark:
+    """Remember the frame that is shown."""
+    made = session.bookmark(new_name(), wish.note if wish else "")
+    await manager.keep()
+    return made
+
+
+@router.delete("/{session}/bookmarks/{bookmark}", status_code=HTTPStatus.NO_CONTENT)
+async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) -> None:
+    """Forget a bookmark."""
+    if not session.unbookmark(bookmark):
+        raise NotFoundError("The session has no such bookmark.")
+    await manager.keep()

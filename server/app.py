@@ -1,0 +1,57 @@
+"""The app: everything put together by one factory, so that tests can make as many as they like."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+import pftrack
+from server import errors, pages
+from server.api import health, router, scene
+from server.body import BodyLimit
+from server.metrics import Metrics, Stopwatch
+from server.security import Guard
+from server.services import Services
+from server.settings import Settings
+
+__all__ = ["create_app"]
+
+DESCRIPTION = "Particle-filter tracking sessions. Every error has the shape {error: {message, field?, bound?, value?}}."
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """Return the app of a server.
+
+    Args:
+        settings: What it is told; without any, what the environment says.
+    """
+    settings = settings or Settings()
+    metrics = Metrics()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        services = await Services.open(settings, metrics)
+        app.state.services = services
+        try:
+            yield
+        finally:
+            await services.close()
+
+    app = FastAPI(
+        title="pftrack",
+        version=pftrack.__version__,
+        description=DESCRIPTION,
+        lifespan=lifespan,
+        redoc_url=None,
+        responses={"4XX": {"model": errors.ErrorBody}, "5XX": {"model": errors.ErrorBody}},
+    )
+    errors.install(app)
+    app.include_router(router)
+    app.include_router(health.router)
+    app.include_router(scene.router)
+    pages.install(app)
+    # The last one added is the first to see a request.
+    app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)
+    app.add_middleware(Guard, settings=settings)
+    app.add_middleware(Stopwatch, metrics=metrics)
+    return app

@@ -1,0 +1,123 @@
+"""The command: what `pftrack serve` does."""
+
+import errno
+import logging
+import socket
+import sys
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import structlog
+import typer
+import uvicorn
+from pydantic import ValidationError
+
+from server.app import create_app
+from server.settings import Settings
+
+__all__ = ["serve"]
+
+LARGEST_MESSAGE = 64 * 1024
+GRACE_S = 5
+
+
+class AnnouncingServer(uvicorn.Server):
+    """Prints the link when the server can be reached, once."""
+
+    def __init__(self, config: uvicorn.Config, settings: Settings) -> None:
+        super().__init__(config)
+        self._settings = settings
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, and tell where to look."""
+        await super().startup(sockets)
+        if self.started and sockets:
+            print(f"pftrack is at {self._settings.link(sockets[0].getsockname()[1])}", flush=True)  # noqa: T201
+
+
+def serve(
+    host: Annotated[
+        str | None, typer.Option(help="Address to listen on; other than loopback asks for a token.")
+    ] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes a free one.")] = None,
+    data_dir: Annotated[Path | None, typer.Option(help="Where uploads, runs and the database live.")] = None,
+) -> None:
+    """Serve the dashboard, and print the link to it."""
+    given = {"host": host, "port": port, "data_dir": data_dir}
+    try:
+        settings = Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]  # validated within
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = "_".join(str(part) for part in first["loc"])
+        _fail(
+            f"{name}: {first['msg'].removeprefix('Value error, ')}"
+            if name
+            else first["msg"].removeprefix("Value error, ")
+        )
+    _log_to_stderr()
+    listening = _listen(settings)
+    config = uvicorn.Config(
+        create_app(settings),
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        ws_max_size=LARGEST_MESSAGE,
+        # Particles hardly shrink, and deflating them takes ten times as long as sending them.
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=GRACE_S,
+    )
+    server = AnnouncingServer(config, settings)
+    try:
+        server.run(sockets=[listening])
+    except KeyboardInterrupt:
+        sys.exit(0)
+    except RuntimeError as error:
+        _fail(str(error))
+    if not server.started:
+        sys.exit(1)
+
+
+def _listen(settings: Settings) -> socket.socket:
+    """Bind the port here, so that one in use is told in a sentence."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((settings.host, settings.port))
+        listening.listen(2048)
+    except OSError as error:
+        listening.close()
+        where = f"{settings.host}:{settings.port}"
+        if isinstance(error, socket.gaierror):
+            _fail(f"There is no address {settings.host!r}; give --host an address of this machine, such as 127.0.0.1.")
+        reasons = {
+            "EADDRINUSE": f"Port {settings.port} is in use; end what uses it or choose another one with --port.",
+            "EACCES": f"Port {settings.port} may not be used by you; choose one above 1023 with --port.",
+            "EADDRNOTAVAIL": f"{settings.host} is no address of this machine; give --host one that is.",
+        }
+        _fail(reasons.get(_name(error), f"The server cannot listen at {where} ({error.strerror})."))
+    return listening
+
+
+def _name(error: OSError) -> str:
+    return errno.errorcode.get(error.errno or 0, "")
+
+
+def _fail(message: str) -> NoReturn:
+    print(message, file=sys.stderr)  # noqa: T201
+    sys.exit(1)
+
+
+def _log_to_stderr() -> None:
+    structlog.configure(
+        processors=[
+            structlog.processors.add_log_level,
+            structlog.processors.TimeStamper(fmt="iso", utc=True),
+            structlog.processors.format_exc_info,
+            structlog.processors.LogfmtRenderer(key_order=["timestamp", "level", "event"], bool_as_flag=False),
+        ],
+        wrapper_class=structlog.make_filtering_bound_logger(logging.INFO),
+        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
+    )
+    logging.basicConfig(level=logging.WARNING, stream=sys.stderr)

@@ -1,0 +1,208 @@
+"""Errors: one shape for everything that a client is told went wrong.
+
+`{"error": {"message": ..., "field"?: ..., "bound"?: ..., "value"?: ...}}`, with a message that says what was wrong and
+what is allowed, and never a path or a stack.
+"""
+
+import json
+import math
+from http import HTTPStatus
+from typing import Any
+
+import structlog
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from pftrack.parameters import ParameterError
+from pftrack.record import RecordError
+from pftrack.run import EndOfRun, PastError
+from pftrack.sources.sequence import SourceError
+
+__all__ = [
+    "ApiError",
+    "ConflictError",
+    "ErrorBody",
+    "NotFoundError",
+    "RefusedError",
+    "TooLargeError",
+    "UnavailableError",
+    "install",
+    "response",
+    "shape",
+]
+
+log = structlog.get_logger(__name__)
+
+LONGEST_VALUE = 200
+
+
+class ErrorDetail(BaseModel):
+    """What went wrong, in a sentence, and where."""
+
+    message: str
+    field: str | None = None
+    bound: str | None = None
+    value: Any = None
+
+
+class ErrorBody(BaseModel):
+    """The one shape of every error."""
+
+    error: ErrorDetail
+
+
+class ApiError(Exception):
+    """Something that the client is told in the one error shape.
+
+    Attributes:
+        status: The HTTP status.
+        detail: The inside of the error shape.
+    """
+
+    status = HTTPStatus.BAD_REQUEST
+
+    def __init__(self, message: str, **detail: object) -> None:
+        super().__init__(message)
+        self.detail = shape(message, **detail)
+
+
+class NotFoundError(ApiError):
+    """There is no such thing, or no longer."""
+
+    status = HTTPStatus.NOT_FOUND
+
+
+class ConflictError(ApiError):
+    """The thing is not in a state in which this can be done."""
+
+    status = HTTPStatus.CONFLICT
+
+
+class TooLargeError(ApiError):
+    """More bytes than allowed."""
+
+    status = HTTPStatus.REQUEST_ENTITY_TOO_LARGE
+
+
+class RefusedError(ApiError):
+    """A value that cannot be accepted."""
+
+    status = HTTPStatus.UNPROCESSABLE_ENTITY
+
+
+class UnavailableError(ApiError):
+    """The server cannot do it now; later it may."""
+
+    status = HTTPStatus.SERVICE_UNAVAILABLE
+
+
+def shape(message: str, **detail: object) -> dict[str, Any]:
+    """Return the inside of an error: the message and what is known of field, bound and value, safe for JSON."""
+    return {"message": message, **{key: _plain(value) for key, value in detail.items() if value is not None}}
+
+
+def response(status: int, detail: dict[str, Any], headers: dict[str, str] | None = None) -> Response:
+    """Return the answer that carries an error."""
+    # ASCII escapes let even half a surrogate pair of a client's own text travel back to it.
+    body = json.dumps({"error": detail}, ensure_ascii=True, allow_nan=False)
+    return Response(body, status_code=status, media_type="application/json", headers=headers)
+
+
+def install(app: FastAPI) -> None:
+    """Teach an app to answer every exception in the one shape."""
+
+    @app.exception_handler(ApiError)
+    async def _own(_: Request, error: ApiError) -> Response:
+        return response(error.status, error.detail)
+
+    @app.exception_handler(ParameterError)
+    async def _parameter(_: Request, error: ParameterError) -> Response:
+        detail = shape(str(error), field=error.field, bound=error.bound, value=error.value)
+        return response(HTTPStatus.UNPROCESSABLE_ENTITY, detail)
+
+    @app.exception_handler(SourceError)
+    @app.exception_handler(RecordError)
+    async def _file(_: Request, error: ValueError) -> Response:
+        return response(HTTPStatus.UNPROCESSABLE_ENTITY, shape(_sentence_case(str(error))))
+
+    @app.exception_handler(EndOfRun)
+    @app.exception_handler(PastError)
+    async def _time(_: Request, error: Exception) -> Response:
+        return response(HTTPStatus.CONFLICT, shape(_sentence_case(str(error))))
+
+    @app.exception_handler(OSError)
+    async def _disk(request: Request, error: OSError) -> Response:
+        # An operating system's message names paths.
+        log.error("disk", path=request.url.path, exc_info=error)
+        return response(
+            HTTPStatus.INSUFFICIENT_STORAGE, shape("The server could not read or write a file; is its disk full?")
+        )
+
+    @app.exception_handler(RequestValidationError)
+    async def _request(_: Request, error: RequestValidationError) -> Response:
+        return response(HTTPStatus.UNPROCESSABLE_ENTITY, _first(error))
+
+    @app.exception_handler(HTTPException)
+    async def _http(_: Request, error: HTTPException) -> Response:
+        return response(error.status_code, shape(_sentence(error)), dict(error.headers or {}))
+
+    @app.exception_handler(Exception)
+    async def _unexpected(request: Request, error: Exception) -> Response:
+        log.error("unexpected", path=request.url.path, exc_info=error)
+        message = "The server made a mistake; it is written down in its log. Try again, or reload the page."
+        return response(HTTPStatus.INTERNAL_SERVER_ERROR, shape(message))
+
+
+def _sentence(error: HTTPException) -> str:
+    match error.status_code:
+        case HTTPStatus.NOT_FOUND:
+            return "There is nothing at this address."
+        case HTTPStatus.METHOD_NOT_ALLOWED:
+            allowed = (error.headers or {}).get("Allow", "another")
+            return f"This address does not take this method; it takes {allowed}."
+        case _:
+            return str(error.detail)
+
+
+def _first(error: RequestValidationError) -> dict[str, Any]:
+    """Tell the first of what a request got wrong, with the name of its field."""
+    first = error.errors()[0]
+    where = [str(part) for part in first["loc"] if part not in {"body", "query", "path"}]
+    field = ".".join(where) or None
+    said = str(first["msg"]).removeprefix("Value error, ")
+    bound = said.removeprefix("Input should be ").removeprefix("String should ")
+    if first["type"] in {"json_invalid", "model_attributes_type", "dict_type"} and field is None:
+        return shape("The body must be a JSON object")
+    if first["type"] == "json_invalid":
+        return shape(f"The body must be JSON ({first.get('ctx', {}).get('error', 'it does not parse')})")
+    if first["type"] == "missing":
+        return shape(f"{field or 'The body'} is missing", field=field, bound="given")
+    if first["type"] == "extra_forbidden":
+        return shape(f"{field} is not known here", field=field, bound="one of the documented fields")
+    return shape(f"{field or 'The body'}: {_lower(said)}", field=field, bound=bound, value=first.get("input"))
+
+
+def _sentence_case(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]
+
+
+def _plain(value: object) -> object:
+    """Return what JSON can carry of a value that somebody sent."""
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, int):
+        return value if abs(value) < 2**53 else _short(str(value))
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    return _short(value if isinstance(value, str) else repr(value))
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 1]}…"

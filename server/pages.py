@@ -1,0 +1,50 @@
+"""Pages: plain files, served as they are; what they show they ask from the REST interface."""
+
+from pathlib import Path
+
+import bokeh
+from fastapi import APIRouter, FastAPI
+from starlette.responses import FileResponse, Response
+from starlette.staticfiles import StaticFiles
+from starlette.types import Scope
+
+__all__ = ["install"]
+
+FRONTEND = Path(__file__).parents[1] / "frontend_static"
+BOKEH = Path(bokeh.__file__).parent / "server" / "static" / "js"
+
+router = APIRouter(include_in_schema=False)
+
+
+class Files(StaticFiles):
+    """Static files that a browser asks for again each time, and gets again only when they have changed."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Return a file, to be asked for again."""
+        answer = await super().get_response(path, scope)
+        answer.headers["Cache-Control"] = "no-cache"
+        return answer
+
+
+@router.get("/")
+async def gallery() -> Response:
+    """Return the gallery of experiments."""
+    return _page("index.html")
+
+
+@router.get("/session/{session}")
+async def session(session: str) -> Response:
+    """Return the page of a session, which finds out by itself whether there is one."""
+    del session
+    return _page("session.html")
+
+
+def install(app: FastAPI) -> None:
+    """Add the pages and their files to an app."""
+    app.include_router(router)
+    app.mount("/static/bokeh", Files(directory=BOKEH), name="bokeh")
+    app.mount("/static", Files(directory=FRONTEND), name="static")
+
+
+def _page(name: str) -> Response:
+    return FileResponse(FRONTEND / name, media_type="text/html; charset=utf-8", headers={"Cache-Control": "no-cache"})

@@ -1,0 +1,110 @@
+"""Jobs: what is done in a confined process because a stranger's file is involved, or because it takes a while."""
+
+import socket
+import sys
+import traceback
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from pftrack import record
+from pftrack.experiments import find
+from pftrack.parameters import ParameterError
+from pftrack.rendering import png, render
+from pftrack.run import Run
+from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
+from server.sessions.limits import confine
+from server.sessions.pipe import WorkerEnd
+from server.sessions.protocol import Failed, Reply
+
+__all__ = ["PATIENCE_S", "draw_experiment", "frame_jpeg", "main", "nothing", "read_record", "weigh_record"]
+
+PATIENCE_S = 30.0
+THUMBNAIL_FRAMES = 90
+THUMBNAIL_WIDTH_PX = 480
+
+
+def main(end: socket.socket, job: Callable[..., Any], arguments: tuple[object, ...], memory_bytes: int) -> None:
+    """Do one job in a confined process and tell its result."""
+    from server.sessions.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
+
+    assert_preloaded()
+    confine(memory_bytes=memory_bytes, cpu_seconds=int(PATIENCE_S))
+    pipe = WorkerEnd(end)
+    try:
+        pipe.send(Reply(0, job(*arguments)))
+    except (SourceError, ParameterError, record.RecordError, LookupError) as error:
+        pipe.send(Failed(str(error)))
+    except BrokenPipeError:
+        return
+    except Exception:  # noqa: BLE001 - told as a process that died
+        traceback.print_exc()
+        sys.exit(1)
+
+
+def nothing() -> bool:
+    """Do nothing: whoever gets the answer knows that processes can be made."""
+    return True
+
+
+def draw_experiment(experiment_id: str) -> bytes:
+    """Return the PNG of a frame from the middle of an experiment's own simulated run."""
+    experiment = find(experiment_id)
+    run = Run(experiment, experiment.simulate())
+    run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
+    drawing = experiment.draw(run.current, run.diagnostics)
+    return png(render(drawing, scale=THUMBNAIL_WIDTH_PX / drawing.width, caption=False))
+
+
+def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
+    """Return a frame of an upload as JPEG."""
+    known = FrameIndex.from_json(index) if index else None
+    sequence = open_sequence(Path(path), limits, index=known)
+    if not 0 <= number < sequence.frame_count:
+        raise ParameterError("frame", number, f"a frame of the upload, 0 to {sequence.frame_count - 1}")
+    done, encoded = cv2.imencode(".jpg", cv2.cvtColor(sequence.picture(number), cv2.COLOR_RGB2BGR))
+    if not done:
+        raise SourceError("the frame cannot be drawn")
+    return encoded.tobytes()
+
+
+def read_record(path: str) -> dict[str, Any]:
+    """Read what a record says of its run."""
+    try:
+        return record.read(Path(path)).model_dump()
+    except record.RecordError as error:
+        # What the file is called here is nobody's business.
+        raise record.RecordError(str(error).replace(Path(path).name, "The file")) from None
+
+
+def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: Limits) -> dict[str, Any]:
+    """Compute the run of a record as far as it was computed, and return what came of it.
+
+    Args:
+        path: The record.
+        videos: Path and index of the uploads by their sha256.
+        limits: How large their frames may be.
+    """
+
+    def reopen(reference: Mapping[str, Any]) -> FrameSequence:
+        known = videos.get(str(reference.get("sha256")))
+        if known is None:
+            name = reference.get("name", "a recording")
+            raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
+        index = FrameIndex.from_json(known[1]) if known[1] else None
+        return open_sequence(Path(known[0]), limits, index=index)
+
+    found = record.Record.model_validate(read_record(path))
+    if found.frames > limits.frames:
+        raise ParameterError("frames", found.frames, f"at most {limits.frames} on this server")
+    run = record.rebuild(found, open_sequence=reopen)
+    run.seek(min(max(found.computed, 1), run.frames) - 1)
+    drawing = run.experiment.draw(run.current, run.diagnostics)
+    return {
+        "record": found.model_dump(),
+        "title": run.experiment.title,
+        "summary": {**run.summary(), "reproduced": run.estimates_sha256 == found.estimates_sha256},
+        "thumbnail": png(render(drawing)),
+    }

@@ -1,0 +1,225 @@
+"""The manager: all sessions of a server, and the housekeeping around them.
+
+It makes room, ends and resumes sessions, watches over workers that fall silent, suspends sessions that nobody visits,
+and writes down what changed, so that after a restart of the server every session is where it was.
+"""
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Callable
+
+import structlog
+
+from server.errors import NotFoundError, UnavailableError
+from server.sessions.protocol import Order
+from server.sessions.session import Session
+from server.sessions.spec import SessionSpec, as_timeline
+from server.settings import Settings
+from server.store import Store
+
+__all__ = ["Manager"]
+
+log = structlog.get_logger(__name__)
+
+ROUND_S = 0.5
+LONGEST_CATCH_S = 5.0
+
+
+class Manager:
+    """All sessions of a server."""
+
+    def __init__(self, settings: Settings, store: Store) -> None:
+        self._settings = settings
+        self._store = store
+        self._sessions: dict[str, Session] = {}
+        self._rounds: asyncio.Task[None] | None = None
+        self._writing = asyncio.Lock()
+        self.started = 0
+        self.lost = 0
+
+    async def open(self) -> None:
+        """Take over the sessions that the store kept, all of them suspended, and begin the rounds."""
+        for row in await asyncio.to_thread(self._store.sessions):
+            try:
+                spec = SessionSpec.model_validate_json(row.spec)
+            except ValueError:
+                log.exception("a stored session cannot be read", session=row.id)
+                continue
+            session = self._session(spec)
+            session.message = "The server was started anew; the session goes on where it was."
+            session.dirty = False
+            self._sessions[spec.id] = session
+        self._rounds = asyncio.create_task(self._go_round())
+
+    async def close(self) -> None:
+        """Write everything down and end all workers."""
+        if self._rounds is not None:
+            self._rounds.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._rounds
+        await self.keep()
+        message = "The server was stopped; the session goes on when it is back."
+        await asyncio.gather(*(session.close(message) for session in self._sessions.values()))
+        self._sessions.clear()
+
+    @property
+    def all(self) -> list[Session]:
+        """All sessions, the newest first."""
+        return sorted(self._sessions.values(), key=lambda session: session.spec.created, reverse=True)
+
+    @property
+    def live(self) -> int:
+        """How many sessions have a worker."""
+        return sum(session.live for session in self._sessions.values())
+
+    def find(self, name: str) -> Session | None:
+        """Return a session, if there is one."""
+        session = self._sessions.get(name)
+        return session if session is not None and session.spec.card is not None else None
+
+    def get(self, name: str) -> Session:
+        """Return a session.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        session = self.find(name)
+        if session is None:
+            raise NotFoundError("There is no such session; it may have been ended.")
+        return session
+
+    async def create(self, spec: SessionSpec) -> Session:
+        """Start a new session.
+
+        Raises:
+            UnavailableError: The house is full.
+            Exception: Whatever refused the spec.
+        """
+        if len(self._sessions) >= self._settings.max_stored_sessions:
+            raise UnavailableError(
+                f"The server keeps at most {self._settings.max_stored_sessions} sessions, the suspended ones included; "
+                "end one first."
+            )
+        self._make_room()
+        session = self._session(spec)
+        self._sessions[spec.id] = session
+        try:
+            await self._start(session)
+            await self.keep()
+        except BaseException:
+            del self._sessions[spec.id]
+            raise
+        return session
+
+    async def resume(self, session: Session) -> None:
+        """Give a session a worker again, where it was.
+
+        Raises:
+            UnavailableError: The house is full.
+        """
+        if session.link is None and session.state != "starting":
+            self._make_room()
+            await self._start(session)
+
+    async def end(self, session: Session) -> None:
+        """End a session for good."""
+        self._sessions.pop(session.spec.id, None)
+        await session.close("The session was ended.")
+        async with self._writing:
+            await asyncio.to_thread(self._store.remove_session, session.spec.id)
+
+    async def keep(self) -> None:
+        """Write down every session that has changed."""
+        async with self._writing:
+            changed = [session for session in self._sessions.values() if session.dirty and session.spec.card]
+            for session in changed:
+                session.dirty = False
+            specs = [(session.spec.id, session.spec.model_dump_json()) for session in changed]
+            if not specs:
+                return
+            try:
+                await asyncio.to_thread(self._store.save_sessions, specs)
+            except Exception:
+                for session in changed:
+                    session.dirty = True
+                raise
+
+    def uses(self, upload: str) -> bool:
+        """Tell whether a session needs an upload."""
+        return any(session.spec.upload == upload for session in self._sessions.values())
+
+    async def _start(self, session: Session) -> None:
+        began = time.perf_counter()
+        await session.start()
+        session.left = time.monotonic()
+        self.started += 1
+        log.info(
+            "session started",
+            session=session.spec.id,
+            experiment=session.spec.experiment,
+            milliseconds=round(1000 * (time.perf_counter() - began)),
+        )
+
+    def _make_room(self) -> None:
+        if self.live >= self._settings.max_sessions:
+            raise UnavailableError(
+                f"All {self._settings.max_sessions} places are taken; end a session or wait until one is suspended, "
+                f"which happens after {self._settings.idle_seconds / 60:g} minutes without visitors."
+            )
+
+    def _session(self, spec: SessionSpec) -> Session:
+        return Session(spec, self._settings, self._order)
+
+    def _order(self, spec: SessionSpec) -> Order:
+        """Return what a worker needs to make a session's active branch."""
+        branch = spec.active
+        video = self._store.files.upload(spec.upload) if spec.upload else None
+        return Order(
+            session=spec.id,
+            experiment=spec.experiment,
+            tracker=branch.first_tracker or branch.tracker or None,
+            seed=spec.seed,
+            frames=spec.frames,
+            timeline=as_timeline(branch.timeline),
+            branch=branch.id,
+            head=branch.head,
+            position=branch.position,
+            speed=spec.speed,
+            video=str(video) if video else None,
+            index=self._store.files.index(spec.upload) if spec.upload else None,
+            box=spec.box,
+            truth=spec.truth,
+            start=spec.start,
+            memory_bytes=self._settings.worker_memory_bytes,
+            cpu_seconds=self._settings.worker_cpu_seconds,
+            max_frames=self._settings.max_frames,
+            max_pixels=self._settings.max_pixels,
+            max_particles=self._settings.max_particles,
+        )
+
+    async def _go_round(self) -> None:
+        """Watch over workers and visitors, and write down what changed."""
+        last = time.monotonic()
+        while True:
+            await asyncio.sleep(ROUND_S)
+            now = time.monotonic()
+            late, last = now - last > LONGEST_CATCH_S, now
+            for session in list(self._sessions.values()):
+                # If this process itself was stopped, the workers' signs of life are still unread in their pipes.
+                if not late:
+                    session.check()
+                if session.visitors:
+                    session.left = now
+                elif session.link is not None and now - session.left > self._settings.idle_seconds:
+                    await self._attempt(
+                        session.suspend, "Nobody was here for a while; the session goes on where it was."
+                    )
+            await self._attempt(self.keep)
+
+    async def _attempt(self, duty: Callable[..., object], *arguments: object) -> None:
+        """Do a duty of the round; if it fails, say so and go on with the others."""
+        try:
+            await duty(*arguments)  # type: ignore[misc]
+        except Exception:
+            log.exception("housekeeping failed")

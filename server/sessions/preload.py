@@ -1,0 +1,38 @@
+"""What a forkserver has ready before the first worker asks: imported once, shared by all workers' memory.
+
+A preload that cannot be imported is ignored silently by `multiprocessing`, and each worker would then import everything
+itself: 0.6-1.8 s and 96 MB in place of 15 ms and 20 MB. So this module remembers which process imported it, and a
+worker asserts that it was its parent.
+"""
+
+import os
+
+import cv2
+import numba
+import numpy as np
+
+import pftrack.experiments
+import pftrack.record
+import pftrack.rendering
+import pftrack.run
+import pftrack.sources.images
+import pftrack.sources.video
+import server.sessions.jobs
+import server.sessions.worker
+
+__all__ = ["assert_preloaded"]
+
+PRELOADED = (cv2, numba, np, pftrack, server.sessions)
+PRELOADED_IN = os.getpid()
+
+cv2.setNumThreads(1)
+
+
+def assert_preloaded() -> None:
+    """Make sure that this process was forked from one that had everything ready.
+
+    Raises:
+        RuntimeError: The preload did not take.
+    """
+    if os.getppid() != PRELOADED_IN:
+        raise RuntimeError("the forkserver did not preload: server.sessions.preload could not be imported there")

@@ -1,0 +1,96 @@
+"""The spec: what has to be known of a session to make it again, to the bit, in a new worker or after a restart.
+
+Seed, timeline and position are enough, since a run is a pure fold of them. The web process always holds the newest
+spec, so a worker may die at any moment, and the store holds it too, so the server may.
+"""
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field
+
+from pftrack.parameters import Value
+from pftrack.run import Change, Timeline
+
+__all__ = ["Bookmark", "Box", "BranchSpec", "ChangeModel", "SessionSpec", "as_models", "as_timeline"]
+
+BRANCH_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#D55E00")
+
+Place = Annotated[float, Field(ge=0, le=100_000, allow_inf_nan=False)]
+Extent = Annotated[float, Field(ge=1, le=100_000, allow_inf_nan=False)]
+Box = tuple[Place, Place, Extent, Extent]
+
+
+class ChangeModel(BaseModel):
+    """A change on the timeline: from this frame on, these values."""
+
+    frame: int = Field(ge=0)
+    values: dict[str, Any]
+
+
+class BranchSpec(BaseModel):
+    """One branch: where it left which other, and all that makes it again."""
+
+    id: str
+    title: str
+    parent: str | None = None
+    frame: int = 0
+    tracker: str
+    first_tracker: str | None = None
+    colour: str = BRANCH_COLOURS[0]
+    timeline: list[ChangeModel] = []
+    head: int = 0
+    position: int = 0
+
+
+class Bookmark(BaseModel):
+    """A frame that somebody wants to find again."""
+
+    id: str
+    frame: int
+    note: str = ""
+    branch: str
+
+
+class SessionSpec(BaseModel):
+    """Everything that is kept of a session."""
+
+    id: str
+    experiment: str
+    seed: int = 0
+    frames: int | None = None
+    upload: str | None = None
+    box: Box | None = None
+    start: int = 0
+    truth: dict[int, Box] | None = None
+    speed: float = 1.0
+    branch: str = "b0"
+    branches: dict[str, BranchSpec] = {}
+    branches_made: int = 1
+    bookmarks: list[Bookmark] = []
+    created: str = ""
+    card: dict[str, Any] | None = None
+    values: dict[str, Value] = {}
+
+    @property
+    def active(self) -> BranchSpec:
+        """The active branch."""
+        return self.branches[self.branch]
+
+    def next_branch(self) -> str:
+        """Return a name that no branch had before."""
+        return f"b{self.branches_made}"
+
+
+def as_timeline(changes: list[ChangeModel]) -> Timeline:
+    """Return the library's timeline."""
+    return tuple(Change(change.frame, dict(change.values)) for change in changes)
+
+
+def as_models(timeline: Timeline) -> list[ChangeModel]:
+    """Return a timeline as the API and the store carry it."""
+    return [ChangeModel(frame=change.frame, values=dict(change.values)) for change in timeline]
+
+
+def colour(number: int) -> str:
+    """Return the colour of the branch with this number."""
+    return BRANCH_COLOURS[number % len(BRANCH_COLOURS)]

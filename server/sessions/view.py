@@ -1,0 +1,58 @@
+"""The view of a session: what everybody outside sees of it."""
+
+from server.sessions.messages import BranchView, ChangeView, SessionView, State, TrackerView
+from server.sessions.protocol import Card
+from server.sessions.spec import SessionSpec
+
+__all__ = ["branch_views", "view"]
+
+
+def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, playing: bool) -> SessionView:
+    """Return a session as everybody outside sees it."""
+    active = spec.active
+    return SessionView(
+        id=spec.id,
+        experiment=spec.experiment,
+        title=card.title,
+        tracker=active.tracker,
+        seed=spec.seed,
+        frames=card.frames,
+        position=active.position,
+        head=active.head,
+        playing=playing,
+        speed=spec.speed,
+        state=state,
+        message=message,
+        parameters=spec.values,
+        declarations=card.declarations,
+        trackers=[TrackerView(id=name, title=title) for name, title in card.trackers.items()],
+        layers=card.layers,
+        timeline=[ChangeView(frame=change.frame, values=change.values) for change in active.timeline],
+        branch=active.id,
+        branches=branch_views(spec),
+        bookmarks=spec.bookmarks,
+        upload=spec.upload,
+        box=spec.box,
+        start=spec.start,
+        width=card.width,
+        height=card.height,
+        frame_rate_hz=card.frame_rate_hz,
+        created=spec.created,
+        page=f"/session/{spec.id}",
+        viewer=f"/viz/{spec.id}/",
+    )
+
+
+def branch_views(spec: SessionSpec) -> list[BranchView]:
+    """Return the branches as the page lists them."""
+    return [
+        BranchView(
+            id=branch.id,
+            title=branch.title,
+            parent=branch.parent,
+            frame=branch.frame,
+            tracker=branch.tracker,
+            colour=branch.colour,
+        )
+        for branch in spec.branches.values()
+    ]

@@ -1,0 +1,211 @@
+"""The workbench: the runs of one session, a branch each, and what a person may do with them.
+
+It knows neither pipe nor clock: the worker drives it, and tests can too.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pftrack import record
+from pftrack.experiments import find
+from pftrack.experiments.experiment import Experiment, Setup
+from pftrack.parameters import ParameterError, declarations, flat
+from pftrack.run import Change, Run, Timeline
+from pftrack.sources.recording import check_box
+from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, SourceError, open_sequence
+from pftrack.sources.truth import TruthTable
+from server.sessions.protocol import Card, Order, Standing
+
+__all__ = ["Workbench"]
+
+
+class Workbench:
+    """The branches of a session's run, one of them active."""
+
+    def __init__(self, order: Order) -> None:
+        """Wire the experiment and begin the run at frame 0.
+
+        Raises:
+            ParameterError: A value of the order is refused.
+            SourceError: The upload cannot be used so.
+            LookupError: There is no such experiment.
+        """
+        self._order = order
+        self.experiment: Experiment = find(order.experiment)
+        self._limits = {"sample_count": order.max_particles, "frames": order.max_frames}
+        self._within_limits({"frames": order.frames})
+        for change in order.timeline:
+            self._within_limits(change.values)
+        self._setup = self._wired(order)
+        self.active = order.branch
+        self._runs: dict[str, Run] = {}
+        self._beginnings = 0
+        self._runs[self.active] = self._begin(order.tracker, order.timeline)
+
+    @property
+    def run(self) -> Run:
+        """The active branch."""
+        return self._runs[self.active]
+
+    @property
+    def ended(self) -> bool:
+        """Whether the active branch stands on its last frame."""
+        return self.run.position >= self.run.frames - 1
+
+    @property
+    def at_head(self) -> bool:
+        """Whether the next frame has to be computed."""
+        return self.run.position == self.run.head
+
+    def card(self) -> Card:
+        """Return what does not change while the session lives."""
+        source = self.run.source
+        width, height = source.size
+        return Card(
+            experiment=self.experiment.id,
+            title=self.experiment.title,
+            declarations=[item.model_dump(mode="json") for item in declarations(type(self._setup.parameters))],
+            trackers={name: tracker.title for name, tracker in self.experiment.trackers.items()},
+            layers=dict(self.experiment.layers),
+            width=width,
+            height=height,
+            frame_rate_hz=source.frame_rate_hz,
+            frames=self.run.frames,
+        )
+
+    def standing(self, *, playing: bool, speed: float) -> Standing:
+        """Return where the active branch stands."""
+        run = self.run
+        following = run.position + 1
+        return Standing(
+            branch=self.active,
+            position=run.position,
+            head=run.head,
+            playing=playing,
+            ended=self.ended,
+            speed=speed,
+            first_tracker=run.tracker,
+            tracker=run.tracker_at(following),
+            values=flat(run.parameters_at(following)),
+            timeline=run.timeline,
+            beginnings=self._beginnings,
+        )
+
+    def forward(self) -> dict[str, Any] | None:
+        """Go to the next frame; return its diagnostics when it had to be computed."""
+        if self.at_head:
+            return self.run.advance().diagnostics.as_dict()
+        self.run.seek(self.run.position + 1)
+        return None
+
+    def rows(self, first: int) -> list[dict[str, Any]]:
+        """Return the diagnostics of the active branch from a frame on."""
+        return [row.as_dict() for row in self.run.diagnostics[first:]]
+
+    def change(self, values: Mapping[str, object], branch: str) -> None:
+        """Change parameters from the next frame on.
+
+        In the past this makes a branch; a parameter that cannot change in the middle of a run begins it anew.
+
+        Raises:
+            ParameterError: A value is refused; nothing has changed then.
+        """
+        self._within_limits(values)
+        fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
+        if fixed & values.keys():
+            self._restart(values)
+        elif not self.at_head:
+            self.branch(branch, self.run.position, values)
+        else:
+            self.run.change(values)
+
+    def branch(self, name: str, frame: int, values: Mapping[str, object]) -> None:
+        """Leave the active branch at a frame and go on under a new name.
+
+        Raises:
+            ParameterError: The frame or a value is refused; nothing has changed then.
+        """
+        self._within_limits(values)
+        if not 0 <= frame <= self.run.head:
+            raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.head}")
+        self._runs[name] = self.run.branch(frame, values)
+        self.active = name
+
+    def activate(self, name: str, tracker: str, timeline: Timeline) -> bool:
+        """Show another branch; return whether it had to be begun anew because this worker did not hold it."""
+        anew = name not in self._runs
+        if anew:
+            self._runs[name] = self._begin(tracker, timeline)
+        self.active = name
+        return anew
+
+    def restart(self) -> None:
+        """Begin the active branch anew with the values in force and an empty past."""
+        self._restart({})
+
+    def save(self, path: Path) -> dict[str, Any]:
+        """Write the active branch to a file and return its summary."""
+        record.save(self.run, path)
+        return self.run.summary()
+
+    def _restart(self, values: Mapping[str, object]) -> None:
+        run = self.run
+        following = run.position + 1
+        tracker: Any = values.get("tracker", run.tracker_at(following))
+        defaults = flat(self._setup.parameters)
+        inforce: dict[str, Any] = {
+            key: value for key, value in flat(run.parameters_at(following)).items() if value != defaults[key]
+        }
+        inforce.update({key: value for key, value in values.items() if key != "tracker"})
+        timeline = (Change(0, inforce),) if inforce else ()
+        self._runs[self.active] = self._begin(tracker, timeline)
+        self._beginnings += 1
+
+    def _begin(self, tracker: str | None, timeline: Timeline) -> Run:
+        return Run(
+            self.experiment,
+            self._setup,
+            tracker=tracker,
+            seed=self._order.seed,
+            frames=self._order.frames,
+            timeline=timeline,
+        )
+
+    def _wired(self, order: Order) -> Setup:
+        if order.video is None:
+            return self.experiment.simulate()
+        if self.experiment.on_video is None:
+            raise SourceError(f"The experiment {self.experiment.id} has no use for a video")
+        if order.box is None:
+            raise SourceError("A run on a video needs the box of its target: box [x, y, w, h] in px")
+        limits = dataclasses.replace(DEFAULT_LIMITS, frames=order.max_frames, pixels=order.max_pixels)
+        index = FrameIndex.from_json(order.index) if order.index else None
+        sequence = open_sequence(Path(order.video), limits, index=index)
+        _check_place(order.box, order.start, sequence)
+        truth = TruthTable(order.truth) if order.truth else None
+        try:
+            return self.experiment.on_video(sequence, order.box, start=order.start, truth=truth)
+        except ParameterError:
+            raise
+        except ValueError as error:
+            raise SourceError(str(error)) from None
+
+    def _within_limits(self, values: Mapping[str, object]) -> None:
+        for name, most in self._limits.items():
+            value = values.get(name)
+            if isinstance(value, int | float) and value > most:
+                raise ParameterError(name, value, f"at most {most} on this server")
+
+
+def _check_place(box: tuple[float, float, float, float], start: int, sequence: FrameSequence) -> None:
+    """Refuse a box or a start that is not within the recording, by its name."""
+    if not 0 <= start < sequence.frame_count:
+        raise ParameterError("start", start, f"a frame of the video, 0 to {sequence.frame_count - 1}")
+    try:
+        check_box(box, sequence.size)
+    except ValueError:
+        width, height = sequence.size
+        bound = f"(x, y, width, height) within the picture of {width} x {height} px"
+        raise ParameterError("box", box, bound) from None

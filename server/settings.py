@@ -1,0 +1,97 @@
+"""Settings: everything that a server may be told, in one class that refuses unsafe combinations.
+
+Each field can be given as an environment variable with the prefix `PFTRACK_`, as in `PFTRACK_MAX_SESSIONS=8`.
+"""
+
+import ipaddress
+import secrets
+from pathlib import Path
+from typing import Self
+
+from pydantic import Field, SecretStr, field_validator, model_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+__all__ = ["Settings", "is_loopback"]
+
+MEBIBYTE = 1024 * 1024
+SHORTEST_TOKEN = 16
+
+
+class Settings(BaseSettings):
+    """What a server is told at start; frozen from then on."""
+
+    model_config = SettingsConfigDict(env_prefix="PFTRACK_", frozen=True, extra="forbid")
+
+    host: str = Field("127.0.0.1", description="Address to listen on.")
+    port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
+    data_dir: Path = Field(Path("~/.local/share/pftrack"), description="Where uploads, runs and the database live.")
+    database_url: str | None = Field(None, description="SQLAlchemy URL; without one, SQLite in the data directory.")
+    token: SecretStr | None = Field(None, description="Password of the link; made at start where one is needed.")
+    allowed_hosts: tuple[str, ...] = Field((), description="Further names under which browsers may reach the server.")
+
+    max_sessions: int = Field(24, ge=1, le=1000, description="Sessions with a live worker at one time.")
+    max_stored_sessions: int = Field(500, ge=1, description="Sessions kept, the suspended ones included.")
+    max_branches: int = Field(24, ge=1, description="Branches of one session.")
+    max_frames: int = Field(20_000, ge=2, description="Frames of one run.")
+    max_pixels: int = Field(1920 * 1080 * 2, ge=1, description="Pixels of one frame of an upload.")
+    max_particles: int = Field(100_000, ge=1, description="Particles of one tracker.")
+    max_upload_bytes: int = Field(512 * MEBIBYTE, ge=1, description="Bytes of one upload.")
+    max_upload_files: int = Field(5_000, ge=1, description="Pictures of one upload.")
+    max_uploads: int = Field(200, ge=1, description="Uploads kept.")
+    max_record_bytes: int = Field(64 * MEBIBYTE, ge=1, description="Bytes of one imported run.")
+    max_body_bytes: int = Field(1 * MEBIBYTE, ge=1024, description="Bytes of one request that is no upload.")
+
+    worker_memory_bytes: int = Field(1024 * MEBIBYTE, ge=64 * MEBIBYTE, description="Memory of one worker of its own.")
+    worker_cpu_seconds: int = Field(7200, ge=1, description="CPU time of one worker before its session is stopped.")
+    start_seconds: float = Field(30.0, gt=0, description="Longest start of a session.")
+    command_seconds: float = Field(10.0, gt=0, description="Longest wait for the answer to a command.")
+    seek_seconds: float = Field(120.0, gt=0, description="Longest wait for a seek that computes frames.")
+    hang_seconds: float = Field(15.0, gt=0, description="Silence after which a worker counts as hung.")
+    idle_seconds: float = Field(900.0, gt=0, description="Time without visitors after which a session is suspended.")
+
+    @field_validator("data_dir")
+    @classmethod
+    def _absolute(cls, value: Path) -> Path:
+        return value.expanduser().absolute()
+
+    @model_validator(mode="after")
+    def _safe(self) -> Self:
+        if self.token is not None and len(self.token.get_secret_value()) < SHORTEST_TOKEN:
+            raise ValueError(f"token must have at least {SHORTEST_TOKEN} characters")
+        if self.token is None and not is_loopback(self.host):
+            # Frozen for everybody else: a server that others can reach never runs without a token.
+            object.__setattr__(self, "token", SecretStr(secrets.token_urlsafe(24)))
+        if self.token is None:
+            strangers = [name for name in self.allowed_hosts if not is_loopback(name)]
+            if strangers:
+                raise ValueError(
+                    f"without a token allowed_hosts may only name this machine, not {', '.join(strangers)}"
+                )
+        return self
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Names that a Host header may carry; `*` where the token alone guards the door."""
+        if self.allowed_hosts:
+            return ("localhost", "127.0.0.1", "::1", *self.allowed_hosts)
+        return ("localhost", "127.0.0.1", "::1", self.host) if is_loopback(self.host) else ("*",)
+
+    @property
+    def database(self) -> str:
+        """The SQLAlchemy URL of the database."""
+        return self.database_url or f"sqlite:///{self.data_dir / 'pftrack.sqlite'}"
+
+    def link(self, port: int) -> str:
+        """Return the address to open in a browser, with the token where there is one."""
+        everywhere = self.host in {"0.0.0.0", "::", ""}  # noqa: S104 - compared, not bound
+        name = "localhost" if everywhere else f"[{self.host}]" if ":" in self.host else self.host
+        query = f"?token={self.token.get_secret_value()}" if self.token else ""
+        return f"http://{name}:{port}/{query}"
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether a host name reaches this machine only."""
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"

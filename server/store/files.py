@@ -1,0 +1,109 @@
+"""The data directory: where files lie, under names that the server made up.
+
+Nothing that a client sends ever becomes part of a path: identifiers are made here and checked on the way back.
+"""
+
+import fcntl
+import os
+import re
+import secrets
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+
+__all__ = ["DataDirectory", "is_name", "new_name", "now", "write_whole"]
+
+NAME = re.compile(r"[a-z0-9]{12,32}")
+
+
+def new_name() -> str:
+    """Return a name that nobody can guess."""
+    return secrets.token_hex(8)
+
+
+def is_name(text: str) -> bool:
+    """Tell whether a text can be a name that `new_name` made."""
+    return NAME.fullmatch(text) is not None
+
+
+def now() -> str:
+    """Return the time as it is stored, to the millisecond so that lists can be sorted by it."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+class DataDirectory:
+    """The folders of a data directory, held by one server at a time."""
+
+    def __init__(self, root: Path) -> None:
+        self.uploads = root / "uploads"
+        self.runs = root / "runs"
+        self.cache = root / "cache"
+        self.incoming = root / "incoming"
+        # What is here belongs to its owner alone: videos of people, among others.
+        root.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self._lock = os.open(root / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(self._lock)
+            raise RuntimeError(
+                f"The data directory {root} is in use by another pftrack server; give this one its own --data-dir"
+            ) from None
+        # What was coming when the last server stopped is of no use to anybody.
+        shutil.rmtree(self.incoming, ignore_errors=True)
+        for folder in (self.uploads, self.runs, self.cache, self.incoming):
+            folder.mkdir(exist_ok=True, mode=0o700)
+
+    def close(self) -> None:
+        """Let another server have the directory."""
+        os.close(self._lock)
+
+    def upload(self, name: str) -> Path:
+        """Return where an upload lies."""
+        return self.uploads / _checked(name) / "content"
+
+    def index(self, name: str) -> str | None:
+        """Return what was found when an upload was decoded first, as JSON."""
+        path = self.uploads / _checked(name) / "index.json"
+        return path.read_text(encoding="utf-8") if path.exists() else None
+
+    def new_incoming(self) -> Path:
+        """Return where something that comes may be put until it is known to be good."""
+        return self.incoming / new_name()
+
+    def preview(self, name: str, frame: int) -> Path:
+        """Return where a frame of an upload is kept once it was drawn."""
+        return self.uploads / _checked(name) / f"frame-{frame:06d}.jpg"
+
+    def remove_upload(self, name: str) -> None:
+        """Delete an upload's folder."""
+        shutil.rmtree(self.uploads / _checked(name), ignore_errors=True)
+
+    def record(self, name: str) -> Path:
+        """Return where a saved run lies."""
+        return self.runs / f"{_checked(name)}.pft"
+
+    def thumbnail(self, name: str) -> Path:
+        """Return where a saved run's picture lies."""
+        return self.runs / f"{_checked(name)}.png"
+
+    def remove_run(self, name: str) -> None:
+        """Delete a run's files."""
+        self.record(name).unlink(missing_ok=True)
+        self.thumbnail(name).unlink(missing_ok=True)
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file so that whoever looks sees all of it or nothing, even after a crash."""
+    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    with part.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)
+
+
+def _checked(name: str) -> str:
+    if not is_name(name):
+        raise ValueError("a name of a stored file must have been made by the server")
+    return name

@@ -1,0 +1,132 @@
+"""The store: everything that is asked of database and data directory.
+
+All methods block, for a few milliseconds; the web process calls them in threads.
+"""
+
+from collections.abc import Iterable
+from typing import TypeVar
+
+from sqlalchemy import delete, func, select, text
+from sqlalchemy.orm import sessionmaker
+
+from server.settings import Settings
+from server.store.database import connect
+from server.store.files import DataDirectory, now, write_whole
+from server.store.tables import Base, RunRow, SessionRow, UploadRow
+
+__all__ = ["Store"]
+
+Row = TypeVar("Row", bound=Base)
+
+
+class Store:
+    """Uploads, runs and sessions, kept.
+
+    Attributes:
+        files: The data directory.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.files = DataDirectory(settings.data_dir)
+        try:
+            self._engine = connect(settings.database)
+        except BaseException:
+            self.files.close()
+            raise
+        self._begin = sessionmaker(self._engine, expire_on_commit=False)
+
+    def close(self) -> None:
+        """Close database and data directory."""
+        self._engine.dispose()
+        self.files.close()
+
+    def check(self) -> None:
+        """Make sure that the database answers."""
+        with self._begin() as database:
+            database.execute(text("SELECT 1"))
+
+    # ------------------------------------------------------------ uploads
+
+    def add_upload(self, row: UploadRow) -> None:
+        """Keep an upload whose files are in place."""
+        self._add(row)
+
+    def uploads(self) -> list[UploadRow]:
+        """Return all uploads, the newest first."""
+        with self._begin() as database:
+            return list(database.scalars(select(UploadRow).order_by(UploadRow.created.desc())))
+
+    def upload(self, name: str) -> UploadRow | None:
+        """Return an upload."""
+        return self._get(UploadRow, name)
+
+    def remove_upload(self, name: str) -> None:
+        """Forget an upload: its row first, so that a crash leaves no row without a file."""
+        self._remove(UploadRow, name)
+        self.files.remove_upload(name)
+
+    def videos(self) -> dict[str, tuple[str, str | None]]:
+        """Return path and index of all uploads by their sha256."""
+        rows = reversed(self.uploads())
+        return {row.sha256: (str(self.files.upload(row.id)), self.files.index(row.id)) for row in rows}
+
+    def upload_of(self, sha256: str) -> UploadRow | None:
+        """Return the newest upload with this content."""
+        return next((row for row in self.uploads() if row.sha256 == sha256), None)
+
+    # ------------------------------------------------------------ runs
+
+    def add_run(self, row: RunRow, thumbnail: bytes) -> None:
+        """Keep a run whose record is in place."""
+        write_whole(self.files.thumbnail(row.id), thumbnail)
+        self._add(row)
+
+    def runs(self) -> list[RunRow]:
+        """Return all runs, the newest first."""
+        with self._begin() as database:
+            return list(database.scalars(select(RunRow).order_by(RunRow.created.desc())))
+
+    def run(self, name: str) -> RunRow | None:
+        """Return a run."""
+        return self._get(RunRow, name)
+
+    def remove_run(self, name: str) -> None:
+        """Forget a run: its row first, so that a crash leaves no row without a file."""
+        self._remove(RunRow, name)
+        self.files.remove_run(name)
+
+    # ------------------------------------------------------------ sessions
+
+    def save_sessions(self, specs: Iterable[tuple[str, str]]) -> None:
+        """Keep sessions as (name, spec as JSON), all or none."""
+        with self._begin.begin() as database:
+            for name, spec in specs:
+                database.merge(SessionRow(id=name, spec=spec, updated=now()))
+
+    def sessions(self) -> list[SessionRow]:
+        """Return all sessions, the oldest first."""
+        with self._begin() as database:
+            return list(database.scalars(select(SessionRow).order_by(SessionRow.updated)))
+
+    def remove_session(self, name: str) -> None:
+        """Forget a session."""
+        self._remove(SessionRow, name)
+
+    # ------------------------------------------------------------ rows
+
+    def count(self, kind: type[Base]) -> int:
+        """Return how many rows of a kind there are."""
+        with self._begin() as database:
+            return database.scalar(select(func.count()).select_from(kind)) or 0
+
+    def _add(self, row: Base) -> None:
+        with self._begin.begin() as database:
+            database.add(row)
+
+    def _get(self, kind: type[Row], name: str) -> Row | None:
+        with self._begin() as database:
+            return database.get(kind, name)
+
+    def _remove(self, kind: type[UploadRow | RunRow | SessionRow], name: str) -> None:
+        with self._begin.begin() as database:
+            database.execute(delete(kind).where(kind.id == name))

@@ -1,0 +1,60 @@
+"""The rows of the database."""
+
+from typing import Any
+
+from sqlalchemy import JSON, BigInteger, Float, Integer, String, Text
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+__all__ = ["Base", "RunRow", "SessionRow", "UploadRow"]
+
+
+class Base(DeclarativeBase):
+    """Base of all rows."""
+
+
+class UploadRow(Base):
+    """A video, GIF or set of pictures that somebody sent and that was decoded once from end to end."""
+
+    __tablename__ = "uploads"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    name: Mapped[str] = mapped_column(String(200))
+    kind: Mapped[str] = mapped_column(String(16))
+    frames: Mapped[int] = mapped_column(Integer)
+    width: Mapped[int] = mapped_column(Integer)
+    height: Mapped[int] = mapped_column(Integer)
+    frame_rate_hz: Mapped[float] = mapped_column(Float)
+    duration_s: Mapped[float] = mapped_column(Float)
+    sha256: Mapped[str] = mapped_column(String(64), index=True)
+    warnings: Mapped[list[str]] = mapped_column(JSON)
+    size_bytes: Mapped[int] = mapped_column(BigInteger)
+    created: Mapped[str] = mapped_column(String(32))
+
+
+class RunRow(Base):
+    """A saved run; its record is a file."""
+
+    __tablename__ = "runs"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    title: Mapped[str] = mapped_column(String(200))
+    experiment: Mapped[str] = mapped_column(String(64))
+    tracker: Mapped[str] = mapped_column(String(64))
+    seed: Mapped[int] = mapped_column(BigInteger)
+    frames: Mapped[int] = mapped_column(Integer)
+    position: Mapped[int] = mapped_column(Integer)
+    head: Mapped[int] = mapped_column(Integer)
+    outcome: Mapped[str] = mapped_column(String(200))
+    summary: Mapped[dict[str, Any]] = mapped_column(JSON)
+    bookmarks: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+    created: Mapped[str] = mapped_column(String(32), index=True)
+
+
+class SessionRow(Base):
+    """A session's spec, kept for as long as the session is not ended."""
+
+    __tablename__ = "sessions"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    spec: Mapped[str] = mapped_column(Text)
+    updated: Mapped[str] = mapped_column(String(32))
