@@ -8,6 +8,7 @@ need not know them. Exit status: 0 done, 1 failed, with one clear line, 2 wrong 
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated, Any
 
@@ -88,9 +89,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     status = _run(given)
     try:
         sys.stdout.flush()
-    except OSError:
-        # Whoever read our output has gone: nothing is left to say, and Python must not try again at its end.
+    except OSError as error:
+        # What could not be said is dropped, or Python would try again at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if not (status or isinstance(error, BrokenPipeError)):
+            _fail(CommandError(f"the result could not be written: {error.strerror}"), [])
         status = FAILED
     sys.exit(status)
 
@@ -111,6 +114,7 @@ def _run(given: list[str]) -> int:
 
 def _fail(failure: CommandError, given: list[str]) -> int:
     if "--json" in given:
-        emit(failure.as_dict())
+        with suppress(OSError):
+            emit(failure.as_dict())
     print(f"pftrack: {failure.message}", file=sys.stderr)  # noqa: T201 - the one clear line
     return failure.status

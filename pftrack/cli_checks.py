@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from pftrack.cli_list import Json
-from pftrack.cli_output import FAILED, CommandError, emit, note, progress, table, wrong_use
+from pftrack.cli_output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
 
 __all__ = ["register"]
 
@@ -26,14 +26,15 @@ def reproduce(
         list[str] | None, typer.Argument(metavar="[RESULT]...", help="Which results; all if none.")
     ] = None,
     full: Annotated[bool, typer.Option("--full/--quick", help="All trials of the document, or few.")] = False,
-    jobs: Annotated[int, typer.Option(min=1, max=256, help="Processes that compute.")] = 1,
+    jobs: Annotated[str, typer.Option(metavar="N", help="Processes that compute.")] = "1",
     json: Json = False,
 ) -> None:
     """Compute published results again and compare them within their tolerances."""
+    processes = whole("--jobs", jobs, 1, 256)
     from pftrack.reproduce import reproduce as compute
 
     with progress("results", 0) as tick:
-        findings = [finding.as_dict() for finding in compute(results or (), full=full, jobs=jobs, progress=tick)]
+        findings = [finding.as_dict() for finding in compute(results or (), full=full, jobs=processes, progress=tick)]
     if json:
         emit(findings)
     else:
@@ -70,14 +71,14 @@ def doctor(
     warm: Annotated[
         bool, typer.Option("--warm", help="Compile all that is compiled, so that no first start waits.")
     ] = False,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="The port that `serve` is to use.")] = 8000,
+    port: Annotated[str, typer.Option(metavar="PORT", help="The port that `serve` is to use.")] = "8000",
     data_dir: Annotated[Path | None, typer.Option(help="The folder that `serve` is to use.")] = None,
     json: Json = False,
 ) -> None:
     """Check that this machine has all that pftrack needs."""
     from pftrack.doctor import examine
 
-    checks = examine(port=port, data_dir=data_dir, warm=warm)
+    checks = examine(port=whole("--port", port, 1, 65_535), data_dir=data_dir, warm=warm)
     if json:
         emit({"healthy": all(check.status != "broken" for check in checks), "checks": [it.as_dict() for it in checks]})
     else:

@@ -20,7 +20,7 @@ from rich.text import Text
 
 from pftrack.parameters import ParameterError
 
-__all__ = ["FAILED", "WRONG_USE", "CommandError", "emit", "explain", "note", "progress", "table", "wrong_use"]
+__all__ = ["FAILED", "WRONG_USE", "CommandError", "emit", "explain", "note", "progress", "table", "whole", "wrong_use"]
 
 FAILED = 1
 WRONG_USE = 2
@@ -53,6 +53,17 @@ def wrong_use(message: str) -> CommandError:
     return CommandError(message, WRONG_USE)
 
 
+def whole(option: str, text: str, low: int, high: int) -> int:
+    """Read a whole number from the command line; wrong use if it is none or out of bounds."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = low - 1
+    if not low <= value <= high:
+        raise wrong_use(f"{option} must be a whole number between {low} and {high}, got {text[:40]!r}")
+    return value
+
+
 def explain(error: Exception) -> CommandError:
     """Turn any error into one sentence and an exit status."""
     match error:
@@ -67,7 +78,7 @@ def explain(error: Exception) -> CommandError:
             found = CommandError("there is not enough memory for this")
         case _ if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # the command line's own complaints
             found = CommandError(error.format_message(), error.exit_code)
-        case ValueError() if type(error).__module__.startswith("pftrack."):  # the library's own sentences
+        case ValueError() if _raised_in_library(error):  # a refusal, already a sentence
             found = CommandError(str(error))
         case _:
             if os.environ.get("PFTRACK_DEBUG"):
@@ -80,6 +91,7 @@ def explain(error: Exception) -> CommandError:
 def emit(value: object) -> None:
     """Print one JSON value; a number that JSON cannot say becomes null."""
     sys.stdout.write(json.dumps(_plain(value), allow_nan=False, ensure_ascii=False) + "\n")
+    sys.stdout.flush()
 
 
 def note(message: str) -> None:
@@ -105,6 +117,13 @@ def progress(title: str, total: int) -> Iterator[Tick]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=total)
         yield lambda done: bar.update(task, completed=done)
+
+
+def _raised_in_library(error: Exception) -> bool:
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return trace is not None and str(trace.tb_frame.f_globals.get("__name__")).startswith("pftrack.")
 
 
 def _plain(value: object) -> object:

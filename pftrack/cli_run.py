@@ -4,19 +4,23 @@ import math
 import os
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
+from dataclasses import replace
+from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from pftrack.cli_list import Json, experiment_named
-from pftrack.cli_output import CommandError, emit, note, progress, table, wrong_use
+from pftrack.cli_output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
 from pftrack.parameters import Value, declarations, parse
 from pftrack.random import MAXIMUM_SEED
 
 if TYPE_CHECKING:
     from pftrack.experiments.experiment import Experiment, Setup
     from pftrack.run import Run
+    from pftrack.sources.sequence import FrameSequence
 
 __all__ = ["register"]
 
@@ -36,26 +40,39 @@ def run(
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     video: Annotated[Path | None, typer.Option(help="A video, an animated GIF or a folder of pictures.")] = None,
     box: Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="The target's box on the first frame, px.")] = None,
-    start: Annotated[int | None, typer.Option(min=0, help="Frame of the video to start with.")] = None,
+    start: Annotated[str | None, typer.Option(metavar="FRAME", help="Frame of the video to start with.")] = None,
     truth: Annotated[Path | None, typer.Option(help="CSV with the columns frame,x,y,w,h.")] = None,
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=MAXIMUM_SEED, help="Seed of all random numbers.")] = 0,
-    frames: Annotated[int | None, typer.Option(min=1, help="How many frames to compute.")] = None,
+    seed: Annotated[str, typer.Option(metavar="SEED", help="Of all random numbers.")] = "0",
+    frames: Annotated[str | None, typer.Option(metavar="N", help="How many frames to compute.")] = None,
     out: Annotated[Path | None, typer.Option(help="Save the run, FILE.pft.")] = None,
     video_out: VideoOut = None,
     json: Json = False,
 ) -> None:
     """Run an experiment and say how it went."""
+    from pftrack.record import save
+    from pftrack.run import LONGEST_RUN, Change, Run
+
     found = experiment_named(experiment)
     if tracker is not None and tracker not in found.trackers:
         raise wrong_use(f"the tracker of {found.id} must be one of {', '.join(found.trackers)}, got {tracker!r}")
+    first_seed = whole("--seed", seed, 0, MAXIMUM_SEED)
+    length = None if frames is None else whole("--frames", frames, 1, LONGEST_RUN)
     _check_places(out, video_out)
     with ExitStack() as stack:
         setup = _setup(stack, found, video=video, box=box, start=start, truth=truth)
-        values = _values(setup, assignments or [], tracker or found.default_tracker)
-        _compute(_new(found, setup, tracker, seed, frames, values), out, video_out, json=json)
+        if out is not None and video is not None:
+            setup = replace(setup, reference={**setup.reference, "path": _relative(video, out)})
+        values = _values(setup, assignments or [])
+        timeline = (Change(0, values),) if values else ()
+        made = Run(found, setup, tracker=tracker, seed=first_seed, frames=length, timeline=timeline)
+        _note_unread(setup, values, made.tracker)
+        summary = _compute(made, video_out, frames=made.frames)
+        if out is not None:
+            save(made, out)
+    _print(summary, json=json)
 
 
 def replay(
@@ -64,15 +81,26 @@ def replay(
     video_out: VideoOut = None,
     json: Json = False,
 ) -> None:
-    """Compute a saved run again; it gives the same numbers."""
-    from pftrack.record import load
-    from pftrack.sources.sequence import open_sequence
+    """Compute a saved run again and check that it gives the same numbers."""
+    from pftrack.record import read, rebuild
 
     _check_places(None, video_out)
-    if not file.exists():
-        raise CommandError(f"there is no file {file}")
-    again = load(file) if video is None else load(file, open_sequence=lambda _reference: open_sequence(video))
-    _compute(again, None, video_out, json=json)
+    record = read(file)
+    with ExitStack() as stack:
+
+        def find(reference: Mapping[str, Any]) -> "FrameSequence":
+            place = video or file.parent / str(reference.get("path", reference.get("name", "")))
+            if not place.exists():
+                raise CommandError(f"the run was made on {place}, which is not there; say with --video where it is")
+            return stack.enter_context(closing(_open(place)))
+
+        again = rebuild(record, open_sequence=find)
+        summary = _compute(again, video_out, frames=record.computed)
+    same = again.estimates_sha256 == record.estimates_sha256
+    _print({**summary, "same_as_saved": same}, json=json)
+    if not same:
+        note("pftrack: the numbers differ from the saved ones: another version or another processor made them")
+        raise typer.Exit(FAILED)
 
 
 def _setup(
@@ -81,10 +109,9 @@ def _setup(
     *,
     video: Path | None,
     box: str | None,
-    start: int | None,
+    start: str | None,
     truth: Path | None,
 ) -> "Setup":
-    from pftrack.sources.sequence import open_sequence
     from pftrack.sources.truth import read_truth
 
     if video is None:
@@ -102,13 +129,23 @@ def _setup(
     table_of_boxes = read_truth(truth) if truth else None
     for warning in table_of_boxes.warnings if table_of_boxes else ():
         note(f"pftrack: {warning}")
-    sequence = stack.enter_context(closing(open_sequence(video)))
+    sequence = stack.enter_context(closing(_open(video)))
     for warning in sequence.index.warnings:
         note(f"pftrack: {warning}")
-    if start is not None and start >= sequence.frame_count:
-        raise wrong_use(f"--start must be below the {sequence.frame_count} frames of {video.name}, got {start}")
+    first = whole("--start", start or "0", 0, sequence.frame_count - 1)
     _check_inside(outline, sequence.size)
-    return experiment.on_video(sequence, outline, start=start or 0, truth=table_of_boxes)
+    setup = experiment.on_video(sequence, outline, start=first, truth=table_of_boxes)
+    known = {"truth": {str(frame): list(it) for frame, it in table_of_boxes.boxes.items()}} if table_of_boxes else {}
+    return replace(setup, reference={**setup.reference, **known})
+
+
+def _open(path: Path) -> "FrameSequence":
+    from pftrack.sources.sequence import SourceError, open_sequence
+
+    try:
+        return open_sequence(path)
+    except SourceError as error:
+        raise CommandError(f"{path.name}: {error}") from None
 
 
 def _box(text: str) -> tuple[float, float, float, float]:
@@ -135,32 +172,26 @@ def _check_inside(box: tuple[float, float, float, float], size: tuple[int, int])
         )
 
 
-def _values(setup: "Setup", assignments: list[str], tracker: str) -> dict[str, Value]:
+def _values(setup: "Setup", assignments: list[str]) -> dict[str, Value]:
     model = type(setup.parameters)
+    known = [declaration.name for declaration in declarations(model)]
     values: dict[str, Value] = {}
     for assignment in assignments:
         name, separator, text = assignment.partition("=")
         if not (separator and name):
             raise wrong_use(f"--set expected name=value, got {assignment!r}")
+        if name not in known:
+            near = get_close_matches(name, known, n=3)
+            hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show` lists them"
+            raise wrong_use(f"there is no parameter {name!r} here; {hint}")
         values[name] = parse(model, name, text)
-    for declaration in declarations(model):
-        if declaration.name in values and declaration.trackers and tracker not in declaration.trackers:
-            note(f"pftrack: {declaration.name} is not read by {tracker}, only by {', '.join(declaration.trackers)}")
     return values
 
 
-def _new(
-    experiment: "Experiment",
-    setup: "Setup",
-    tracker: str | None,
-    seed: int,
-    frames: int | None,
-    values: Mapping[str, Value],
-) -> "Run":
-    from pftrack.run import Change, Run
-
-    timeline = (Change(0, dict(values)),) if values else ()
-    return Run(experiment, setup, tracker=tracker, seed=seed, frames=frames, timeline=timeline)
+def _note_unread(setup: "Setup", values: Mapping[str, Value], tracker: str) -> None:
+    for declaration in declarations(type(setup.parameters)):
+        if declaration.name in values and declaration.trackers and tracker not in declaration.trackers:
+            note(f"pftrack: {declaration.name} is not read by {tracker}, only by {', '.join(declaration.trackers)}")
 
 
 def _check_places(out: Path | None, film: Path | None) -> None:
@@ -178,33 +209,35 @@ def _check_places(out: Path | None, film: Path | None) -> None:
             raise CommandError(f"{place} cannot be written: its folder is read-only")
 
 
-def _compute(run: "Run", out: Path | None, video_out: Path | None, *, json: bool) -> None:
+def _relative(video: Path, out: Path) -> str:
+    """Where the video is, seen from the saved run: the two can be moved together."""
+    return os.path.relpath(video.absolute(), out.absolute().parent)
+
+
+def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
     from pftrack.film import FilmWriter
-    from pftrack.record import save
     from pftrack.rendering import render
 
     with ExitStack() as stack:
         film = stack.enter_context(FilmWriter(video_out, run.source.frame_rate_hz)) if video_out else None
-        tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}", run.frames))
-        for frame in range(run.frames):
-            step = run.seek(0) if frame == 0 else run.advance()
+        tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}", frames))
+        for step in islice(run, frames):
             if film is not None:
-                drawing = run.experiment.draw(step, run.diagnostics[: frame + 1])
-                film.write(render(drawing, layers=run.experiment.layers))
-            if frame % REPORT_EVERY == 0:
-                tick(frame)
-    if out is not None:
-        save(run, out)
-    summary = run.summary()
+                film.write(render(run.experiment.draw(step, run.diagnostics), layers=run.experiment.layers))
+            if run.position % REPORT_EVERY == 0:
+                tick(run.position)
+    return run.summary()
+
+
+def _print(summary: Mapping[str, object], *, json: bool) -> None:
     if json:
         emit(summary)
     else:
-        table("", ("", ""), [(name.replace("_", " "), _shown(value)) for name, value in summary.items()])
+        rows = [(name.replace("_", " "), _shown(value)) for name, value in summary.items() if value not in ([], None)]
+        table("", ("", ""), rows)
 
 
 def _shown(value: object) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{name}={item}" for name, item in value.items())
-    if value is None:
-        return "not known"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
