@@ -31,9 +31,13 @@ def reproduce(
 ) -> None:
     """Compute published results again and compare them within their tolerances."""
     processes = whole("--jobs", jobs, 1, 256)
+    from pftrack.reproduce import RESULTS
     from pftrack.reproduce import reproduce as compute
 
-    with progress("results", 0) as tick:
+    for name in results or ():
+        if name not in RESULTS:
+            raise wrong_use(f"a result must be one of {', '.join(RESULTS)}, got {name!r}")
+    with progress("results") as tick:
         findings = [finding.as_dict() for finding in compute(results or (), full=full, jobs=processes, progress=tick)]
     if json:
         emit(findings)

@@ -25,7 +25,7 @@ __all__ = ["FAILED", "WRONG_USE", "CommandError", "emit", "explain", "note", "pr
 FAILED = 1
 WRONG_USE = 2
 
-Tick: TypeAlias = Callable[[int], None]
+Tick: TypeAlias = Callable[[int, int], None]
 
 
 class CommandError(Exception):
@@ -110,13 +110,13 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
 
 @contextmanager
-def progress(title: str, total: int) -> Iterator[Tick]:
-    """Show how far a long command is, on standard error if that is a terminal; yields a function to report with."""
+def progress(title: str) -> Iterator[Tick]:
+    """Show how far a long command is, on standard error if that is a terminal; yields a function (done, total)."""
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(title, total=total)
-        yield lambda done: bar.update(task, completed=done)
+        task = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _raised_in_library(error: Exception) -> bool:

@@ -220,12 +220,12 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
 
     with ExitStack() as stack:
         film = stack.enter_context(FilmWriter(video_out, run.source.frame_rate_hz)) if video_out else None
-        tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}", frames))
+        tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}"))
         for step in islice(run, frames):
             if film is not None:
                 film.write(render(run.experiment.draw(step, run.diagnostics), layers=run.experiment.layers))
             if run.position % REPORT_EVERY == 0:
-                tick(run.position)
+                tick(run.position, frames)
     return run.summary()
 
 

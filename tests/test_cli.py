@@ -262,6 +262,7 @@ def test_a_parameter_that_the_tracker_does_not_read_is_mentioned(call: Call) -> 
         (("run", "ball", "--video-out", "film.avi"), ("must end in .mp4, got 'film.avi'",)),
         (("run", "ball", "--out", "a.mp4", "--video-out", "a.mp4"), ("must be different files",)),
         (("bench", "speed"), ("one of", "filter_step", "got 'speed'")),
+        (("reproduce", "fusion"), ("a result must be one of", "one-step", "got 'fusion'")),
         (("reproduce", "--jobs", "0"), ("--jobs",)),
         (("doctor", "--port", "70000"), ("--port",)),
     ],
@@ -408,6 +409,31 @@ def test_a_command_that_cannot_be_loaded_does_not_hide_the_others(call: Call, mo
 
 
 # ---------------------------------------------------------------- checks
+
+
+def test_reproduce_sets_ours_beside_the_reference(call: Call) -> None:
+    """`reproduce --json` gives one list of findings; people get the same as a table."""
+    code, out, _ = call("reproduce", "kalman-sine", "--json")
+    findings = json.loads(out)
+    assert code == 0
+    assert findings
+    for finding in findings:
+        assert finding.keys() == {"result", "ours", "reference", "tolerance", "status", "source"}
+        assert finding["status"] in {"pass", "known-negative"}
+    assert findings[0]["result"] in call("reproduce", "kalman-sine")[1]
+
+
+def test_reproduce_fails_when_a_result_is_off(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A figure outside its tolerance is listed, counted on standard error, and ends with status 1."""
+    from pftrack import reproduce
+    from pftrack.reproduce.finding import compare
+
+    monkeypatch.setitem(
+        reproduce.RESULTS, "kalman-sine", lambda _pool, _full: [compare("sine", 1.0, 2.0, 0.1, "made up")]
+    )
+    code, out, err = call("reproduce", "kalman-sine", "--json")
+    assert (code, json.loads(out)[0]["status"]) == (1, "fail")
+    assert err == "pftrack: 1 of 1 results lie outside their tolerances\n"
 
 
 def test_doctor_reports_every_check(call: Call) -> None:
