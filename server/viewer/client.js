@@ -32,6 +32,9 @@
   // ---- Keys that steer the run go to the page around.
   const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "[", "]", "?", ..."bBlLnNcC123456789"]);
   const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
+  let clicked = true;
+  addEventListener("pointerdown", () => (clicked = true), true);
+  addEventListener("keydown", (event) => event.key === "Tab" && (clicked = false), true);
   const belongsTo = (element, key) => {
     if (!(element instanceof Element)) return false;
     if (element.closest("textarea, select, [contenteditable=''], [contenteditable=true]")) return true;
@@ -40,7 +43,7 @@
     if (element.closest("[role=slider]")) return SLIDER_KEYS.has(key);
     if (element.closest("[role=listbox], [role=option], [role=dialog]")) return true;
     // Space presses a button for people who came to it by keyboard, not for those who have just clicked it.
-    return key === " " && element.matches(":focus-visible") && element.matches("button, input, [role=button], a");
+    return key === " " && !clicked && element.matches("button, input, [role=button], a");
   };
   addEventListener(
     "keydown",

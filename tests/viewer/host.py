@@ -103,6 +103,12 @@ class Session:
             **more,
         )
 
+    def reset(self) -> None:
+        self.values, self.tracker, self.accept = dict(VALUES), "h-spf", lambda _: None
+        self.changes.clear()
+        self.trackers.clear()
+        self.viewer.set_values(self.values, self.tracker)
+
     def _change(self, values: dict[str, Value]) -> None:
         self.changes.append(values)
         refusal = self.accept(values)

@@ -1,0 +1,301 @@
+"""The scene in a real browser, inside a frame of a page, as a person uses it.
+
+Software rendering is slow, so content is awaited and never counted by the second.
+"""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.viewer.host import Session, Site, drawing, wait_for
+
+playwright = pytest.importorskip("playwright.sync_api")
+
+CHROMIUM = Path("/usr/bin/chromium")
+FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason="needs Debian's chromium at /usr/bin/chromium"),
+]
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def watched() -> Iterator[tuple[Session, Site]]:
+    session = Session()
+    site = Site(session)
+    yield session, site
+    site.close()
+    session.viewer.close()
+
+
+@pytest.fixture(scope="module")
+def opened(chromium: Any, watched: tuple[Session, Site]) -> Iterator[tuple[Any, list[str]]]:
+    session, site = watched
+    session.viewer.show(drawing(), {"frame": 0})
+    context = chromium.new_context(viewport={"width": 1280, "height": 800})
+    page = context.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(f"http://127.0.0.1:{site.port}/")
+    page.frame(url="**/viz/one/**").get_by_text("Occluder width (px)").wait_for(timeout=60_000)
+    yield page, errors
+    context.close()
+
+
+@pytest.fixture
+def session(watched: tuple[Session, Site], opened: tuple[Any, list[str]]) -> Session:
+    """Return the session as it was at first; the page stays open, since software rendering takes seconds to start."""
+    session, _ = watched
+    page, _ = opened
+    page.wait_for_timeout(200)
+    session.reset()
+    session.viewer.show(drawing(), {"frame": 0})
+    until(page.frame(url="**/viz/one/**"), f"{COUNT} === 800")
+    page.evaluate("heard.length = 0")
+    session.changes.clear()
+    return session
+
+
+@pytest.fixture
+def page(session: Session, opened: tuple[Any, list[str]]) -> Any:
+    return opened[0]
+
+
+@pytest.fixture
+def scene(page: Any) -> Any:
+    return page.frame(url="**/viz/one/**")
+
+
+def until(scene: Any, expression: str, seconds: float = 30.0) -> None:
+    """Await an expression by asking again and again: the page's policy forbids to evaluate text in it."""
+    for _ in range(int(seconds * 20)):
+        if scene.evaluate(expression):
+            return
+        scene.wait_for_timeout(50)
+    raise AssertionError(f"waited in vain for {expression}")
+
+
+COUNT = """(() => {
+    let count = 0;
+    window.__viserMutable?.nodeRefFromName['/particles']?.traverse((item) => {
+        if (item.isPoints) count = item.geometry.attributes.position.count;
+    });
+    return count;
+})()"""
+PICTURE = """(() => {
+    let size = null;
+    window.__viserMutable.nodeRefFromName['/picture']?.traverse((item) => {
+        const image = item.isMesh && item.material.map?.image;
+        if (image) size = `${image.width}x${image.height}`;
+    });
+    return size;
+})()"""
+
+
+def row(scene: Any, label: str) -> Any:
+    """Return the row of the panel with this label."""
+    return scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-is('{label}')")).first
+
+
+def box(scene: Any, label: str) -> Any:
+    return row(scene, label).locator(".mantine-NumberInput-input")
+
+
+def test_picture_and_particles_are_in_the_scene(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:
+    """What was shown arrives, a change of the number of particles as well, and the policy hinders nothing."""
+    until(scene, f"{PICTURE} === '320x240' && {COUNT} === 800")
+    session.viewer.show(drawing(1, 123), {"frame": 1})
+    until(scene, f"{COUNT} === 123")
+    assert opened[1] == []
+
+
+def test_the_front_preset_fits_the_picture_to_the_window(scene: Any) -> None:
+    """All corners of the picture are on the canvas, and it fills most of one direction."""
+    reach = """(() => {
+        const { camera, nodeRefFromName } = window.__viserMutable;
+        let reach = 0;
+        nodeRefFromName['/picture']?.traverse((item) => {
+            if (!item.isMesh) return;
+            item.geometry.computeBoundingBox();
+            for (const corner of [item.geometry.boundingBox.min, item.geometry.boundingBox.max]) {
+                const seen = item.localToWorld(corner.clone()).project(camera);
+                reach = Math.max(reach, Math.abs(seen.x), Math.abs(seen.y));
+            }
+        });
+        return reach;
+    })()"""
+    until(scene, f"{reach} > 0.9 && {reach} <= 1.0")
+
+
+def test_a_dragged_slider_calls_on_change(session: Session, page: Any, scene: Any) -> None:
+    """The value under the mouse reaches the session and stays in the control."""
+    track = row(scene, "Occluder width (px)").locator(".mantine-Slider-track").bounding_box()
+    middle = track["y"] + track["height"] / 2
+    page.mouse.move(track["x"] + 0.2 * track["width"], middle)
+    page.mouse.down()
+    for share in (0.3, 0.4, 0.5):
+        page.mouse.move(track["x"] + share * track["width"], middle)
+        page.wait_for_timeout(100)
+    page.mouse.up()
+    wait_for(lambda: abs(float(session.values["occlusion_width_px"]) - 100.0) <= 4.0)
+    page.wait_for_timeout(800)
+    assert float(box(scene, "Occluder width (px)").input_value()) == session.values["occlusion_width_px"]
+
+
+def test_a_slider_moves_by_the_keyboard(session: Session, page: Any, scene: Any) -> None:
+    """Arrow keys on a slider are the slider's, not the run's."""
+    row(scene, "Occluder width (px)").locator("[role=slider]").focus()
+    page.keyboard.press("ArrowRight")
+    wait_for(lambda: session.values["occlusion_width_px"] == 41.0)
+    assert page.evaluate("heard") == []
+
+
+def test_a_typed_number_counts_when_it_is_finished(session: Session, page: Any, scene: Any) -> None:
+    """On the way from 800 to 250 nobody runs with 2 particles."""
+    field = box(scene, "Particles")
+    field.click()
+    field.press("Control+a")
+    field.press_sequentially("250", delay=120)
+    assert session.changes == []
+    field.press("Enter")
+    wait_for(lambda: session.changes == [{"sample_count": 250}])
+    field.press("Control+a")
+    field.press_sequentially("90", delay=60)
+    field.press("Tab")
+    wait_for(lambda: session.values["sample_count"] == 90)
+    assert field.input_value() == "90"
+
+
+def test_a_refused_value_springs_back(session: Session, page: Any, scene: Any) -> None:
+    """The box shows what is in force again, and a note says what was wrong."""
+    session.accept = lambda _: "sample_count must be at most 500, got 900"
+    field = box(scene, "Particles")
+    field.fill("900")
+    field.press("Enter")
+    scene.get_by_text("sample_count must be at most 500, got 900").wait_for(timeout=10_000)
+    wait_for_value(page, field, "800")
+    assert session.changes == [{"sample_count": 900}]
+
+
+def test_the_authoritative_value_appears_without_coming_back(session: Session, page: Any, scene: Any) -> None:
+    """A change by REST is shown, and is not proposed again."""
+    session.viewer.set_values({"sample_count": 321}, "h-spf")
+    wait_for_value(page, box(scene, "Particles"), "321")
+    page.wait_for_timeout(300)
+    assert session.changes == []
+
+
+def test_keys_are_handed_to_the_page(page: Any, scene: Any) -> None:
+    """With the scene in focus, and after a click on a button, keys steer the run."""
+    scene.locator("canvas[data-engine]").click(position={"x": 200, "y": 200})
+    page.keyboard.press("Space")
+    page.keyboard.press("Shift+ArrowRight")
+    page.keyboard.press("b")
+    page.keyboard.press("?")
+    page.keyboard.press("w")
+    page.keyboard.press("Control+l")
+    until(scene, "parent.heard.length === 4")
+    assert page.evaluate("heard") == [
+        {"source": "pftrack-viser", "key": " ", "shiftKey": False},
+        {"source": "pftrack-viser", "key": "ArrowRight", "shiftKey": True},
+        {"source": "pftrack-viser", "key": "b", "shiftKey": False},
+        {"source": "pftrack-viser", "key": "?", "shiftKey": page.evaluate("heard[3].shiftKey")},
+    ]
+    scene.get_by_role("button", name="Front").click()
+    page.keyboard.press("Space")
+    until(scene, "parent.heard.length === 5")
+
+
+def test_keys_in_a_box_stay_in_the_box(page: Any, scene: Any) -> None:
+    """Who types a number does not play the run."""
+    field = box(scene, "Particles")
+    field.click()
+    page.keyboard.press("1")
+    page.keyboard.press("Home")
+    page.keyboard.press("Escape")
+    page.wait_for_timeout(200)
+    assert page.evaluate("heard") == []
+
+
+def test_the_trackers_controls_follow_the_tracker(session: Session, scene: Any) -> None:
+    """Another tracker shows what it reads, and nothing else."""
+    scene.get_by_text("Threshold", exact=True).wait_for()
+    session.viewer.set_values({}, "condensation")
+    scene.get_by_text("Threshold", exact=True).wait_for(state="detached")
+    session.viewer.set_values({}, "h-spf")
+    scene.get_by_text("Threshold", exact=True).wait_for()
+
+
+def test_a_frame_without_focus_reconnects(session: Session, page: Any, scene: Any) -> None:
+    """After a lost connection the scene comes back by itself, with what is shown now."""
+    page.locator("body > input").click()
+    session.viewer._server._websock_server.disconnect_all_clients()
+    wait_for(lambda: session.viewer.clients == 0)
+    session.viewer.show(drawing(5, 55), {"frame": 5})
+    wait_for(lambda: session.viewer.clients == 1, seconds=20)
+    until(scene, f"{COUNT} === 55")
+
+
+def test_light_and_dark_follow_the_system(chromium: Any, watched: tuple[Session, Site]) -> None:
+    """The panel is dark for those who ask for it."""
+    context = chromium.new_context(color_scheme="dark")
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{watched[1].port}/viz/one/?websocket=ws://192.0.2.1/")
+    page.get_by_text("Occluder width (px)").wait_for(timeout=60_000)
+    assert page.evaluate("document.documentElement.dataset.mantineColorScheme") == "dark"
+    context.close()
+
+
+def test_the_workshop_is_hidden(scene: Any) -> None:
+    """Neither viser's settings, its share button nor its logo distract."""
+    assert scene.locator(".tabler-icon-adjustments:visible, .tabler-icon-share:visible").count() == 0
+    assert scene.locator("[title='About Viser']").count() == 0
+    assert scene.get_by_text("Software WebGL").locator("visible=true").count() == 0
+
+
+@pytest.mark.parametrize("name", ["Space-time", "3-D"])
+def test_a_preset_moves_the_camera(scene: Any, name: str) -> None:
+    """One click shows the cloud and the trail from aside."""
+    tilt = """(() => {
+        const { camera, cameraControl } = window.__viserMutable;
+        const gaze = camera.getWorldDirection(camera.position.clone());
+        const root = window.__viserMutable.nodeRefFromName[''] ?? window.__viserMutable.nodeRefFromName['/picture'];
+        const normal = gaze.clone().set(0, 0, 1).transformDirection(root.matrixWorld);
+        return Math.abs(gaze.dot(normal));
+    })()"""
+    scene.get_by_role("button", name="Front").click()
+    until(scene, f"{tilt} > 0.999")
+    scene.get_by_role("button", name=name).click()
+    until(scene, f"{tilt} < 0.9")
+
+
+def wait_for_value(page: Any, field: Any, value: str) -> None:
+    _await(page, lambda: field.input_value() == value)
+
+
+def _await(page: Any, condition: Callable[[], bool]) -> None:
+    for _ in range(200):
+        if condition():
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError("waited in vain")
