@@ -1,0 +1,93 @@
+"""The doctor finds what is missing or broken and says what to do."""
+
+import socket
+from pathlib import Path
+
+import pytest
+
+from pftrack import doctor
+from pftrack.doctor import Check, examine
+
+
+def found(checks: list[Check], name: str) -> Check:
+    return next(check for check in checks if check.name == name)
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the check that runs trackers."""
+    monkeypatch.setattr(doctor, "_compiled", lambda *, everything: ("ok", f"everything: {everything}"))
+
+
+@pytest.mark.parametrize(
+    ("version", "numbers"), [("4.14.0.94", (4, 14, 0, 94)), ("2.0", (2,)), ("1.2.0rc1", (1, 2)), ("0", ())]
+)
+def test_versions_compare_as_numbers(version: str, numbers: tuple[int, ...]) -> None:
+    """4.9 is older than 4.12, and 2.0 is 2."""
+    assert doctor._numbers(version) == numbers
+
+
+def test_an_old_or_missing_library_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The message names what is installed and what is needed."""
+    needs = ["numpy>=99", "rich>=1,<2", "pftrack-nowhere>=1", "absent>=1; extra == 'bench'"]
+    monkeypatch.setattr(doctor.metadata, "requires", lambda _name: needs)
+    status, text = doctor._libraries()
+    assert status == "broken"
+    assert ">=99 is needed" in text
+    assert ">=1 and <2 is needed" in text
+    assert "pftrack-nowhere is missing" in text
+    assert "absent" not in text
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_port_in_use_is_a_warning() -> None:
+    """Another port can be chosen, so it is not broken."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        check = found(examine(port=taken.getsockname()[1]), "port")
+    assert check.status == "warning"
+    assert "--port" in check.found
+
+
+@pytest.mark.usefixtures("quick")
+def test_the_data_folder_comes_from_the_argument_or_the_environment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A folder that does not exist yet is fine where it can be made; below a file it cannot."""
+    monkeypatch.setenv("PFTRACK_DATA_DIR", str(tmp_path / "new" / "data"))
+    assert str(tmp_path / "new" / "data") in found(examine(), "data folder").found
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "file").touch()
+    check = found(examine(data_dir=tmp_path / "file" / "data"), "data folder")
+    assert check.status == "broken"
+    assert "--data-dir" in check.found
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_check_that_fails_itself_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever goes wrong in a check is reported as its finding, in one line."""
+
+    def fail() -> tuple[doctor.Status, str]:
+        raise ImportError("libsomething.so is missing\nand more")
+
+    monkeypatch.setattr(doctor, "_codecs", fail)
+    assert found(examine(), "video") == Check("video", "broken", "ImportError: libsomething.so is missing")
+
+
+def test_without_a_place_for_compiled_code_there_is_a_warning(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Compiling anew at each start works, but it is worth saying."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    status, text = doctor._compiled(everything=False)
+    assert status == "warning"
+    assert "NUMBA_CACHE_DIR" in text
+
+
+@pytest.mark.slow
+def test_warming_runs_every_tracker_of_every_experiment() -> None:
+    """After `doctor --warm` no first frame waits for the compiler."""
+    from pftrack.experiments import EXPERIMENTS
+
+    trackers = sum(len(experiment.trackers) for experiment in EXPERIMENTS.values())
+    assert doctor._compiled(everything=True)[1].startswith(f"{trackers} trackers ran")
