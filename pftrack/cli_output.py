@@ -77,7 +77,7 @@ def explain(error: Exception) -> CommandError:
         case MemoryError():
             found = CommandError("there is not enough memory for this")
         case _ if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # the command line's own complaints
-            found = CommandError(error.format_message(), error.exit_code)
+            found = CommandError(f"{error.format_message()}{_given(error)}", error.exit_code)
         case ValueError() if _raised_in_library(error):  # a refusal, already a sentence
             found = CommandError(str(error))
         case _:
@@ -117,6 +117,13 @@ def progress(title: str) -> Iterator[Tick]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _given(error: Exception) -> str:
+    """What was given to an option that could not be read: typer's own sentence leaves it out."""
+    cause = error.__cause__ or error.__context__
+    errors = cause.errors() if hasattr(cause, "errors") else []
+    return f" Got {errors[0]['input']!r}." if errors and "input" in errors[0] else ""
 
 
 def _raised_in_library(error: Exception) -> bool:
