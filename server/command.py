@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from server.app import create_app
 from server.settings import Settings
+from server.store.files import DataDirectory
 
 __all__ = ["serve"]
 
@@ -55,6 +56,7 @@ def serve(
             else first["msg"].removeprefix("Value error, ")
         )
     _log_to_stderr()
+    _claim(settings)
     listening = _listen(settings)
     config = uvicorn.Config(
         create_app(settings),
@@ -72,10 +74,18 @@ def serve(
         server.run(sockets=[listening])
     except KeyboardInterrupt:
         sys.exit(0)
-    except RuntimeError as error:
-        _fail(str(error))
     if not server.started:
         sys.exit(1)
+
+
+def _claim(settings: Settings) -> None:
+    """Try the data directory before anything starts, so that what is wrong with it is told in a sentence."""
+    try:
+        DataDirectory(settings.data_dir).close()
+    except RuntimeError as error:
+        _fail(str(error))
+    except OSError as error:
+        _fail(f"The data directory {settings.data_dir} cannot be used ({error.strerror}); choose one with --data-dir.")
 
 
 def _listen(settings: Settings) -> socket.socket:

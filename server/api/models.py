@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from pftrack.parameters import Declaration, Value
 from server.sessions.messages import TrackerView
@@ -25,6 +25,7 @@ __all__ = [
     "UploadView",
 ]
 
+SLOWEST = 0.1
 LARGEST_SEED = 2**53 - 1
 """Largest whole number that a browser holds exactly."""
 
@@ -32,6 +33,12 @@ Frame = Annotated[int, Field(ge=0, le=10_000_000)]
 Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 Values = dict[Annotated[str, Field(max_length=64)], Any]
 Title = Annotated[str, Field(max_length=200)]
+
+
+def _speed(value: float) -> float:
+    if value != 0 and value < SLOWEST:
+        raise ValueError("Input should be 0 (as fast as possible) or between 0.1 and 10")
+    return value
 
 
 class Wish(BaseModel):
@@ -120,7 +127,7 @@ class TransportWish(Wish):
 
     action: Literal["play", "pause", "step", "back", "seek", "speed", "restart"]
     frame: Frame | None = None
-    speed: Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)] | None = None
+    speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
 
 
 class BranchWish(Wish):

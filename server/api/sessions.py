@@ -25,9 +25,10 @@ Name = Annotated[str, Path(max_length=64)]
 @router.post("", status_code=HTTPStatus.CREATED)
 async def start_session(wish: SessionWish, manager: AManager, store: AStore) -> SessionView:
     """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
+    spec = as_spec(wish)
     if wish.upload is not None and await asyncio.to_thread(store.upload, wish.upload) is None:
         raise RefusedError("There is no such upload; it may have been deleted.", field="upload", value=wish.upload)
-    session = await manager.create(as_spec(wish))
+    session = await manager.create(spec)
     return session.view()
 
 

@@ -20,7 +20,7 @@ LOCK = threading.Lock()
 
 def start() -> None:
     """Start the forkserver unless it runs already; it imports its preload while the caller goes on."""
-    with LOCK, _paths():
+    with LOCK, _environment():
         CONTEXT.set_forkserver_preload([PRELOAD])
         forkserver.ensure_running()
 
@@ -38,18 +38,21 @@ def spawn(target: Callable[..., None], *arguments: object, name: str) -> ForkSer
 
 
 @contextlib.contextmanager
-def _paths() -> Iterator[None]:
-    """Let the forkserver find the packages where this process found them, installed or not."""
+def _environment() -> Iterator[None]:
+    """Let the forkserver find the packages where this process found them, installed or not, and keep to one thread."""
     here = str(Path(__file__).parents[2])
-    before = os.environ.get("PYTHONPATH")
-    os.environ["PYTHONPATH"] = os.pathsep.join([here, *([before] if before else [])])
+    found = os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])
+    wanted = {"PYTHONPATH": found, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    before = {name: os.environ.get(name) for name in wanted}
+    os.environ.update(wanted)
     try:
         yield
     finally:
-        if before is None:
-            del os.environ["PYTHONPATH"]
-        else:
-            os.environ["PYTHONPATH"] = before
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 @contextlib.contextmanager

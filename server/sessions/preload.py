@@ -11,19 +11,21 @@ import cv2
 import numba
 import numpy as np
 
-import pftrack.experiments
 import pftrack.record
-import pftrack.rendering
-import pftrack.run
 import pftrack.sources.images
 import pftrack.sources.video
 import server.sessions.jobs
 import server.sessions.worker
+from pftrack.experiments import EXPERIMENTS
+from pftrack.rendering import png, render
+from pftrack.run import Run
 
 __all__ = ["assert_preloaded"]
 
 PRELOADED = (cv2, numba, np, pftrack, server.sessions)
 PRELOADED_IN = os.getpid()
+
+WARM_FRAMES = 4
 
 cv2.setNumThreads(1)
 
@@ -36,3 +38,19 @@ def assert_preloaded() -> None:
     """
     if os.getppid() != PRELOADED_IN:
         raise RuntimeError("the forkserver did not preload: server.sessions.preload could not be imported there")
+
+
+def _warm() -> None:
+    """Step and draw every tracker of every experiment for some frames, which loads their compiled code.
+
+    Loading it from the disk takes a worker most of a second; forked with it, none.
+    """
+    for experiment in EXPERIMENTS.values():
+        setup = experiment.simulate()
+        for tracker in experiment.trackers:
+            run = Run(experiment, setup, tracker=tracker, frames=WARM_FRAMES)
+            run.finish()
+            png(render(experiment.draw(run.current, run.diagnostics)))
+
+
+_warm()

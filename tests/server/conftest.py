@@ -1,0 +1,51 @@
+"""Servers for tests, one shared and others of a test's own."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from server.settings import Settings
+from tests.server.host import Server, begin, running
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One server for all tests that do not need one of their own."""
+    with running(Settings(data_dir=tmp_path_factory.mktemp("data"))) as shared:
+        # The first worker waits until the forkserver has imported everything.
+        assert httpx.get(f"{shared.url}/readyz", timeout=60).status_code == 200
+        yield shared
+
+
+@pytest.fixture
+def start_server(tmp_path: Path) -> Iterator[Callable[..., Any]]:
+    """Make servers of this test's own, as `start_server(**settings)`, a context."""
+
+    @contextmanager
+    def start(**settings: Any) -> Iterator[tuple[Server, httpx.Client]]:
+        with (
+            running(Settings(**{"data_dir": tmp_path / "data", **settings})) as own,
+            httpx.Client(base_url=own.url, timeout=30) as client,
+        ):
+            yield own, client
+
+    return start
+
+
+@pytest.fixture
+def client(server: Server) -> Iterator[httpx.Client]:
+    """A client of the shared server; the sessions that it leaves behind are ended."""
+    with httpx.Client(base_url=server.url, timeout=30) as http:
+        yield http
+        for session in http.get("/api/v1/sessions").json():
+            http.delete(f"/api/v1/sessions/{session['id']}")
+
+
+@pytest.fixture
+def session(client: httpx.Client) -> dict[str, Any]:
+    """A session on the simulated ball."""
+    return begin(client)

@@ -1,0 +1,118 @@
+"""A real server on a free port, with real worker processes, and what tests say to it through real sockets."""
+
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import uvicorn
+
+from server.app import create_app
+from server.settings import Settings
+
+
+class Server:
+    """A server that runs in a thread of this process."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.app = create_app(settings)
+        self.listening = socket.socket()
+        self.listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.listening.bind(("127.0.0.1", 0))
+        self.port = self.listening.getsockname()[1]
+        config = uvicorn.Config(
+            self.app,
+            log_config=None,
+            access_log=False,
+            ws_max_size=65536,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=3,
+        )
+        self.uvicorn = uvicorn.Server(config)
+        self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listening]})
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def ws(self) -> str:
+        return f"ws://127.0.0.1:{self.port}"
+
+    @property
+    def manager(self) -> Any:
+        return self.app.state.services.manager
+
+    def pid_of(self, session: str) -> int:
+        """The worker's process number."""
+        pid: int = self.manager.get(session).link.pid
+        return pid
+
+    def start(self) -> None:
+        self.thread.start()
+        deadline = time.monotonic() + 60
+        while not self.uvicorn.started:
+            assert self.thread.is_alive(), "the server did not start"
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
+    def stop(self) -> None:
+        self.uvicorn.should_exit = True
+        self.thread.join(30)
+        self.listening.close()
+        assert not self.thread.is_alive()
+
+
+@contextmanager
+def running(settings: Settings) -> Iterator[Server]:
+    """Run a server for as long as the context lasts."""
+    server = Server(settings)
+    server.start()
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+def begin(client: httpx.Client, **wish: Any) -> dict[str, Any]:
+    """Start a session."""
+    answer = client.post("/api/v1/sessions", json={"experiment": "ball", "seed": 7, **wish})
+    assert answer.status_code == 201, answer.text
+    started: dict[str, Any] = answer.json()
+    return started
+
+
+def steer(client: httpx.Client, session: str, action: str, **more: Any) -> dict[str, Any]:
+    """Steer a session."""
+    answer = client.post(f"/api/v1/sessions/{session}/transport", json={"action": action, **more})
+    assert answer.status_code == 200, answer.text
+    steered: dict[str, Any] = answer.json()
+    return steered
+
+
+def wait_for(condition: Callable[[], Any], seconds: float = 10) -> Any:
+    """Wait until something holds, and return it."""
+    deadline = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.02)
+    return found
+
+
+def error_of(answer: httpx.Response, status: int) -> dict[str, Any]:
+    """Check that an answer has the one error shape, and return its inside."""
+    assert answer.status_code == status, answer.text
+    body = answer.json()
+    assert set(body) == {"error"}
+    error: dict[str, Any] = body["error"]
+    assert set(error) <= {"message", "field", "bound", "value"}
+    assert error["message"]
+    assert error["message"][0].isupper() or error["message"].startswith(error.get("field", "\0"))
+    assert "Traceback" not in answer.text
+    assert str(Path(tempfile.gettempdir())) not in answer.text
+    return error
