@@ -121,9 +121,8 @@ def progress(title: str) -> Iterator[Tick]:
 
 def _given(error: Exception) -> str:
     """What was given to an option that could not be read: typer's own sentence leaves it out."""
-    cause = error.__cause__ or error.__context__
-    errors = cause.errors() if hasattr(cause, "errors") else []
-    return f" Got {errors[0]['input']!r}." if errors and "input" in errors[0] else ""
+    listed = getattr(error.__cause__ or error.__context__, "errors", list)()
+    return f", got {listed[0]['input']!r}" if listed and "input" in listed[0] else ""
 
 
 def _raised_in_library(error: Exception) -> bool:
