@@ -121,7 +121,7 @@ def progress(title: str) -> Iterator[Tick]:
 
 def _given(error: Exception) -> str:
     """What was given to an option that could not be read: typer's own sentence leaves it out."""
-    listed = getattr(error.__cause__ or error.__context__, "errors", list)()
+    listed: Sequence[dict[str, object]] = getattr(error.__cause__ or error.__context__, "errors", list)()
     return f", got {listed[0]['input']!r}" if listed and "input" in listed[0] else ""
 
 
