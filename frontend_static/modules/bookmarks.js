@@ -11,7 +11,8 @@ import { attempt } from "./toast.js";
  * @returns {HTMLElement}
  */
 export function bookmarkMenu(store, commands) {
-  const label = h("span", {}, "Bookmarks");
+  const label = h("span", { class: "wide-only" }, "Bookmarks");
+  const amount = h("span", { class: "amount" });
   const list = h("ul", { class: "menu-list" });
   const note = h("input", { type: "text", maxlength: 200, placeholder: "Note for this frame", "aria-label": "Note" });
   const form = h(
@@ -30,7 +31,7 @@ export function bookmarkMenu(store, commands) {
     h("button", { type: "submit", title: "Bookmark this frame (B)" }, "Add"),
   );
   const menu = h("div", { class: "menu", popover: "auto", id: "bookmark-menu" }, form, list);
-  const button = h("button", { type: "button", popovertarget: "bookmark-menu", title: "Bookmarks (B adds one)" }, icon("bookmark"), label);
+  const button = h("button", { type: "button", popovertarget: "bookmark-menu", title: "Bookmarks (B adds one)", "aria-label": "Bookmarks" }, icon("bookmark"), label, amount);
   menu.addEventListener("toggle", (event) => {
     if (event.newState !== "open") return;
     const from = button.getBoundingClientRect();
@@ -39,7 +40,7 @@ export function bookmarkMenu(store, commands) {
   });
   const draw = () => {
     const marks = store.session?.bookmarks ?? [];
-    setText(label, marks.length > 0 ? `Bookmarks ${marks.length}` : "Bookmarks");
+    setText(amount, marks.length > 0 ? String(marks.length) : "");
     fill(
       list,
       marks.length === 0 && h("li", { class: "hint" }, "None yet. B marks the frame that is shown."),

@@ -43,13 +43,20 @@ export function branchLegend(root, store, commands) {
   store.on("branches session", draw);
 }
 
-/** Ask with which tracker to go on from the frame that is shown. */
-export function branchDialog(store, commands) {
+/**
+ * Ask with which tracker to go on from the frame that is shown.
+ *
+ * @param {import("./store.js").Store} store
+ * @param {import("./commands.js").Commands} commands
+ * @param {string|undefined} preferred The tracker to offer first, unless it is the one in charge.
+ */
+export function branchDialog(store, commands, preferred) {
   const { session } = store;
   if (session === null || !commands.able) return;
   commands.pause();
   const frame = session.position;
-  const other = session.trackers.find((tracker) => tracker.id !== session.tracker) ?? session.trackers[0];
+  const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
+  const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];
   openDialog(`Branch from frame ${frame}`, (close) => {
     const tracker = h(
       "select",

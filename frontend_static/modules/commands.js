@@ -98,21 +98,17 @@ export class Commands {
     });
   }
 
+  /** Leave the past for a new branch; tells whether that was possible. */
   async branch(wish) {
-    const session = await attempt(() => api.branch(this.#session.id, wish));
-    if (session) this.#store.take(session);
-    return session;
+    return (await attempt(() => api.branch(this.#session.id, wish))) !== undefined;
   }
 
   async activate(branch) {
-    const session = await attempt(() => api.activate(this.#session.id, branch));
-    if (session) this.#store.take(session);
+    await attempt(() => api.activate(this.#session.id, branch));
   }
 
   async resume() {
-    const session = await attempt(() => api.resume(this.#session.id));
-    if (session) this.#store.take(session);
-    return session;
+    await attempt(() => api.resume(this.#session.id));
   }
 
   async save() {
@@ -124,6 +120,6 @@ export class Commands {
   }
 
   async #send(action, more) {
-    await attempt(async () => this.#store.take(await api.transport(this.#session.id, action, more)));
+    await attempt(() => api.transport(this.#session.id, action, more));
   }
 }

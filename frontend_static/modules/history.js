@@ -16,16 +16,20 @@ export class History {
     return this.#rows[frame];
   }
 
-  /** Take over the whole history as the server sends it, column by column. */
+  /** Forget everything and take over what the server sends, column by column. */
   replace(columns) {
+    this.#rows = [];
+    this.merge(columns);
+  }
+
+  /** Fill in what the server sends; rows that came by the stream in the meantime stay. */
+  merge(columns) {
     const names = Object.keys(columns);
-    const rows = [];
     for (let index = 0; index < (columns.frame?.length ?? 0); index += 1) {
       const row = {};
       for (const name of names) row[name] = columns[name][index];
-      rows[row.frame] = row;
+      this.#rows[row.frame] = row;
     }
-    this.#rows = rows;
     this.edition += 1;
   }
 
@@ -35,21 +39,10 @@ export class History {
    * @returns {boolean} False when rows in between are missing, so that the whole history has to be fetched.
    */
   add(row) {
-    if (row.frame > this.#rows.length) return false;
-    if (row.frame < this.#rows.length) {
-      if (row.estimate?.[0] !== this.#rows[row.frame].estimate?.[0]) this.edition += 1;
-      this.#rows[row.frame] = row;
-    } else {
-      this.#rows.push(row);
-    }
-    return true;
-  }
-
-  /** Forget the frames from `length` on: the run began again. */
-  cut(length) {
-    if (this.#rows.length <= length) return;
-    this.#rows.length = length;
-    this.edition += 1;
+    const whole = row.frame <= this.#rows.length;
+    if (row.frame < this.#rows.length && row.estimate?.[0] !== this.#rows[row.frame]?.estimate?.[0]) this.edition += 1;
+    this.#rows[row.frame] = row;
+    return whole;
   }
 
   /** Spans [first, last] of frames for which `test` holds. */

@@ -12,6 +12,7 @@ import { thresholds } from "./timeline.js";
 
 const SCRIPTS = ["/static/bokeh/bokeh.min.js", "/static/bokeh/bokeh-api.min.js"];
 const REDRAW_MS = 100;
+const BORDER = 38;
 const INKS = ["ink", "muted", "line", "lost", "hidden", "prediction", "observation"];
 
 /**
@@ -23,7 +24,7 @@ export async function plots(root, store) {
     error: panel(root, "error"),
     sigma: panel(root, "sigma | gamma"),
     ess: panel(root, "ESS"),
-    proposals: panel(root, "proposals"),
+    proposals: panel(root, key("prediction"), " ", key("observation")),
   };
   const labels = throttle(() => label(panels, store), REDRAW_MS);
   store.on("session position history branches", labels);
@@ -50,12 +51,19 @@ export async function plots(root, store) {
   draw();
 }
 
-function panel(root, title) {
+function panel(root, ...title) {
   const value = h("output", {});
   const heading = h("span", {}, title);
-  const plot = h("div", { class: "plot", role: "img", "aria-label": `${title} over frames` });
+  const plot = h("div", { class: "plot", role: "img", "aria-label": `${heading.textContent} over frames` });
   root.append(h("section", { class: "panel" }, h("h2", {}, heading, value), plot));
   return { heading, value, plot };
+}
+
+/** A word with the colour that it has in the plot. */
+function key(name) {
+  const swatch = h("span", { class: "key" });
+  swatch.style.background = `var(--${name})`;
+  return h("span", {}, swatch, name);
 }
 
 function label(panels, store) {
@@ -70,8 +78,9 @@ function label(panels, store) {
   setText(panels.sigma.heading, `sigma${gamma.length > 0 ? " | gamma" : ""} ${unit}`.trim());
   setText(panels.error.value, number(curve.error(row)));
   setText(panels.sigma.value, [number(curve.sigma(row)), ...gamma.map((value) => number(value))].join(" | "));
-  setText(panels.ess.value, number(curve.ess(row), 0));
-  setText(panels.proposals.value, row ? `${curve.prediction(row)} + ${curve.observation(row)}` : "–");
+  const particles = curve.prediction(row) + curve.observation(row);
+  setText(panels.ess.value, particles > 0 ? `${number(curve.ess(row), 0)} of ${particles}` : number(null));
+  setText(panels.proposals.value, particles > 0 ? `${curve.prediction(row)} | ${curve.observation(row)}` : number(null));
 }
 
 /** The four figures and their data. */
@@ -100,7 +109,8 @@ class Book {
     this.#glyphs.hidden = strip(this.#bands.hidden, 0.2);
     this.#glyphs.lost = strip(this.#bands.lost, 0.16);
     this.#glyphs.gamma = sigma.line({ field: "frame" }, { field: "value" }, { source: this.#gamma, line_dash: "dashed", line_width: 1.2 });
-    const layer = (y1, y2) => proposals.varea_step({ field: "frame" }, y1, y2, { source: this.#strip, step_mode: "center" });
+    // Not varea_step: BokehJS 3.9 paints an empty one for ever.
+    const layer = (y1, y2) => proposals.varea({ field: "frame" }, y1, y2, { source: this.#strip });
     this.#glyphs.prediction = layer({ value: 0 }, { field: "prediction" });
     this.#glyphs.observation = layer({ field: "prediction" }, { field: "total" });
   }
@@ -121,7 +131,7 @@ class Book {
       y_range: this.#ranges[name],
       tools: "",
       toolbar_location: null,
-      min_border: 2,
+      min_border: 8,
       outline_line_color: null,
       background_fill_color: null,
       border_fill_color: null,
@@ -129,7 +139,7 @@ class Book {
     const here = new Span({ location: 0, dimension: "height", line_width: 1 });
     figure.add_layout(here);
     this.#here.push(here);
-    for (const axis of [figure.xaxis, figure.yaxis]) {
+    for (const axis of [...figure.xaxes, ...figure.yaxes]) {
       Object.assign(axis, {
         minor_tick_line_color: null,
         axis_line_color: null,
@@ -140,21 +150,26 @@ class Book {
         major_label_standoff: 3,
       });
     }
-    figure.yaxis.ticker.desired_num_ticks = 3;
+    for (const axis of figure.yaxes) axis.ticker.desired_num_ticks = 3;
     figure.xgrid.visible = false;
     return figure;
   }
 
   async show() {
-    for (const [name, { plot }] of Object.entries(this.#panels)) {
-      await this.#bokeh.Plotting.show(this.#figures[name], plot);
-    }
+    // One document, since the figures share their axis of frames; each figure in its own panel.
+    const book = new this.#bokeh.Document();
+    for (const figure of Object.values(this.#figures)) book.add_root(figure);
+    const places = Object.keys(this.#figures).map((name) => this.#panels[name].plot);
+    await this.#bokeh.embed.add_document_standalone(book, document.body, places);
   }
 
   /** Colours and, in a narrow window, no axes: the plots are sparklines then. */
   dress(sparkline) {
     const ink = tokens(...INKS);
     for (const [name, figure] of Object.entries(this.#figures)) {
+      // One width of border for all, so that a frame lies at one place in all of them.
+      figure.min_border_left = sparkline ? 2 : BORDER;
+      figure.min_border_right = sparkline ? 2 : 8;
       figure.xaxis.visible = !sparkline && name === "proposals";
       figure.yaxis.visible = !sparkline;
       figure.ygrid.visible = !sparkline;
@@ -178,6 +193,11 @@ class Book {
       if (!store.branches.some((branch) => branch.id === id)) for (const one of line.glyphs) one.visible = false;
     }
     this.#active(store.history, session);
+    const all = store.branches.map((branch) => store.historyOf(branch.id));
+    const most = (value) => Math.max(0, ...all.map((history) => history.most(value) ?? 0));
+    this.#grow("error", most(curve.error));
+    this.#grow("sigma", Math.max(most(curve.sigma), ...this.#gamma.data.value.filter(Number.isFinite)));
+    this.#grow("ess", Math.max(most(curve.ess), this.#ranges.proposals.end));
   }
 
   /** The lines of one branch. */
@@ -213,22 +233,18 @@ class Book {
     const total = [];
     for (let index = 0; index < history.length; index += 1) {
       const row = history.at(index);
-      frame.push(index);
-      prediction.push(curve.prediction(row));
-      total.push(curve.prediction(row) + curve.observation(row));
+      const [first, both] = [curve.prediction(row), curve.prediction(row) + curve.observation(row)];
+      frame.push(index - 0.5, index + 0.5);
+      prediction.push(first, first);
+      total.push(both, both);
     }
     this.#strip.data = { frame, prediction, total };
-    const particles = total.reduce((most, value) => Math.max(most, value), 0);
-    const gammas = this.#gamma.data.value.filter((value) => Number.isFinite(value));
-    this.#grow("error", history.most(curve.error));
-    this.#grow("sigma", Math.max(history.most(curve.sigma) ?? 0, ...gammas));
-    this.#grow("ess", particles);
-    this.#ranges.proposals.end = Math.max(1, particles);
+    this.#ranges.proposals.end = total.reduce((most, value) => Math.max(most, value), 1);
   }
 
   /** Round limits that change seldom, so that the picture stands still. */
   #grow(name, most) {
-    const value = Math.max(most ?? 0, 1) * 1.05;
+    const value = Math.max(most, 1) * 1.05;
     const power = 10 ** Math.floor(Math.log10(value));
     const end = power * [1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value);
     if (this.#ranges[name].end !== end) this.#ranges[name].end = end;

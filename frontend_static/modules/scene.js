@@ -6,6 +6,7 @@
 import { api } from "./api.js";
 import { fill, h } from "./dom.js";
 import { throttle } from "./pace.js";
+import { isDark, onTheme } from "./theme.js";
 
 const SKELETON_AFTER_MS = 200;
 const PICTURES_EVERY_MS = 200;
@@ -28,6 +29,7 @@ export class Scene {
     setTimeout(() => {
       if (!this.#loaded && this.#cover.hidden) this.#show(skeleton());
     }, SKELETON_AFTER_MS);
+    onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin));
     let down = false;
     let alive = true;
     store.on("session connection", () => {
@@ -84,7 +86,7 @@ export class Scene {
       return;
     }
     const old = this.#frame;
-    this.#frame = h("iframe", { src: viewer, title: "Scene", class: "scene-frame", allow: "fullscreen" });
+    this.#frame = h("iframe", { src: `${viewer}?theme=${theme()}`, title: "Scene", class: "scene-frame", allow: "fullscreen" });
     this.#frame.addEventListener("load", () => {
       this.#loaded = true;
       if (!this.#cover.querySelector(".notice")) this.#cover.hidden = true;
@@ -130,6 +132,10 @@ function notice(title, message, action) {
       ? h("a", { class: "button primary", href: action.href }, action.label)
       : h("button", { type: "button", class: "primary", on: { click: action.run } }, action.label),
   );
+}
+
+function theme() {
+  return isDark() ? "dark" : "light";
 }
 
 function hasWebGl() {

@@ -16,7 +16,7 @@ export const ROWS = {
   changes: ["changes", 112, 16],
 };
 export const HEIGHT = 130;
-export const GUTTER = 92;
+export const GUTTER = 104;
 const MARGIN = 10;
 
 /** Where frames lie along x. */

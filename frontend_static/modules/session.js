@@ -26,7 +26,7 @@ const part = (name) => document.querySelector(`[data-part="${name}"]`);
 const store = new Store();
 const commands = new Commands(store);
 const scene = new Scene(part("scene"), store, commands);
-let presets = [];
+let experiment = { presets: [] };
 
 const actions = {
   toggle: () => commands.toggle(),
@@ -37,9 +37,9 @@ const actions = {
   faster: (direction) => commands.faster(direction),
   beforeLoss: () => commands.beforeLoss(),
   bookmark: () => commands.bookmark(),
-  branch: () => branchDialog(store, commands),
-  help: () => helpDialog(presets),
-  preset: (which) => openPreset(presets[which - 1]),
+  branch: () => branchDialog(store, commands, experiment.default_tracker),
+  help: () => helpDialog(experiment.presets),
+  preset: (which) => openPreset(experiment.presets[which - 1]),
 };
 
 header();
@@ -62,7 +62,7 @@ async function begin() {
   try {
     if (id === "new") {
       wish = readWish();
-      const { position, play, ...start } = wish;
+      const { play, ...start } = wish;
       session = await api.start(start);
       history.replaceState(null, "", session.page);
     } else {
@@ -80,10 +80,8 @@ async function begin() {
       scene.fail("This session has ended", "What was saved of it is in the gallery.", GALLERY);
     },
   });
-  presets = await api.experiment(session.experiment).then((found) => found.presets, () => []);
-  if (wish === null) return;
-  if (Number.isInteger(wish.position) && wish.position > 0) await whenOpen(() => commands.seek(wish.position));
-  else if (wish.play) {
+  api.experiment(session.experiment).then((found) => (experiment = found), () => {});
+  if (wish?.play) {
     await scene.ready;
     await whenOpen(() => commands.toggle());
   }

@@ -30,13 +30,12 @@ export function decode(fragment) {
 export function wishOf(session) {
   const wish = {
     experiment: session.experiment,
-    tracker: session.initial_tracker ?? session.tracker,
+    tracker: session.first_tracker ?? session.tracker,
     seed: session.seed,
     frames: session.frames,
     timeline: session.timeline ?? [],
     position: session.position,
   };
-  if (session.initial_parameters) wish.parameters = session.initial_parameters;
   for (const name of ["upload", "box", "start"]) if (session[name] !== undefined && session[name] !== null) wish[name] = session[name];
   return wish;
 }

@@ -1,7 +1,8 @@
 /**
  * What the page knows of its session, and the one place where the stream's messages change it.
  *
- * The server decides everything; this is its latest word. Views subscribe to topics and look at the fields they draw:
+ * The server decides everything; this is its latest word. Answers of REST are not taken over: they may be older than what
+ * the stream has already brought. Views subscribe to topics and look at the fields they draw:
  * `session`, `position`, `history`, `branches`, `bookmarks`, `connection`, `refused`.
  */
 
@@ -47,15 +48,6 @@ export class Store {
     return this.session?.branches?.find((branch) => branch.id === this.session.branch);
   }
 
-  /** Take over a session as REST answers it. */
-  take(session) {
-    const known = this.session;
-    this.session = session;
-    if (known !== null && known.branch !== session.branch) this.#fetch(session.branch);
-    this.#cut();
-    this.#tell("session", "position", "branches", "bookmarks", "history");
-  }
-
   /** Take over a message of the stream. */
   receive(message) {
     if (message.type === "hello") {
@@ -83,7 +75,6 @@ export class Store {
     position: ({ branch, frame, head, playing, speed }) => {
       Object.assign(this.session, { position: frame, head, playing, speed });
       if (branch !== undefined) this.#activate(branch);
-      this.#cut();
       this.#tell("position");
     },
     parameters: ({ branch, frame, parameters, tracker, values }) => {
@@ -116,12 +107,9 @@ export class Store {
 
   #rows(branch, rows) {
     const history = this.historyOf(branch);
-    for (const row of rows) {
-      if (!history.add(row)) {
-        this.#fetch(branch);
-        break;
-      }
-    }
+    let whole = true;
+    for (const row of rows) whole = history.add(row) && whole;
+    if (!whole) this.#fetch(branch);
     this.#tell("history");
   }
 
@@ -132,21 +120,12 @@ export class Store {
     this.#tell("branches");
   }
 
-  /** Rows beyond the head belong to a run that was begun anew. */
-  #cut() {
-    const { branch, head } = this.session;
-    if (!Number.isInteger(head) || this.historyOf(branch).length <= head + 1) return;
-    this.historyOf(branch).cut(head + 1);
-    this.#tell("history");
-  }
-
   async #fetch(branch) {
     if (this.#fetching.has(branch)) return;
     this.#fetching.add(branch);
     try {
       const { columns } = await api.diagnostics(this.session.id, branch);
-      const rows = this.historyOf(branch);
-      if ((columns.frame?.length ?? 0) >= rows.length || rows.length === 0) rows.replace(columns);
+      this.historyOf(branch).merge(columns);
       this.#tell("history");
     } catch {
       // The next hello brings it.

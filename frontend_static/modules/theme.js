@@ -21,6 +21,11 @@ function tell() {
 
 system.addEventListener("change", tell);
 
+/** Whether the page is dark now. */
+export function isDark() {
+  return chosen() === "auto" ? system.matches : chosen() === "dark";
+}
+
 /** Call `listener` whenever the colours changed. */
 export function onTheme(listener) {
   listeners.add(listener);

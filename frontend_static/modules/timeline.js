@@ -25,7 +25,7 @@ function valueAtStart(session, name) {
   const changed = (session.timeline ?? []).some((change) => name in change.values);
   const now = name === "tracker" ? session.tracker : session.parameters?.[name];
   if (!changed) return now;
-  const begun = name === "tracker" ? session.initial_tracker : session.initial_parameters?.[name];
+  const begun = name === "tracker" ? session.first_tracker : session.first_parameters?.[name];
   return begun ?? session.declarations?.find((declaration) => declaration.name === name)?.default;
 }
 
@@ -41,15 +41,15 @@ export function marks(session) {
       frame: change.frame,
       lines: Object.entries(change.values).map(([name, value]) => {
         const [title, before, after] = inWords(session, name, valueAt(session, name, change.frame - 1), value);
-        return before === after ? `${title} ${after}` : `${title} ${before} → ${after}`;
+        return before === after || before === null ? `${title} ${after}` : `${title} ${before} → ${after}`;
       }),
     }));
 }
 
 function inWords(session, name, before, after) {
-  if (name === "tracker") return ["Tracker", trackerTitle(session, before), trackerTitle(session, after)];
+  if (name === "tracker") return ["Tracker", before === undefined ? null : trackerTitle(session, before), trackerTitle(session, after)];
   const declaration = session.declarations?.find((candidate) => candidate.name === name);
-  const plain = before === undefined ? "–" : parameterValue(before, null);
+  const plain = before === undefined ? null : parameterValue(before, null);
   return [declaration?.title ?? name, plain, parameterValue(after, declaration)];
 }
 
