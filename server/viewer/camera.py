@@ -94,6 +94,11 @@ class _Watcher:
     asked: float = field(default_factory=time.monotonic)
     retries: int = 0
 
+    def is_in_place(self, camera: viser.CameraHandle) -> bool:
+        """Whether the camera stands where it was put."""
+        view = self.view
+        return view is not None and float(np.linalg.norm(camera.position - view.position)) < 0.01 * view.distance
+
 
 class Cameras:
     """The cameras of all browsers on a session.
@@ -108,6 +113,7 @@ class Cameras:
         self._on_relief = on_relief
         self._watchers: dict[int, _Watcher] = {}
         self._box: Box | None = None
+        self._fitted: Box | None = None
 
     @property
     def relief(self) -> float:
@@ -118,9 +124,13 @@ class Cameras:
 
     def set_box(self, box: Box) -> None:
         """Tell what there is to see; a picture of another size is fitted anew."""
-        before, self._box = self._box, box
+        before, self._box = self._fitted, box
         if before is not None and (before.width, before.height) == (box.width, box.height):
+            if not 0.7 < (box.depth + 1.0) / (before.depth + 1.0) < 1.3:
+                self._fitted = box
+                self._refit()
             return
+        self._fitted = box
         start = fit(PRESETS["front"], box, aspect=1.2)
         camera = self._server.initial_camera
         camera.up = (0.0, 1.0, 0.0)
@@ -129,6 +139,12 @@ class Cameras:
         for watcher in list(self._watchers.values()):
             watcher.preset = "front"
             self._point(watcher)
+
+    def _refit(self) -> None:
+        """Fit deep presets to another depth, where nobody has moved the camera since."""
+        for watcher in list(self._watchers.values()):
+            if PRESETS[watcher.preset].deep and (not watcher.arrived or watcher.is_in_place(watcher.client.camera)):
+                self._point(watcher)
 
     def join(self, client: viser.ClientHandle) -> None:
         """Fit the picture to the window of a browser that has just come."""
@@ -176,7 +192,7 @@ class Cameras:
         if view is None:
             self._point(watcher)
             return
-        there = float(np.linalg.norm(camera.position - view.position)) < 0.01 * view.distance
+        there = watcher.is_in_place(camera)
         resized = abs(camera.aspect - watcher.aspect) > 0.005 * watcher.aspect
         watcher.arrived = watcher.arrived or there
         if resized and (there or not watcher.arrived):

@@ -1,10 +1,11 @@
 """One control of the panel, made from the declaration of one parameter.
 
-Whole numbers and numbers are sliders, which in viser carry a box to type into; only where a slider would jump by
-far more than a step at each pixel is there the box alone. viser passes on whatever a browser sends, so nothing here is
-trusted: the session validates, and the panel shows what the session says.
+Whole numbers and numbers are sliders, which in viser carry a box to type into. Where a slider over the whole range
+would jump by many steps at a pixel, the box has the whole range, and a slider below it the part that one works in.
+viser passes on whatever a browser sends, so nothing is trusted: the session validates, and the panel shows the answer.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -12,10 +13,12 @@ import viser
 
 from pftrack.parameters import Declaration, Value
 
-__all__ = ["Control", "Handle", "label_of"]
+__all__ = ["Control", "Handle", "label_of", "working_range"]
 
+FINE_STEPS = 1000
+"""Positions up to which one slider is enough."""
 SLIDER_STEPS = 100_000
-"""Positions up to which a slider is offered."""
+"""Positions beyond which there is no slider: numbers like these are names, not amounts."""
 
 Handle = Any  # viser's handles are generic over their value and assign through `__setattr__`
 
@@ -23,6 +26,20 @@ Handle = Any  # viser's handles are generic over their value and assign through 
 def label_of(declaration: Declaration) -> str:
     """Return a parameter's title with its unit."""
     return f"{declaration.title} ({declaration.unit})" if declaration.unit else declaration.title
+
+
+def working_range(declaration: Declaration, value: float) -> tuple[float, float]:
+    """Return the part of a wide range that a slider shows: up to about five times what is in force.
+
+    Args:
+        declaration: With both bounds.
+        value: In force.
+    """
+    low, high = declaration.minimum or 0.0, declaration.maximum or 0.0
+    reach = 5.0 * abs(value) or 200.0 * (declaration.step or 1.0)
+    power = 10.0 ** math.floor(math.log10(reach))
+    reach = next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if reach <= factor * power * (1.0 + 1e-9))
+    return max(low, -reach), min(high, reach)
 
 
 class Control:
@@ -39,22 +56,15 @@ class Control:
         self, server: viser.ViserServer, declaration: Declaration, value: Value, on_move: Callable[[str, Value], None]
     ) -> None:
         self.declaration = declaration
-        self._handle: Handle = _make(server, declaration, value)
+        self._handles: tuple[Handle, ...] = _make(server, declaration, value)
         self._shown = True
 
         def moved(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
-                on_move(declaration.name, self.value)
+                on_move(declaration.name, _from_handle(declaration, event.target.value))
 
-        self._handle.on_update(moved)
-
-    @property
-    def value(self) -> Value:
-        """What the control shows."""
-        shown = self._handle.value
-        if self.declaration.kind == "colour":
-            return "#{:02x}{:02x}{:02x}".format(*shown)
-        return shown  # type: ignore[no-any-return]
+        for handle in self._handles:
+            handle.on_update(moved)
 
     def show(self, value: Value, *, insist: bool = False) -> None:
         """Show a value.
@@ -64,42 +74,52 @@ class Control:
             insist: Send it even if the server believes that it is shown already. A browser may have lost it: all of
                 viser's controls share one throttle, which can drop the middle one of three quick changes.
         """
-        wanted = _to_handle(self.declaration, value)
-        if insist and self._handle.value == wanted:
-            self._handle.value = _other(wanted)
-        self._handle.value = wanted
+        for handle in self._handles:
+            wanted = _to_handle(self.declaration, value)
+            if isinstance(handle, viser.GuiSliderHandle):
+                wanted = min(max(wanted, handle.min), handle.max)
+            if insist and handle.value == wanted:
+                handle.value = _other(wanted)
+            handle.value = wanted
 
     def set_visible(self, *, visible: bool) -> None:
         """Show or hide the control."""
         if visible != self._shown:
-            self._handle.visible = self._shown = visible
+            self._shown = visible
+            for handle in self._handles:
+                handle.visible = visible
 
 
-def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> Handle:
+def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> tuple[Handle, ...]:
     label, hint = label_of(declaration), _hint(declaration)
     shown = _to_handle(declaration, value)
     match declaration.kind:
         case "boolean":
-            return server.gui.add_checkbox(label, shown, hint=hint)
+            return (server.gui.add_checkbox(label, shown, hint=hint),)
         case "choice":
-            return server.gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint)
+            return (server.gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint),)
         case "colour":
-            return server.gui.add_rgb(label, shown, hint=hint)
+            return (server.gui.add_rgb(label, shown, hint=hint),)
         case _:
-            return _make_number(server, declaration, shown)
+            return _make_number(server.gui, declaration, shown)
 
 
-def _make_number(server: viser.ViserServer, declaration: Declaration, shown: Handle) -> Handle:
+def _make_number(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> tuple[Handle, ...]:
     number = int if declaration.kind == "integer" else float
     label, hint = label_of(declaration), _hint(declaration)
     low, high = declaration.minimum, declaration.maximum
-    step = number(declaration.step) if declaration.step else None
-    if low is None or high is None or not low <= shown <= high:
-        return server.gui.add_number(label, shown, step=step, hint=hint)
-    step = step or (1 if number is int else (high - low) / 100.0)
-    if high <= low or (high - low) / step > SLIDER_STEPS:
-        return server.gui.add_number(label, shown, min=number(low), max=number(high), step=step, hint=hint)
-    return server.gui.add_slider(label, number(low), number(high), step, shown, marks=(), hint=hint)
+    if low is None or high is None or not low <= shown <= high or low == high:
+        return (gui.add_number(label, shown, hint=hint),)
+    step = number(declaration.step or (1 if number is int else (high - low) / 100.0))
+    steps = (high - low) / step
+    if steps <= FINE_STEPS:
+        return (gui.add_slider(label, number(low), number(high), step, shown, marks=(), hint=hint),)
+    box = gui.add_number(label, shown, min=number(low), max=number(high), step=step, hint=hint)
+    if steps > SLIDER_STEPS:
+        return (box,)
+    # Without a label: the style sheet gives such a slider the whole width and hides its box.
+    start, end = (number(bound) for bound in working_range(declaration, float(shown)))
+    return box, gui.add_slider("", start, end, step, shown, marks=(), hint=hint)
 
 
 def _hint(declaration: Declaration) -> str:
@@ -125,6 +145,12 @@ def _to_handle(declaration: Declaration, value: Value) -> Handle:
             return tuple(int(digits[i : i + 2], 16) for i in (0, 2, 4))
         case _:
             return str(value)
+
+
+def _from_handle(declaration: Declaration, shown: Handle) -> Value:
+    if declaration.kind == "colour":
+        return "#{:02x}{:02x}{:02x}".format(*shown)
+    return shown  # type: ignore[no-any-return]
 
 
 def _other(value: Handle) -> Handle:

@@ -8,6 +8,7 @@ truth again.
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 
 import viser
@@ -25,7 +26,8 @@ REST_S = 0.5
 PATIENCE_S = 5.0
 """How long the session may take to answer before the control springs back."""
 SOON_S = 0.1
-OPEN_GROUPS = 3
+OPEN_ROWS = 15
+"""Controls that are unfolded at first; a group is unfolded whole or not at all."""
 SPEEDS = {"0.1x": 0.1, "0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "As fast as possible": 0.0}
 
 
@@ -77,8 +79,9 @@ class Panel:
         self._choice = self._add_tracker()
         self._add_cameras(on_look)
         self._caption = gui.add_html(caption_html(""))
-        gui.add_html(legend_html())
+        gui.add_html(legend_html(layers))
         self._controls: dict[str, Control] = {}
+        self._layers: dict[str, Handle] = {}
         self._folders: dict[str, viser.GuiFolderHandle] = {}
         self._add_groups(declarations)
         self._add_layers(layers, on_layer)
@@ -184,18 +187,27 @@ class Panel:
                 on_look(event.client_id, names[event.target.value])
 
     def _add_groups(self, declarations: Sequence[Declaration]) -> None:
-        for declaration in declarations:
-            if declaration.name not in self._values:
-                continue
+        known = [declaration for declaration in declarations if declaration.name in self._values]
+        sizes = Counter(declaration.group for declaration in known)
+        room = OPEN_ROWS
+        for declaration in known:
             title = declaration.group or "Parameters"
             if title not in self._folders:
-                self._folders[title] = self._server.gui.add_folder(
-                    title, expand_by_default=len(self._folders) < OPEN_GROUPS
-                )
+                unfolded = sizes[declaration.group] <= room
+                room -= sizes[declaration.group] if unfolded else 0
+                self._folders[title] = self._server.gui.add_folder(title, expand_by_default=unfolded)
             with self._folders[title]:
                 self._controls[declaration.name] = Control(
                     self._server, declaration, self._values[declaration.name], self._moved
                 )
+
+    def set_layer(self, layer: str, *, shown: bool) -> bool:
+        """Switch a layer on or off; return whether that changes anything."""
+        box = self._layers.get(layer)
+        if box is None or box.value == shown:
+            return False
+        box.value = shown
+        return True
 
     def _add_layers(self, layers: Mapping[str, bool], on_layer: Callable[[str, bool], None]) -> None:
         with self._server.gui.add_folder("What to draw", expand_by_default=False):
@@ -204,11 +216,13 @@ class Panel:
 
     def _add_layer(self, layer: str, on_layer: Callable[[str, bool], None], *, shown: bool) -> None:
         title = layer.replace("_", " ").replace("-", " ")
-        box = self._server.gui.add_checkbox(title[:1].upper() + title[1:], shown)
+        box: Handle = self._server.gui.add_checkbox(title[:1].upper() + title[1:], shown)
 
-        @box.on_update
-        def _(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+        def switched(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
             on_layer(layer, event.target.value)
+
+        box.on_update(switched)
+        self._layers[layer] = box
 
     def _add_speed(self, on_speed: Callable[[float], None]) -> None:
         choice = self._server.gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1x")

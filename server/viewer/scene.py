@@ -41,6 +41,7 @@ class _Node:
     kind: type[Primitive]
     handle: Any  # viser's handles share `visible` and `remove`, and no type that mypy can follow through `__setattr__`
     source: Primitive | None = None
+    look: object = None  # what seldom changes: viser takes longer to compare it than to send it
     height: Height | None = None
 
 
@@ -63,6 +64,10 @@ class Scene:
     def set_layer(self, layer: str, *, shown: bool) -> None:
         """Show or hide a layer from the next drawing on."""
         self._layers[layer] = shown
+
+    def depth(self, drawing: Drawing) -> float:
+        """Return how high what is shown of a drawing rises above the picture, px."""
+        return shapes.depth(item for item in drawing.primitives.values() if self._layers.get(item.layer, True))
 
     def apply(self, drawing: Drawing, relief: float) -> None:
         """Make the scene show a drawing; the caller holds the server's atomic block.
@@ -158,7 +163,9 @@ def _show_points(server: viser.ViserServer, name: str, node: _Node, item: Points
         return
     node.handle.points = positions
     node.handle.colors = item.colours
-    node.handle.point_size = item.size
+    if node.look != item.size:
+        node.handle.point_size = item.size
+    node.look = item.size
 
 
 def _show_lines(
@@ -178,8 +185,10 @@ def _show_lines(
         )
         return
     node.handle.points = points
-    node.handle.colors = colours
-    node.handle.thickness = thickness
+    if node.look != look:
+        node.handle.colors = colours
+        node.handle.thickness = thickness
+    node.look = look
 
 
 def _show_polyline(server: viser.ViserServer, name: str, node: _Node, item: Polyline, height: Height) -> None:
@@ -196,7 +205,7 @@ def _show_links(server: viser.ViserServer, name: str, node: _Node, item: Links, 
 
 def _show_axes(server: viser.ViserServer, name: str, node: _Node, item: Axes, height: Height) -> None:
     segments, colours = shapes.axes_segments(item)
-    _show_lines(server, name, node, segments, (colours, 2.0), _solid(height))
+    _show_lines(server, name, node, segments, (colours.tolist(), 2.0), _solid(height))
 
 
 def _show_mesh(server: viser.ViserServer, name: str, node: _Node, item: Mesh, height: Height) -> None:

@@ -10,10 +10,12 @@ so the scene is flat there and rises as the camera is tilted; `lift` keeps paint
 puts the marks of the picture plane (estimate, truth, gate) on top of the clouds that they were painted over.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Axes, Drawing, Ellipse, Links, Mesh, Points, Polyline, Primitive, Text
+from pftrack.drawing import Axes, Ellipse, Links, Mesh, Points, Polyline, Primitive, Text
 
 __all__ = [
     "axes_segments",
@@ -28,6 +30,8 @@ __all__ = [
 
 Floats = NDArray[np.float32]
 
+MARK_PX = 2.0
+"""Height up to which lines are taken for marks in the picture plane."""
 AXES_COLOURS = ((213, 94, 0), (0, 158, 115), (0, 114, 178))
 """Colours of the x, y and z axis, told apart by everybody."""
 
@@ -75,9 +79,9 @@ def turned_over(faces: NDArray[np.int32]) -> NDArray[np.uint32]:
     return np.ascontiguousarray(faces[:, ::-1], dtype=np.uint32)
 
 
-def depth(drawing: Drawing) -> float:
-    """Return how high a drawing rises above its picture, px."""
-    return max((_highest(_heights(item)) for item in drawing.primitives.values()), default=0.0)
+def depth(items: Iterable[Primitive]) -> float:
+    """Return how high primitives rise above their picture, px."""
+    return max((_highest(_heights(item)) for item in items), default=0.0)
 
 
 def summit(item: Primitive) -> float:
@@ -86,8 +90,8 @@ def summit(item: Primitive) -> float:
 
 
 def is_flat(item: Primitive) -> bool:
-    """Whether a primitive is a mark in the picture plane: lines or a label without any height of their own."""
-    return isinstance(item, Ellipse | Links | Polyline | Text) and not np.any(_heights(item))
+    """Whether a primitive is a mark in the picture plane: lines or a label hardly above it."""
+    return isinstance(item, Ellipse | Links | Polyline | Text) and _highest(np.abs(_heights(item))) <= MARK_PX
 
 
 def _heights(item: Primitive) -> Floats:

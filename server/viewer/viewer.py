@@ -17,7 +17,6 @@ from viser import _messages
 
 from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration, Value
-from server.viewer import shapes
 from server.viewer.camera import Box, Cameras
 from server.viewer.pacing import Pacer
 from server.viewer.panel import Panel
@@ -26,6 +25,10 @@ from server.viewer.scene import Scene
 __all__ = ["Viewer"]
 
 PANEL_WIDTH_PX = 300
+TIME_LAYER = "path through time"
+FLAT_LAYER = "trail"
+UNWATCHED_S = 1.0
+"""Time between two frames while nobody watches: just enough for whoever comes next."""
 BRAND = (0, 76, 118)
 """viser takes this as the darkest of a ramp; its middle, which the controls wear, is then the blue of the estimate."""
 
@@ -69,11 +72,12 @@ class Viewer:
         with _quiet():
             self._server = server = viser.ViserServer("127.0.0.1", 0, label=title, verbose=False)
         self.port = server.get_port()
-        self._closed = False
+        self._closed = threading.Event()
         self._changed = threading.Condition()
         self._newest: tuple[Drawing, dict[str, Any]] | None = None
         self._shown: tuple[Drawing, dict[str, Any]] | None = None
         self._redraw = self._woken = False
+        self._due = 0.0
         _close_side_doors(server)
         with server.atomic():
             server.gui.configure_theme(
@@ -95,10 +99,10 @@ class Viewer:
                 on_tracker=on_tracker,
                 on_speed=lambda speed: on_transport({"action": "speed", "speed": speed}),
                 on_layer=self._set_layer,
-                on_look=self._cameras.look,
+                on_look=self._look,
                 wake=self._wake,
             )
-        server.on_client_connect(self._cameras.join)
+        server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
         self._threads = [
             threading.Thread(target=self._work, name=f"viewer-{self.port}", daemon=True),
@@ -138,9 +142,9 @@ class Viewer:
     def close(self) -> None:
         """Disconnect all browsers and free the port; a second call does nothing."""
         with self._changed:
-            if self._closed:
+            if self._closed.is_set():
                 return
-            self._closed = True
+            self._closed.set()
             self._changed.notify()
         self._panel.close()
         self._pacer.close()
@@ -150,6 +154,12 @@ class Viewer:
         # The one that waits for an echo notices now that the browser has gone.
         self._threads[1].join(timeout=1.0)
 
+    def _join(self, client: viser.ClientHandle) -> None:
+        self._cameras.join(client)
+        with self._changed:
+            self._due = 0.0
+            self._changed.notify()
+
     def _leave(self, client: viser.ClientHandle) -> None:
         self._pacer.forget(client.client_id)
         self._cameras.leave(client.client_id)
@@ -157,6 +167,13 @@ class Viewer:
     def _set_layer(self, layer: str, shown: bool) -> None:
         self._scene.set_layer(layer, shown=shown)
         self._draw_again()
+
+    def _look(self, client_id: int, preset: str) -> None:
+        # Time as the third direction is worth seeing from aside only.
+        aside = preset == "space-time"
+        if self._panel.set_layer(TIME_LAYER, shown=aside):
+            self._panel.set_layer(FLAT_LAYER, shown=not aside)
+        self._cameras.look(client_id, preset)
 
     def _draw_again(self) -> None:
         with self._changed:
@@ -169,30 +186,32 @@ class Viewer:
             self._changed.notify()
 
     def _has_work(self) -> bool:
-        return self._closed or self._woken or self._redraw or self._newest is not None
+        return self._closed.is_set() or self._woken or self._redraw or self._newest is not None
 
     def _work(self) -> None:
-        due = time.monotonic()
         while True:
             rest = self._panel.tend()
             with self._changed:
                 self._changed.wait_for(self._has_work, timeout=rest)
                 self._woken = False
-                if self._closed:
+                if self._closed.is_set():
                     return
                 if not (self._newest or self._redraw):
                     continue
                 # The pause comes before taking the drawing, so that what is sent after it is the newest.
-                self._changed.wait_for(lambda: self._closed, timeout=max(0.0, due - time.monotonic()))
-                due = time.monotonic() + self._pacer.interval_s
+                while not self._closed.is_set() and (rest := self._due - time.monotonic()) > 0.0:
+                    self._changed.wait(rest)
+                if self._closed.is_set():
+                    return
+                self._due = time.monotonic() + (self._pacer.interval_s if self.clients else UNWATCHED_S)
                 self._redraw = False
                 self._shown, self._newest = self._newest or self._shown, None
-            if self._shown is not None and not self._closed:
+            if self._shown is not None:
                 self._draw(*self._shown)
 
     def _draw(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
         try:
-            self._cameras.set_box(Box(drawing.width, drawing.height, shapes.depth(drawing)))
+            self._cameras.set_box(Box(drawing.width, drawing.height, self._scene.depth(drawing)))
             with self._server.atomic():
                 self._scene.apply(drawing, self._cameras.relief)
                 self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")

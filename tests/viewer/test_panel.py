@@ -2,8 +2,11 @@
 
 import time
 
+import pytest
+
 from pftrack.parameters import Value
-from tests.viewer.host import DECLARATIONS, Peer, Session, drawing, wait_for
+from server.viewer.controls import working_range
+from tests.viewer.host import DECLARATIONS, Peer, Session, declare, drawing, wait_for
 
 
 def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer) -> None:
@@ -11,8 +14,11 @@ def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer)
     slider = peer.control("Occluder width (px)")
     assert (slider["kind"], slider["min"], slider["max"], slider["value"]) == ("GuiSliderMessage", 0, 200, 40)
     assert slider["hint"] == "Occluder width. From 0 to 200 px."
-    assert peer.control("Particles")["kind"] == "GuiSliderMessage"
+    assert peer.control("Particles")["kind"] == "GuiNumberMessage"
+    below = peer.control("")  # the slider below the box of the particles
+    assert (below["kind"], below["min"], below["max"], below["value"]) == ("GuiSliderMessage", 1, 5000, 800)
     assert peer.control("Budget")["kind"] == "GuiNumberMessage"
+    assert sum(item["label"] == "" for item in peer.controls.values()) == 1
     assert peer.control("Layout")["options"] == ["pillar", "wall"]
     assert peer.control("Ball colour")["value"] == [208, 32, 32]
     assert peer.control("Learn")["hint"].endswith("A change restarts the run.")
@@ -33,6 +39,35 @@ def test_a_moved_control_proposes_its_value(session: Session, peer: Peer) -> Non
         wait_for(lambda name=name: any(name in change for change in session.changes))
         got = next(change[name] for change in session.changes if name in change)
         assert (got, type(got)) == (expected, type(expected))
+
+
+def test_a_wide_range_has_a_box_and_a_slider_that_show_the_same(session: Session, peer: Peer) -> None:
+    """The slider covers what one works with; the box reaches further, and the slider then rests at its end."""
+    peer.move("", 1200)
+    wait_for(lambda: session.values["sample_count"] == 1200)
+    wait_for(lambda: peer.control("Particles")["value"] == 1200)
+    peer.move("Particles", 90_000)
+    wait_for(lambda: session.values["sample_count"] == 90_000)
+    wait_for(lambda: peer.control("")["value"] == 5000)
+    assert session.changes == [{"sample_count": 1200}, {"sample_count": 90_000}]
+
+
+@pytest.mark.parametrize(
+    ("minimum", "maximum", "step", "value", "expected"),
+    [
+        (1, 100_000, 1, 800, (1, 5000)),
+        (0, 1000, 0.5, 20, (0, 100)),
+        (0.01, 200, 0.1, 4, (0.01, 20)),
+        (-960, 960, 1, 0, (-200, 200)),
+        (1, 100_000, 1, 60_000, (1, 100_000)),
+    ],
+)
+def test_the_working_range_holds_the_value_and_round_numbers(
+    minimum: float, maximum: float, step: float, value: float, expected: tuple[float, float]
+) -> None:
+    """It reaches to about five times what is in force, within the bounds."""
+    declaration = declare("a", "A", "number", value, minimum=minimum, maximum=maximum, step=step)
+    assert working_range(declaration, value) == pytest.approx(expected)
 
 
 def test_the_authoritative_value_is_shown_and_proposes_nothing(session: Session, peer: Peer) -> None:

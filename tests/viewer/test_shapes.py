@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS, Axes, Drawing, Ellipse, Links, Mesh, Picture, Points, Polyline, Text
+from pftrack.drawing import COLOURS, Axes, Ellipse, Links, Mesh, Picture, Points, Polyline, Text
 from server.viewer import shapes
 
 
@@ -73,8 +73,8 @@ def test_depth_is_the_highest_of_all() -> None:
         "links": Links(f32(((0, 0, 0), (0, 0, 5))), (0, 0, 0), 1.0, "x"),
         "trail": Polyline(f32((0, 0, 0), (0, 0, 6), (0, 0, np.nan)), (0, 0, 0), 1.0, "x"),
     }
-    assert shapes.depth(Drawing(4, 4, items)) == 6.0
-    assert shapes.depth(Drawing(4, 4)) == 0.0
+    assert shapes.depth(items.values()) == 6.0
+    assert shapes.depth(()) == 0.0
 
 
 @pytest.mark.parametrize(
