@@ -122,6 +122,9 @@ class Decoder:
         while True:
             try:
                 packet = next(packets)
+                if packet.is_corrupt:  # cut short: what decodes of it would be a guess
+                    self.damaged += 1
+                    continue
                 needless = self.skip_before is not None and packet.pts is not None and packet.pts < self.skip_before
                 context.skip_frame = "NONREF" if needless else "DEFAULT"
                 decoded = packet.decode()

@@ -7,7 +7,9 @@ skipped, and the last ones before the goal are kept, because whoever steps backw
 
 What a seek gives need not be what the pass gave: some files let pictures refer across keyframes, some containers seek
 inexactly, damage spreads differently. So each picture is checked against its checksum before it is handed out. If it is
-wrong, the keyframe is not used again, an earlier one is tried, and in the end the pass is repeated from the start.
+wrong, the keyframe is not used again, an earlier one is tried, and in the end the pass is repeated from the start. That
+repetition does just what the survey did: it skips nothing and holds on to no decoder's buffers, because what a decoder
+puts where data are missing may be what an earlier picture left in the buffer.
 """
 
 import threading
@@ -71,6 +73,7 @@ class VideoSequence:
         self._untrue: set[int] = set()
         self._pass: Iterator[tuple[int, VideoFrame]] | None = None
         self._position = 0
+        self._from_start = False
 
     @property
     def frame_count(self) -> int:
@@ -117,12 +120,14 @@ class VideoSequence:
 
     def _survey(self, sha256: str) -> FrameIndex:
         """Decode everything once."""
-        decoder, limits = self._decoder, self._limits
-        announced = decoder.stream.frames
+        limits, stream = self._limits, self._decoder.stream
+        announced = stream.frames
         if announced > limits.frames:
             raise SourceError(f"the video has {announced:,} frames; at most {limits.frames:,} are allowed")
-        check_pixels(decoder.stream.width, decoder.stream.height, limits, "the pictures of the video have")
-        orientation, shape = 0, (0, 0)
+        check_pixels(stream.width, stream.height, limits, "the pictures of the video have")
+        # A picture whose side data were looked at is held until the next garbage collection: begin anew after that.
+        orientation = next((orientation_of(frame) for frame in self._decoder.frames()), 0)
+        decoder, shape = self._begin(), (0, 0)
         stamps: list[int | None] = []
         checksums: list[int] = []
         keyframes: list[int] = []
@@ -130,7 +135,7 @@ class VideoSequence:
             if number == limits.frames:
                 raise SourceError(f"the video has more frames than the {limits.frames:,} that are allowed")
             if number == 0:
-                orientation, shape = orientation_of(frame), (frame.width, frame.height)
+                shape = frame.width, frame.height
                 check_pixels(*shape, limits, "the pictures of the video have")
             elif (frame.width, frame.height) != shape:
                 raise SourceError(
@@ -162,6 +167,12 @@ class VideoSequence:
             warnings=timing.warnings,
         )
 
+    def _begin(self) -> Decoder:
+        """Return to the start of the file with a fresh decoder."""
+        self._decoder.close()
+        self._decoder = Decoder(self._file, self._format, self._limits.pixels)
+        return self._decoder
+
     def _reach(self, goal: int) -> NDArray[np.uint8]:
         for keyframe in self._entries(goal):
             picture = self._run_to(goal)
@@ -180,7 +191,7 @@ class VideoSequence:
         first_kept = max(0, goal - self._kept_on_the_way)
         skip_before = stamps[first_kept] if stamps else None
         if self._pass is not None and self._position <= goal and (not near or near[0] <= self._position):
-            self._decoder.skip_before = skip_before
+            self._decoder.skip_before = None if self._from_start else skip_before
             yield None
         for keyframe in near[:_KEYFRAMES_TRIED]:
             try:
@@ -189,10 +200,11 @@ class VideoSequence:
                 break
             self._decoder.skip_before = skip_before
             self._pass = self._numbered()
+            self._from_start = False
             yield keyframe
-        self._decoder.close()
-        self._decoder = Decoder(self._file, self._format, self._limits.pixels)
+        self._begin()
         self._pass = self._numbered()
+        self._from_start = True
         yield None
 
     def _numbered(self) -> Iterator[tuple[int, VideoFrame]]:
@@ -211,7 +223,10 @@ class VideoSequence:
             if number >= goal:
                 return self._believed(goal, frame) if number == goal else None
             if number >= goal - self._kept_on_the_way and number not in self._cache:
-                self._cache.put(number, frame, sum(plane.buffer_size for plane in frame.planes))
+                if self._from_start:
+                    self._believed(number, frame)
+                else:
+                    self._cache.put(number, frame, sum(plane.buffer_size for plane in frame.planes))
         return None
 
     def _believed(self, number: int, frame: VideoFrame) -> NDArray[np.uint8] | None:
