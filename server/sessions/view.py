@@ -14,6 +14,7 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
         id=spec.id,
         experiment=spec.experiment,
         title=card.title,
+        first_tracker=active.first_tracker or active.tracker,
         tracker=active.tracker,
         seed=spec.seed,
         frames=card.frames,
