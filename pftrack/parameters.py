@@ -103,7 +103,14 @@ def parameter(
         group: The heading under which a panel shows it.
         trackers: The trackers that read it; empty means all.
     """
-    declared: dict[str, Any] = {"unit": unit, "step": step, "colour": colour, "live": live, "group": group, "trackers": list(trackers)}
+    declared: dict[str, Any] = {
+        "unit": unit,
+        "step": step,
+        "colour": colour,
+        "live": live,
+        "group": group,
+        "trackers": list(trackers),
+    }
     pattern = r"^#[0-9a-fA-F]{6}$" if colour else None
     return Field(
         default=default, title=title, description=description, ge=ge, le=le, pattern=pattern, json_schema_extra=declared

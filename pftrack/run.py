@@ -56,6 +56,15 @@ class Change:
 Timeline = tuple[Change, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Parameters and tracker in force from a frame on."""
+
+    start: int
+    parameters: Any
+    tracker: str
+
+
 class Run:
     """A source folded through a tracker, one frame at a time, with its past at hand."""
 
@@ -86,7 +95,7 @@ class Run:
         self.setup = setup
         self.seed = _checked_seed(seed)
         self.tracker = _checked_tracker(experiment, tracker or experiment.default_tracker)
-        self._segments: list[tuple[int, Any, str]] = [(0, setup.parameters, self.tracker)]
+        self._segments = [Segment(0, setup.parameters, self.tracker)]
         self._timeline: list[Change] = []
         for change in sorted(timeline, key=lambda change: change.frame):
             self._append(change)
@@ -113,11 +122,11 @@ class Run:
 
     def parameters_at(self, frame: int) -> Any:  # noqa: ANN401 - the experiment's own model
         """Return the parameters in force in a frame."""
-        return self._segment(frame)[1]
+        return self._segment(frame).parameters
 
     def tracker_at(self, frame: int) -> str:
         """Return the name of the tracker that computes a frame."""
-        return self._segment(frame)[2]
+        return self._segment(frame).tracker
 
     def advance(self) -> Step:
         """Compute the next frame and return it.
@@ -244,9 +253,9 @@ class Run:
             "estimates_sha256": self.estimates_sha256,
         }
 
-    def _segment(self, frame: int) -> tuple[int, Any, str]:
+    def _segment(self, frame: int) -> Segment:
         for segment in reversed(self._segments):
-            if segment[0] <= frame:
+            if segment.start <= frame:
                 return segment
         raise IndexError(f"a run begins at frame 0, got {frame}")
 
@@ -254,7 +263,7 @@ class Run:
         """Write a change on the timeline, or refuse it whole."""
         if change.frame < 0:
             raise ParameterError("frame", change.frame, "a whole number, not negative")
-        _, parameters, tracker = self._segments[-1]
+        parameters, tracker = self._segments[-1].parameters, self._segments[-1].tracker
         values = dict(change.values)
         if "tracker" in values:
             tracker = _checked_tracker(self.experiment, values.pop("tracker"))
@@ -264,9 +273,9 @@ class Run:
         values = {name: value for name, value in flat(revised).items() if name in values}
         if "tracker" in change.values:
             values["tracker"] = tracker
-        if self._segments[-1][0] == change.frame:
+        if self._segments[-1].start == change.frame:
             self._segments.pop()
-        self._segments.append((change.frame, revised, tracker))
+        self._segments.append(Segment(change.frame, revised, tracker))
         if self._timeline and self._timeline[-1].frame == change.frame:
             values = {**self._timeline.pop().values, **values}
         self._timeline.append(Change(change.frame, values))
@@ -275,10 +284,13 @@ class Run:
         return Change(change.frame, values)
 
     def _frame(self, index: int) -> Frame:
-        return self.source.frame(index, History(tuple((start, values) for start, values, _ in self._segments)))
+        return self.source.frame(
+            index, History(tuple((segment.start, segment.parameters) for segment in self._segments))
+        )
 
     def _compute(self, index: int, previous: TrackState | None) -> Step:
-        _, parameters, name = self._segment(index)
+        segment = self._segment(index)
+        parameters, name = segment.parameters, segment.tracker
         tracker = self.experiment.trackers[name]
         frame = self._frame(index)
         begun = perf_counter()
@@ -296,8 +308,9 @@ class Run:
         return Step(frame, state, self.diagnostics[index], parameters, name)
 
     def _seen(self, index: int, state: TrackState, frame: Frame | None = None) -> Step:
-        _, parameters, name = self._segment(index)
-        return Step(frame or self._frame(index), state, self.diagnostics[index], parameters, name)
+        segment = self._segment(index)
+        row = self.diagnostics[index]
+        return Step(frame or self._frame(index), state, row, segment.parameters, segment.tracker)
 
     def _diagnose(self, frame: Frame, state: TrackState, parameters: Parameters, step_ms: float) -> Diagnostics:
         particles, target = state.particles, frame.target

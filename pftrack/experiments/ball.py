@@ -45,10 +45,12 @@ def simulate() -> Setup:
     return Setup(BallSource, SimulatedBallParameters(), {"kind": "simulated"})
 
 
-def on_video(
-    sequence: FrameSequence, box: Box, *, start: int = 0, truth: TruthTable | None = None
-) -> Setup:
+def on_video(sequence: FrameSequence, box: Box, *, start: int = 0, truth: TruthTable | None = None) -> Setup:
     """Wire a recording: the colour is fitted to the box, and lengths are scaled to it.
+
+    Real targets turn and stop, so velocity is kept for a few frames only; otherwise the particles of a hidden target fly
+    out of the picture and do not see it return. Real backgrounds differ more from the target than the document's grey
+    does, so the background level is lower. Both are starting values: every parameter is live.
 
     Args:
         sequence: The pictures.
@@ -68,6 +70,8 @@ def on_video(
         RecordedBallParameters(),
         {
             "sample_count": 2000,
+            "velocity_retention": 0.8,
+            "background_level": 0.02,
             "gamma_px": radius,
             "gamma_min_px": 0.8 * radius,
             "gamma_max_px": 4 * radius,

@@ -122,7 +122,7 @@ def learn(
     measurement = (estimate_px - learner.centre_px) / SCALE_PX
     positions = _smooth(learner, initial.noise[:2], measurement, (sigma_px / SCALE_PX) ** 2 + 1e-8)
     watched = replace(learner, positions=positions, frames=learner.frames + 1)
-    if watched.frames <= LAG or float(np.hypot(*measurement)) > RUNAWAY or not np.isfinite(positions.mean).all():
+    if watched.frames < LAG or float(np.hypot(*measurement)) > RUNAWAY or not np.isfinite(positions.mean).all():
         return watched
     weight = 1.0 if learner.triples == 0 else 1.0 / (1.0 + settings.forgetting / learner.weight)
     seen_regressors, seen_products = _second_moments(positions)
@@ -193,7 +193,7 @@ def _solve(
 ) -> NDArray[np.float64]:
     """Return the model that fits the statistics, pulled towards the anchor (eqs. A.17-A.19 with a ridge)."""
     try:
-        solved: NDArray[np.float64] = np.linalg.solve(regressors + ridge * np.eye(5), (products + ridge * anchor).T).T
+        solved = np.linalg.solve(regressors + ridge * np.eye(5), (products + ridge * anchor).T)
     except np.linalg.LinAlgError:
         return np.full_like(anchor, np.nan)
-    return solved
+    return np.asarray(solved.T, dtype=np.float64)

@@ -92,14 +92,18 @@ class BallSource:
         start: The ball at frame 0, a turning point of its path.
     """
 
-    def __init__(self, seed: int, parameters: BallSceneParameters) -> None:
+    def __init__(
+        self, seed: int, parameters: BallSceneParameters, look_alikes: tuple[tuple[float, float, float], ...] = ()
+    ) -> None:
         """Set the scene.
 
         Args:
             seed: Of the pixel noise.
             parameters: In force at frame 0.
+            look_alikes: Further discs in the ball's colour, away from the six slots: u, v and radius, px.
         """
         self._seed = seed
+        self._look_alikes = look_alikes
         self.size = (parameters.image_width_px, parameters.image_height_px)
         self.frame_rate_hz = parameters.frame_rate_hz
         self.frame_count: int | None = None
@@ -111,7 +115,7 @@ class BallSource:
         spans = history.spans(index)
         turns = sum(steps / (past.frame_rate_hz * past.period_s) for steps, past in spans)
         time_s = sum(steps / past.frame_rate_hz for steps, past in spans)
-        image = _picture(parameters, turns)
+        image = _picture(parameters, turns, self._look_alikes)
         if parameters.image_noise_sd > 0:
             noise = generator(self._seed, index, Purpose.SCENE).standard_normal(image.shape, dtype=np.float32)
             noisy = np.rint(image + np.float32(parameters.image_noise_sd) * noise)
@@ -133,11 +137,18 @@ def _target(parameters: BallSceneParameters, turns: float) -> Target:
 
 
 @lru_cache(maxsize=64)
-def _picture(parameters: BallSceneParameters, turns: float) -> NDArray[np.uint8]:
+def _picture(
+    parameters: BallSceneParameters, turns: float, look_alikes: tuple[tuple[float, float, float], ...]
+) -> NDArray[np.uint8]:
     """Draw the scene without noise; two periods of the document's scene stay in the cache for the next run."""
-    image = np.empty((parameters.image_height_px, parameters.image_width_px, 3), dtype=np.uint8)
-    image[:] = rgb(parameters.background_colour)
-    paint_disc(image, *_centre(parameters, turns), parameters.ball_radius_px, rgb(parameters.ball_colour))
+    image = _ground(parameters.image_width_px, parameters.image_height_px, parameters.background_colour).copy()
+    for u, v, radius in (*look_alikes, (*_centre(parameters, turns), parameters.ball_radius_px)):
+        paint_disc(image, u, v, radius, rgb(parameters.ball_colour))
     paint(image, parameters, parameters.ball_colour)
     image.flags.writeable = False
     return image
+
+
+@lru_cache(maxsize=4)
+def _ground(width: int, height: int, colour: str) -> NDArray[np.uint8]:
+    return np.full((height, width, 3), rgb(colour), dtype=np.uint8)

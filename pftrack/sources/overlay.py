@@ -135,7 +135,7 @@ def paint(image_rgb: NDArray[np.uint8], parameters: OverlayParameters, target_co
             paint_disc(image_rgb, u, v, parameters.distracter_radius_px, rgb(target_colour))
     left, right = strip(parameters, width)
     first, last = (min(max(int(np.ceil(edge)), 0), width) for edge in (left, right))
-    image_rgb[:, first:last] = rgb(parameters.occluder_colour)
+    _paint_columns(image_rgb, first, last, rgb(parameters.occluder_colour))
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
@@ -152,3 +152,12 @@ def paint_disc(image_rgb: NDArray[np.uint8], u: float, v: float, radius: float, 
             if (column - u) ** 2 + (row - v) ** 2 <= radius * radius:
                 for channel in range(3):
                     image_rgb[row, column, channel] = colour[channel]
+
+
+@compiled
+def _paint_columns(image_rgb: NDArray[np.uint8], first: int, last: int, colour: tuple[int, int, int]) -> None:
+    """Fill the columns first..last - 1, in place."""
+    for row in range(image_rgb.shape[0]):
+        for column in range(first, last):
+            for channel in range(3):
+                image_rgb[row, column, channel] = colour[channel]

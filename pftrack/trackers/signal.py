@@ -5,6 +5,8 @@ dimensions the state is D copies: all newest values first, then all previous one
 Kalman answer beside its own, since for this model it is known.
 """
 
+from functools import lru_cache, partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -105,17 +107,10 @@ def step_particles(
     particles = state.particles
     if particles is None:
         particles = ParticleSet.uniform(state.posterior.sample(rng, parameters.sample_count))
-    precision = 1.0 / parameters.assumed_noise_sd**2
-    constant = -dimension * np.log(parameters.assumed_noise_sd * np.sqrt(2.0 * np.pi))
-
-    def log_likelihood(states: NDArray[np.float64]) -> NDArray[np.float64]:
-        values: NDArray[np.float64] = constant - 0.5 * precision * ((signal - states[:, :dimension]) ** 2).sum(axis=1)
-        return values
-
     posterior = bootstrap.step(
         particles,
-        _dynamics(dimension, parameters),
-        log_likelihood,
+        _dynamics(dimension, parameters.process_noise_sd),
+        partial(_log_likelihood, signal, parameters.assumed_noise_sd),
         rng,
         count=parameters.sample_count,
         resample=systematic,
@@ -132,17 +127,26 @@ def step_particles(
     )
 
 
+def _log_likelihood(signal: NDArray[np.float64], noise_sd: float, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return log N(signal | newest values, noise_sd^2), (N,), of states (N, 2 d)."""
+    dimension = len(signal)
+    constant = -dimension * np.log(noise_sd * np.sqrt(2.0 * np.pi))
+    values: NDArray[np.float64] = constant - 0.5 / noise_sd**2 * ((signal - states[:, :dimension]) ** 2).sum(axis=1)
+    return values
+
+
 def _exact(prior: Gaussian, frame: Frame, parameters: SignalTrackerParameters) -> tuple[Gaussian, float]:
     signal = _signal(frame)
     dimension = len(signal)
-    predicted = kalman.predict(prior, _dynamics(dimension, parameters))
+    predicted = kalman.predict(prior, _dynamics(dimension, parameters.process_noise_sd))
     noise = parameters.assumed_noise_sd**2 * np.eye(dimension)
     return kalman.update(predicted, signal, np.eye(dimension, 2 * dimension), noise)
 
 
-def _dynamics(dimension: int, parameters: SignalTrackerParameters) -> LinearDynamics:
+@lru_cache(maxsize=64)
+def _dynamics(dimension: int, process_noise_sd: float) -> LinearDynamics:
     one = np.eye(dimension)
-    return autoregression(2 * one, -one, np.zeros(dimension), parameters.process_noise_sd * one)
+    return autoregression(2 * one, -one, np.zeros(dimension), process_noise_sd * one)
 
 
 def _signal(frame: Frame) -> NDArray[np.float64]:

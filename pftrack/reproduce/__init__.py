@@ -1,0 +1,57 @@
+"""Reproducing: published results, computed again and compared within stated tolerances.
+
+Each module here reproduces one study of document 1 and knows the reference figures, which were measured on the same
+protocol by an independent implementation. A *finding* holds ours and theirs side by side. A claim of the document that
+could not be confirmed is computed all the same and reported as a known negative, never hidden.
+
+- `signals`: the Kalman and particle filters of ch. 2;
+- `oracle`: one step whose exact answer is known by quadrature;
+- `occlusion`: success over occluder width and distracter size, ch. 3 sections 3.1 and 3.2;
+- `counts`: how many particles, ch. 3 section 3.3;
+- `motion`: learning the dynamics while tracking, ch. 3 section 4.
+"""
+
+from collections.abc import Callable, Sequence
+
+from pftrack.reproduce import counts, motion, occlusion, oracle, signals
+from pftrack.reproduce.finding import Finding
+from pftrack.reproduce.pool import Pool
+
+__all__ = ["RESULTS", "Finding", "reproduce"]
+
+RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
+    "kalman-sine": signals.kalman_sine,
+    "sample-count-signal": signals.sample_count,
+    "dimension": signals.dimension,
+    "one-step": oracle.one_step,
+    "occlusion": occlusion.coarse_map,
+    "sample-count": counts.sample_count,
+    "learning": motion.unobstructed,
+    "learning-clutter": motion.clutter,
+}
+"""All results by name: functions of a pool and of whether the whole protocol is to be run."""
+
+
+def reproduce(
+    names: Sequence[str] = (),
+    *,
+    full: bool = False,
+    jobs: int = 1,
+    progress: Callable[[int, int], object] | None = None,
+) -> list[Finding]:
+    """Compute results again.
+
+    Args:
+        names: Which; all if none.
+        full: All trials of the protocol, or fewer, with tolerances that allow for it.
+        jobs: Processes that compute.
+        progress: Told how many pieces of work are done and how many are known so far.
+
+    Raises:
+        LookupError: There is no result of that name; the sentence lists those that there are.
+    """
+    for name in names:
+        if name not in RESULTS:
+            raise LookupError(f"there is no result {name!r}; there are {', '.join(RESULTS)}")
+    with Pool(jobs, progress) as pool:
+        return [finding for name in names or RESULTS for finding in RESULTS[name](pool, full)]

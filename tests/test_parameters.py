@@ -1,0 +1,118 @@
+import pickle
+from typing import Literal
+
+import pytest
+
+from pftrack.experiments import EXPERIMENTS, Experiment
+from pftrack.experiments.ball import RecordedBallParameters
+from pftrack.parameters import Parameters, ParameterError, declarations, flat, parameter, parse, revise
+
+
+class Model(Parameters):
+    """Parameters of every kind."""
+
+    count: int = parameter(8, "Count", "How many.", ge=1, le=100, step=1)
+    width_px: float = parameter(2.5, "Width", "How wide.", unit="px", ge=0, le=10, step=0.5)
+    mode: Literal["a", "b"] = parameter("a", "Mode", "Which way.")
+    on: bool = parameter(False, "On", "Whether.")
+    colour: str = parameter("#ffffff", "Colour", "Which colour.", colour=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "bound"),
+    [
+        ("count", 0, "between 1 and 100"),
+        ("count", -1, "between 1 and 100"),
+        ("count", 10**9, "between 1 and 100"),
+        ("count", float("nan"), "whole number"),
+        ("count", "abc", "whole number"),
+        ("count", 1.5, "whole number"),
+        ("count", None, "whole number"),
+        ("width_px", float("inf"), "finite number between 0 and 10 px"),
+        ("width_px", float("nan"), "finite number between 0 and 10 px"),
+        ("width_px", -0.1, "between 0 and 10 px"),
+        ("mode", "c", "one of a, b"),
+        ("on", "maybe", "true or false"),
+        ("colour", "red", "#rrggbb"),
+        ("unknown", 1, "known parameter"),
+    ],
+)
+def test_refusals_name_field_bound_and_value(name: str, value: object, bound: str) -> None:
+    """A value that cannot be accepted is refused with its field, what is allowed and what was given."""
+    with pytest.raises(ParameterError) as caught:
+        revise(Model(), {"width_px": 3, name: value})
+    assert caught.value.field == name
+    assert bound in str(caught.value)
+    assert repr(value) in str(caught.value)
+
+
+def test_revision_is_whole_and_leaves_the_original() -> None:
+    """A revision changes what was asked for and nothing else."""
+    before = Model()
+    after = revise(before, {"count": 9, "mode": "b"})
+    assert flat(after) == {**flat(before), "count": 9, "mode": "b"}
+    assert before == Model()
+
+
+def test_errors_travel_between_processes() -> None:
+    """A refusal keeps its parts when it is pickled."""
+    error = pickle.loads(pickle.dumps(ParameterError("count", 0, "at least 1")))  # noqa: S301 - made here
+    assert (error.field, error.value, error.bound) == ("count", 0, "at least 1")
+    assert str(error) == "count must be at least 1, got 0"
+
+
+def test_text_is_read_by_kind() -> None:
+    """Text from a command line becomes a value of the declared kind, or is refused."""
+    assert parse(Model, "count", "12") == 12
+    assert parse(Model, "width_px", "1e-1") == pytest.approx(0.1)
+    assert parse(Model, "on", "Yes") is True
+    assert parse(Model, "mode", "b") == "b"
+    for name, text in (("count", "1.5"), ("on", "perhaps"), ("nothing", "1")):
+        with pytest.raises(ParameterError):
+            parse(Model, name, text)
+
+
+def test_equal_parameters_hash_alike() -> None:
+    """Parameters serve as keys: equal ones hash alike, also after the hash was kept."""
+    first, second = Model(count=5), Model(count=5)
+    assert hash(first) == hash(first) == hash(second)
+    assert first == second
+    assert len({first, second, Model()}) == 2
+
+
+@pytest.mark.parametrize(
+    "model",
+    [*(type(experiment.simulate().parameters) for experiment in EXPERIMENTS.values()), RecordedBallParameters],
+)
+def test_every_parameter_is_declared_whole(model: type[Parameters]) -> None:
+    """Each field has a title, a sentence, and, if it is a number, bounds that hold its default, and a step."""
+    for declaration in declarations(model):
+        assert declaration.title[0].isupper()
+        assert declaration.description.endswith(".")
+        assert declaration.group
+        if declaration.kind in {"integer", "number"}:
+            assert declaration.minimum is not None
+            assert declaration.maximum is not None
+            assert declaration.step is not None
+            assert declaration.minimum <= float(declaration.default) <= declaration.maximum
+        if declaration.name.endswith(("_px", "_hz", "_s", "_frames", "_radii")):
+            assert declaration.unit
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=EXPERIMENTS)
+def test_declared_readers_exist(experiment: Experiment) -> None:
+    """A parameter that names its trackers names trackers of the experiment, and presets hold acceptable values."""
+    setup = experiment.simulate()
+    for declaration in declarations(type(setup.parameters)):
+        assert set(declaration.trackers) <= set(experiment.trackers)
+    for preset in experiment.presets:
+        assert preset.tracker in experiment.trackers
+        revise(setup.parameters, preset.parameters)
+
+
+def test_thresholds_are_ordered() -> None:
+    """A lower threshold above the upper one is refused, whichever of the two was changed."""
+    parameters = RecordedBallParameters()
+    for changes in ({"gamma_min_px": 30}, {"gamma_max_px": 1}):
+        with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
+            revise(parameters, changes)
