@@ -12,7 +12,6 @@ Animated GIFs are read by `pftrack.sources.video`: FFmpeg composes their partial
 
 import hashlib
 import io
-import re
 import threading
 import zlib
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from PIL import Image, ImageOps
 
 from pftrack.sources.cache import BoundedCache
 from pftrack.sources.formats import HEAD_BYTES, SourceError, sniff
+from pftrack.sources.ordering import natural_order
 from pftrack.sources.sequence import FrameIndex, Limits, check_bytes, check_pixels
 
 __all__ = ["ImageSequence", "natural_order"]
@@ -129,12 +129,6 @@ class ImageSequence:
             checksums=tuple(checksums),
             warnings=(f"{others} passed over",) if left_out else (),
         )
-
-
-def natural_order(name: str) -> tuple[tuple[int, str], ...]:
-    """Return a sorting key under which runs of digits count as numbers."""
-    parts = re.split(r"(\d+)", name.casefold(), flags=re.ASCII)
-    return (*((int(part), "") if part.isdecimal() else (-1, part) for part in parts), (-2, name))
 
 
 @dataclass(frozen=True, slots=True)

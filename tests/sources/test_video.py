@@ -271,6 +271,23 @@ def test_deep_pictures_keep_their_scale(tmp_path: Path, make_film: Film, codec: 
     np.testing.assert_allclose(picture, np.broadcast_to((slope >> 8)[:, :, np.newaxis], (64, 256, 3)), atol=4)
 
 
+@pytest.mark.parametrize(
+    ("matrix", "told"),
+    [("ITU709", "colormatrix=bt709"), ("ITU601", "colormatrix=smpte170m"), ("ITU601", "fullrange=off")],
+)
+def test_colours_are_those_of_the_matrix_told(tmp_path: Path, matrix: str, told: str) -> None:
+    """Colours are converted by the matrix that the video tells, of HD or of older television, which is the default."""
+    path = tmp_path / "a.mp4"
+    colour = np.broadcast_to(np.array([200, 40, 90], np.uint8), (64, 96, 3))
+    with av.open(str(path), "w") as output:
+        stream = output.add_stream("libx264", rate=25, options={"crf": "1", "x264-params": told})
+        stream.width, stream.height, stream.pix_fmt = 96, 64, "yuv420p"
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(colour), format="rgb24")
+        output.mux(stream.encode(frame.reformat(format="yuv420p", dst_colorspace=matrix)))
+        output.mux(stream.encode(None))
+    np.testing.assert_allclose(opened(path).picture(0), colour, atol=3)
+
+
 def test_pixels_that_are_not_square_are_told(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
     """Pictures are tracked as stored; that their pixels are not square is said."""
     path = make_film(tmp_path / "a.mkv", [make_picture(0)] * 3, codec_options={"x264-params": "sar=4/3"})
