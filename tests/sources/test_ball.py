@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+
+from pftrack.experiments.ball import SimulatedBallParameters
+from pftrack.parameters import revise
+from pftrack.sources.ball import BallSource
+from pftrack.sources.overlay import LAYOUTS
+from pftrack.sources.source import History
+
+
+def scene(**values: object) -> SimulatedBallParameters:
+    return revise(SimulatedBallParameters(), values)
+
+
+def shown(index: int, seed: int = 0, **values: object) -> np.ndarray:
+    parameters = scene(**values)
+    return BallSource(seed, parameters).frame(index, History(((0, parameters),))).image_rgb
+
+
+def red(image: np.ndarray) -> np.ndarray:
+    return (image == (200, 50, 50)).all(axis=-1)
+
+
+def test_path_is_the_document_s() -> None:
+    """u = 160 - 100 cos(2 pi t / 30), v = 120 (specification 6.2)."""
+    parameters = scene()
+    source = BallSource(0, parameters)
+    for t in range(60):
+        frame = source.frame(t, History(((0, parameters),)))
+        assert np.allclose(frame.target.position, [160 - 100 * np.cos(2 * np.pi * t / 30), 120])
+        assert frame.time_s == pytest.approx(t / 30)
+        assert frame.target.size == 10
+
+
+def test_occluder_covers_its_columns() -> None:
+    """Exactly the columns 160 - w/2 <= u < 160 + w/2 show the occluder, over the whole height, in front of everything."""
+    for width in (0, 1, 5, 40, 100, 640):
+        image = shown(7, occlusion_width_px=width, distracter_radius_px=20)
+        covered = (image == 60).all(axis=(0, 2))
+        columns = np.arange(320)
+        assert np.array_equal(covered, (160 - width / 2 <= columns) & (columns < 160 + width / 2))
+
+
+def test_distracters_sit_in_three_of_six_slots() -> None:
+    """Each of the twenty layouts shows three discs of the ball's colour around its slots."""
+    assert len(set(LAYOUTS)) == 20
+    slots = [(100 + 60 * column, 70 + 100 * row) for row in range(2) for column in range(3)]
+    for layout, chosen in enumerate(LAYOUTS):
+        image = red(shown(0, layout=layout, distracter_radius_px=8, occlusion_width_px=0))
+        for slot, (u, v) in enumerate(slots):
+            rows, columns = np.mgrid[:240, :320]
+            disc = (rows - v) ** 2 + (columns - u) ** 2 <= 64
+            assert image[disc].all() == (slot in chosen)
+        image[:, :70] = False  # the ball itself
+        assert image.sum() == 3 * 197
+
+
+def test_hidden_means_wholly_covered() -> None:
+    """The ball counts as hidden only while all of it is behind the occluder."""
+    parameters = scene(occlusion_width_px=100, distracter_radius_px=0)
+    source = BallSource(0, parameters)
+    for t in range(31):
+        frame = source.frame(t, History(((0, parameters),)))
+        assert frame.target.hidden == (not red(frame.image_rgb).any())
+
+
+def test_noise_belongs_to_seed_and_frame() -> None:
+    """Pixel noise has the spread asked for, and is the same for the same seed and frame only."""
+    first = shown(3, seed=1, image_noise_sd=5)
+    assert np.array_equal(first, shown(3, seed=1, image_noise_sd=5))
+    assert not np.array_equal(first, shown(3, seed=2, image_noise_sd=5))
+    assert not np.array_equal(first, shown(33, seed=1, image_noise_sd=5))
+    assert (first[:60, :100].astype(float) - 100).std() == pytest.approx(5, rel=0.02)
+
+
+def test_a_change_of_speed_does_not_make_the_ball_jump() -> None:
+    """When frame rate or period change in mid-run the phase goes on from where it was."""
+    before, after = scene(), scene(frame_rate_hz=10, period_s=2)
+    source = BallSource(0, before)
+    history = History(((0, before), (11, after)))
+    turns = [10 / 30 + max(t - 10, 0) / 20 if t > 10 else t / 30 for t in range(30)]
+    for t, turn in enumerate(turns):
+        frame = source.frame(t, history)
+        assert frame.target.position[0] == pytest.approx(160 - 100 * np.cos(2 * np.pi * turn))
+    assert source.frame(29, history).time_s == pytest.approx(10 / 30 + 19 / 10)
+
+
+def test_frames_cannot_be_spoiled() -> None:
+    """A picture that a source hands out is read-only, since others may be looking at it."""
+    with pytest.raises(ValueError, match="read-only"):
+        shown(0)[0, 0] = 0
+
+
+def test_other_reading_of_the_scene() -> None:
+    """Picture size, amplitude and slots can be set to the other reading of the document (specification 6.7)."""
+    values = {
+        "image_width_px": 640,
+        "image_height_px": 480,
+        "amplitude_px": 200,
+        "frame_rate_hz": 60,
+        "slot_spacing_px": 120,
+        "slot_offset_px": 30,
+        "layout": 0,
+        "occlusion_width_px": 0,
+    }
+    image = red(shown(30, **values))
+    assert image.shape == (480, 640)
+    assert image[240, 520]
+    assert image[210, [200, 320, 440]].all()
