@@ -1,0 +1,167 @@
+"""A real server in a process of its own, and what its visitors say: shared by the benchmarks of sessions."""
+
+import contextlib
+import json
+import shutil
+import struct
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+import psutil
+import viser
+import zstandard
+from _table import progress
+from websockets.typing import Subprotocol
+
+__all__ = [
+    "CAMERA",
+    "PROTOCOL",
+    "SEEN",
+    "Server",
+    "chromium",
+    "echoes",
+    "percentile",
+    "row",
+    "scene_of",
+    "unpacked",
+    "until",
+]
+
+PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+LONG = 18_000
+FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-background-networking"]
+
+# What viser's client says first; without it nobody counts as looking on.
+_CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (0.0, 0.0, 1.0),
+    "fov": 0.8,
+    "near": 0.1,
+    "far": 1e4,
+    "image_height": 600,
+    "image_width": 800,
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 1.0, 0.0),
+}
+
+CAMERA = msgspec.msgpack.encode(_CAMERA)
+
+SEEN = """() => {
+    let seen = false;
+    window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
+        seen ||= Boolean(item.isMesh && item.material.map?.image);
+    });
+    return seen;
+}"""
+
+
+class Server:
+    """A server in a process of its own, and the requests that the benchmarks make."""
+
+    def __init__(self, folder: str) -> None:
+        command = [sys.executable, "-m", "pftrack", "serve", "--port", "0", "--data-dir", folder]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        line = self.process.stdout.readline() if self.process.stdout else ""
+        if "http://" not in line:
+            raise SystemExit("the server did not start")
+        self.url = line[line.index("http://") :].strip().rstrip("/")
+
+    def ask(self, method: str, path: str, body: object = None) -> Any:
+        """Make a request and return its JSON."""
+        data = None if body is None else json.dumps(body).encode()
+        headers = {"Content-Type": "application/json", "Origin": self.url}
+        request = urllib.request.Request(f"{self.url}{path}", data, headers, method=method)  # noqa: S310 - our own server
+        with urllib.request.urlopen(request, timeout=60) as answer:  # noqa: S310
+            content = answer.read()
+            wanted = content and answer.headers.get_content_type() == "application/json"
+            return json.loads(content) if wanted else content
+
+    def start(self, *, play: bool, **fields: object) -> str:
+        """Start a long ball session and return its name."""
+        session = str(self.ask("POST", "/api/v1/sessions", {"experiment": "ball", "frames": LONG, **fields})["id"])
+        if play:
+            self.ask("POST", f"/api/v1/sessions/{session}/transport", {"action": "play"})
+        return session
+
+    def end(self, session: str) -> None:
+        """End a session."""
+        self.ask("DELETE", f"/api/v1/sessions/{session}")
+
+    def family(self) -> list[psutil.Process]:
+        """Return the web process and all below it."""
+        web = psutil.Process(self.process.pid)
+        return [web, *web.children(recursive=True)]
+
+    def close(self) -> None:
+        """End the server."""
+        self.process.terminate()
+        self.process.wait(timeout=30)
+
+
+@contextlib.contextmanager
+def chromium() -> Iterator[Any]:
+    """Open a browser, or None where there is none."""
+    place = shutil.which("chromium")
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        place = None
+    if place is None:
+        progress("no chromium or no playwright: what a browser sees is not measured")
+        yield None
+        return
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=place, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+def until(frame: Any, expression: str, seconds: float = 60.0) -> None:
+    """Ask a page again and again; its policy forbids Playwright's own way of waiting."""
+    end = time.perf_counter() + seconds
+    while not frame.evaluate(expression):
+        if time.perf_counter() > end:
+            raise TimeoutError(expression)
+        time.sleep(0.005)
+
+
+def scene_of(page: Any) -> Any:
+    """Wait for the frame of the scene and return it."""
+    while (frame := page.frame(url="**/viz/**")) is None:
+        page.wait_for_timeout(5)
+    return frame
+
+
+def unpacked(message: bytes) -> bytes:
+    """Undo viser's framing: two sizes, compressed msgpack, arrays."""
+    plain, packed = struct.unpack_from("<QQ", message)
+    return zstandard.ZstdDecompressor().decompress(message[16 : 16 + packed], max_output_size=plain)
+
+
+def echoes(inner: bytes) -> list[bytes]:
+    """Answer what the scene asks browsers to learn their lag."""
+    if b"LocalStorageGetItemRequestMessage" not in inner:
+        return []
+    answer = {"type": "LocalStorageGetItemResponseMessage", "value": None, "error": None}
+    asked = [
+        it for it in msgspec.msgpack.decode(inner)["messages"] if it["type"] == "LocalStorageGetItemRequestMessage"
+    ]
+    return [msgspec.msgpack.encode(answer | {"request_uuid": it["request_uuid"]}) for it in asked]
+
+
+def percentile(values: list[float], share: float) -> float:
+    """Return a percentile."""
+    return sorted(values)[min(len(values) - 1, int(share * len(values)))]
+
+
+def row(what: str, typical: float | None, worst: float | None, goal: float | None = None) -> dict[str, object]:
+    """Build a row; `of goal` is the worst figure as a share of the goal."""
+    judged = typical if worst is None else worst
+    share = judged / goal if goal and judged is not None else None
+    return {"what": what, "median": typical, "p95 or worst": worst, "goal": goal, "of goal": share}

@@ -1,0 +1,196 @@
+"""Slider to picture: from the move of a control to the frame that shows it, while the run plays at 30 Hz.
+
+Measured twice. In Debian's Chromium, headless with software rendering, from the browser's own event (its time stamp) to
+the moment when the texture of the picture plane holds a frame that shows the change; rendering without a graphics card
+is most of that. And by a plain websocket that says what viser's client says and decodes the pictures that come back:
+what the server, the worker and the wire take. Half a frame, 17 ms, is the mean wait for the next frame in either.
+"""
+
+from _table import arguments, progress, report, single_threaded
+
+single_threaded()
+
+import tempfile  # noqa: E402
+import time  # noqa: E402
+from collections.abc import Iterator  # noqa: E402
+from statistics import median  # noqa: E402
+from typing import Any  # noqa: E402
+
+import cv2  # noqa: E402
+import msgspec  # noqa: E402
+import numpy as np  # noqa: E402
+from _server import (  # noqa: E402
+    CAMERA,
+    PROTOCOL,
+    SEEN,
+    Server,
+    chromium,
+    echoes,
+    percentile,
+    row,
+    scene_of,
+    unpacked,
+    until,
+)
+from websockets.sync.client import ClientConnection, connect  # noqa: E402
+from websockets.typing import Origin  # noqa: E402
+
+LABEL = "Occluder width"
+GOAL_MS = 100.0
+RATE_HZ = 30.0
+
+WATCH = """() => {
+    const canvas = document.createElement('canvas');
+    const context = canvas.getContext('2d', { willReadFrequently: true });
+    let image = null, width = null, began = null;
+    window.__latencies = [];
+    const picture = () => {
+        let found = null;
+        window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
+            found = (item.isMesh && item.material.map?.image) || found;
+        });
+        return found;
+    };
+    const pillar = (shown) => {
+        canvas.width = shown.width;
+        canvas.height = 1;
+        context.drawImage(shown, 0, -8);
+        const { data } = context.getImageData(0, 0, shown.width, 1);
+        let dark = 0;
+        for (let x = 0; x < shown.width; x += 1) dark += data[4 * x] < 80 ? 1 : 0;
+        return dark;
+    };
+    const start = (event) => { began ??= event.timeStamp; };
+    window.__arm = () => { began = null; };
+    addEventListener('keydown', start, true);
+    addEventListener('pointermove', (event) => { if (event.buttons) start(event); }, true);
+    setInterval(() => {
+        const shown = picture();
+        if (!shown || shown === image) return;
+        image = shown;
+        const now = pillar(shown);
+        if (width !== null && now !== width && began !== null) {
+            window.__latencies.push(performance.now() - began);
+            began = null;
+        }
+        width = now;
+    }, 1);
+}"""
+
+
+def in_browser(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
+    """Latencies in ms of the occluder's slider while the run plays, by keyboard and by dragging."""
+    session = server.start(play=True, parameters={"distracter_radius_px": 0})
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(f"{server.url}/session/{session}")
+    scene = scene_of(page)
+    until(scene, SEEN)
+    page.wait_for_timeout(3_000)
+    scene.evaluate(WATCH)
+    row = scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-matches('{LABEL}')")).first
+    handle = row.locator("[role=slider]")
+    handle.scroll_into_view_if_needed()
+    handle.focus()
+    found: dict[str, list[float]] = {}
+    for index in range(repeats):
+        scene.evaluate("() => window.__arm()")
+        page.keyboard.press("ArrowRight" if index % 20 < 10 else "ArrowLeft")
+        page.wait_for_timeout(250 + 7 * (index % 13))
+    found["keyboard"] = scene.evaluate("() => window.__latencies.splice(0)")
+    track = row.locator(".mantine-Slider-track").bounding_box()
+    middle = track["y"] + track["height"] / 2
+    page.mouse.move(track["x"] + 2, middle)
+    page.mouse.down()
+    for index in range(repeats):
+        scene.evaluate("() => window.__arm()")
+        page.mouse.move(track["x"] + 10 + (index % 20) * (track["width"] - 20) / 40, middle)
+        page.wait_for_timeout(250 + 7 * (index % 13))
+    page.mouse.up()
+    found["drag"] = scene.evaluate("() => window.__latencies.splice(0)")
+    page.close()
+    server.end(session)
+    return found
+
+
+def by_websocket(server: Server, repeats: int) -> list[float]:
+    """Latencies in ms of the same slider, without a browser."""
+    session = server.start(play=True, parameters={"distracter_radius_px": 0})
+    address = f"{server.url.replace('http', 'ws')}/viz/{session}"
+    latencies: list[float] = []
+    with connect(address, subprotocols=[PROTOCOL], origin=Origin(server.url), max_size=None, compression=None) as scene:
+        scene.send(CAMERA)
+        uuid, width = "", None
+        end = time.perf_counter() + 20
+        while not (uuid and width) and time.perf_counter() < end:
+            for message in messages(scene):
+                label = str((message.get("props") or {}).get("label", ""))
+                uuid = message["uuid"] if label.startswith(LABEL) else uuid
+                width = pillar(message) or width
+        for index in range(repeats):
+            wanted = 20.0 + 4.0 * (index % 20)
+            update = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": wanted}}
+            begun = time.perf_counter()
+            scene.send(msgspec.msgpack.encode(update))
+            while time.perf_counter() < begun + 5.0:
+                shown = [found for message in messages(scene) if (found := pillar(message)) is not None]
+                if any(abs(found - wanted) <= 1 for found in shown):
+                    latencies.append(1e3 * (time.perf_counter() - begun))
+                    break
+            pause = time.perf_counter() + 0.2 + 0.007 * (index % 13)
+            while time.perf_counter() < pause:
+                messages(scene)
+            time.sleep((index % 11) / 11 / RATE_HZ)  # not in step with the frames
+    server.end(session)
+    return latencies
+
+
+def messages(scene: ClientConnection) -> list[dict[str, Any]]:
+    """Return what the scene says next, answering what it asks; nothing after a while of silence."""
+    try:
+        inner = unpacked(scene.recv(timeout=0.1))  # type: ignore[arg-type] # viser speaks binary
+    except TimeoutError:
+        return []
+    for answer in echoes(inner):
+        scene.send(answer)
+    return list(msgspec.msgpack.decode(inner)["messages"])
+
+
+def pillar(message: dict[str, Any]) -> int | None:
+    """Return how many columns of the picture are as dark as the occluder, if the message carries a picture."""
+    if message.get("name") != "/picture":
+        return None
+    data = (message.get("updates") or message.get("props") or {}).get("_data")
+    if not isinstance(data, bytes):
+        return None
+    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
+    return None if picture is None else int((picture[8] < 80).sum())
+
+
+def measured(server: Server, repeats: int) -> Iterator[dict[str, object]]:
+    """Yield the rows of the table."""
+    progress("by websocket")
+    ways = {"by websocket": by_websocket(server, repeats)}
+    with chromium() as browser:
+        if browser is not None:
+            progress("in the browser")
+            ways |= {f"in the browser, {way}": found for way, found in in_browser(server, browser, repeats).items()}
+    for way, latencies in ways.items():
+        if latencies:
+            what = f"{way}, ms ({len(latencies)} of {repeats} seen)"
+            yield row(what, median(latencies), percentile(latencies, 0.95), GOAL_MS)
+
+
+def main() -> None:
+    """Measure and report."""
+    given = arguments(__doc__.splitlines()[0], repeats={"type": int, "default": 60, "help": "moves of the slider"})
+    with tempfile.TemporaryDirectory() as folder:
+        server = Server(folder)
+        try:
+            rows = list(measured(server, given.repeats))
+        finally:
+            server.close()
+    report("Slider to picture", rows, as_json=given.json)
+
+
+if __name__ == "__main__":
+    main()
