@@ -36,6 +36,10 @@ export function listen(actions, sceneWindow) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || takesKeys(event.target, event.key)) return;
     if (press(event.key, event.shiftKey)) event.preventDefault();
   });
+  // Who clicks in the page has left the scene's text boxes, even if what was clicked takes no focus.
+  document.addEventListener("pointerdown", () => {
+    if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
+  });
   globalThis.addEventListener("message", (event) => {
     if (event.origin !== location.origin || event.source !== sceneWindow()) return;
     const { source, key, shiftKey } = event.data ?? {};

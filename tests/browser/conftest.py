@@ -1,0 +1,96 @@
+"""What the browser tests share: one server, one chromium, and a page that must not complain."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+CHROMIUM = Path("/usr/bin/chromium")
+FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark everything here: it needs a browser, and software rendering needs patience."""
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.browser)
+            item.add_marker(pytest.mark.timeout(240))
+            if not CHROMIUM.exists():
+                item.add_marker(pytest.mark.skip(reason="needs Debian's chromium at /usr/bin/chromium"))
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    server = Server(tmp_path_factory.mktemp("served"))
+    yield server
+    server.stop()
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    playwright = pytest.importorskip("playwright.sync_api")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
+        yield browser
+        browser.close()
+
+
+class Complaints(list[str]):
+    """What the browser found wrong; a test that breaks things says which complaints it expects."""
+
+    expected: tuple[str, ...] = ()
+
+    @property
+    def unexpected(self) -> list[str]:
+        return [text for text in self if not any(part in text for part in self.expected)]
+
+
+@pytest.fixture
+def complaints() -> Complaints:
+    return Complaints()
+
+
+@pytest.fixture
+def page(chromium: Any, server: Server, complaints: Complaints) -> Iterator[Any]:
+    """A fresh page of 1280 x 800; at the end its console has to be clean."""
+    context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=server.url, color_scheme="light")
+    context.set_default_timeout(60_000)
+    page = context.new_page()
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
+    yield page
+    context.close()
+    server.end_sessions()
+    assert complaints.unexpected == []
+
+
+@pytest.fixture
+def gallery(page: Any) -> Gallery:
+    page.goto("/")
+    return Gallery(page)
+
+
+@pytest.fixture
+def watch(page: Any, server: Server) -> Callable[..., SessionPage]:
+    """Start a session over REST and open its page."""
+
+    def opened(**wish: Any) -> SessionPage:
+        session = server.start_session(**wish)
+        page.goto(session["page"])
+        return SessionPage(page, server).ready()
+
+    return opened

@@ -1,0 +1,137 @@
+"""A real server in a process of its own, as `pftrack serve` starts it, and what a test may do to it."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+START_S = 60.0
+
+
+class Server:
+    """`pftrack serve` on a free port; a second start serves the same data at the same place."""
+
+    def __init__(self, data: Path) -> None:
+        self._data = data
+        self._port = 0
+        self._born: dict[str, set[int]] = {}
+        self._process: subprocess.Popen[str] | None = None
+        self.log = data / "server.log"
+        self.start()
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self._port}"
+
+    def start(self) -> None:
+        """Start and wait until the link is printed."""
+        command = [sys.executable, "-m", "pftrack", "serve", "--port", str(self._port), "--data-dir", str(self._data)]
+        with self.log.open("a") as log:
+            self._process = subprocess.Popen(  # noqa: S603 - our own program
+                command, stdout=subprocess.PIPE, stderr=log, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+            )
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        assert "http://" in line, f"the server did not start: {self.log.read_text()[-2000:]}"
+        self._port = int(line.rsplit(":", 1)[1].split("/")[0])
+        until(lambda: httpx.get(f"{self.url}/healthz").status_code == httpx.codes.OK, "the server answers", START_S)
+
+    def stop(self) -> None:
+        """Stop it as a service manager does."""
+        if self._process is None:
+            return
+        self._process.terminate()
+        try:
+            self._process.wait(20)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait(10)
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+        self._process = None
+
+    # ------------------------------------------------------------ REST
+
+    def get(self, path: str) -> Any:
+        return self._answer("GET", path)
+
+    def post(self, path: str, body: dict[str, Any] | None = None) -> Any:
+        return self._answer("POST", path, body or {})
+
+    def patch(self, path: str, body: dict[str, Any]) -> Any:
+        return self._answer("PATCH", path, body)
+
+    def start_session(self, **wish: Any) -> dict[str, Any]:
+        """Start a session; the ball's unless told otherwise."""
+        assert self._process is not None
+        before = set(descendants(self._process.pid))
+        session: dict[str, Any] = self.post("sessions", {"experiment": "ball", "seed": 5, "frames": 90, **wish})
+        self._born[session["id"]] = set(descendants(self._process.pid)) - before
+        return session
+
+    def session(self, session: str) -> dict[str, Any]:
+        found: dict[str, Any] = self.get(f"sessions/{session}")
+        return found
+
+    def seek(self, session: str, frame: int) -> None:
+        self.post(f"sessions/{session}/transport", {"action": "seek", "frame": frame})
+
+    def column(self, session: str, name: str, branch: str | None = None) -> list[Any]:
+        """Return one column of the diagnostics of a branch, the active one unless told otherwise."""
+        branch = branch or self.session(session)["branch"]
+        column: list[Any] = self.get(f"sessions/{session}/diagnostics?branch={branch}")["columns"][name]
+        return column
+
+    def end_sessions(self) -> None:
+        for session in self.get("sessions"):
+            httpx.delete(f"{self.url}/api/v1/sessions/{session['id']}", timeout=30)
+
+    def _answer(self, method: str, path: str, body: dict[str, Any] | None = None) -> Any:
+        answer = httpx.request(method, f"{self.url}/api/v1/{path}", json=body, timeout=60)
+        assert answer.is_success, f"{method} {path}: {answer.status_code} {answer.text}"
+        return answer.json() if answer.content else None
+
+    # ------------------------------------------------------------ harm
+
+    def kill_worker(self, session: str) -> None:
+        """Kill the process that runs a session's tracker: the newest one that appeared when the session began."""
+        assert self._process is not None
+        living = self._born[session] & set(descendants(self._process.pid))
+        assert living, "the worker has ended already"
+        os.kill(max(living), signal.SIGKILL)
+
+
+def descendants(pid: int) -> list[int]:
+    """Return all processes below a process."""
+    below: dict[int, list[int]] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        below.setdefault(int(fields[1]), []).append(int(stat.parent.name))
+    found, waiting = [], [pid]
+    while waiting:
+        children = below.get(waiting.pop(), [])
+        found += children
+        waiting += children
+    return found
+
+
+def until(holds: Callable[[], object], what: str, seconds: float = 30.0) -> None:
+    """Ask again and again until something holds."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            if holds():
+                return
+        except httpx.TransportError:
+            pass
+        time.sleep(0.05)
+    raise AssertionError(f"waited in vain until {what}")

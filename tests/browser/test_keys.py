@@ -1,0 +1,87 @@
+"""The keyboard, in the page and from inside the scene's frame."""
+
+from collections.abc import Callable
+
+from tests.browser.host import Server
+from tests.browser.views import SessionPage
+
+Watch = Callable[..., SessionPage]
+
+
+def test_keys_move_through_the_run(watch: Watch, server: Server) -> None:
+    """Arrows go one frame or ten, home and end to either side, space plays and pauses, brackets change the speed."""
+    shown = watch()
+    server.seek(shown.id, 30)
+    shown.stands_at(30)
+    for key, frame in (
+        ("ArrowLeft", 29),
+        ("ArrowRight", 30),
+        ("Shift+ArrowLeft", 20),
+        ("Shift+ArrowRight", 30),
+        ("Home", 0),
+        ("End", 30),
+    ):
+        shown.press(key)
+        shown.stands_at(frame)
+    shown.press("[")
+    shown.until(lambda: shown.session["speed"] == 0.5, "the speed is halved")
+    shown.press("]")
+    shown.until(lambda: shown.session["speed"] == 1, "the speed is as before")
+    shown.press(" ")
+    shown.until(lambda: shown.session["playing"], "it plays")
+    shown.until(lambda: "Pause" in shown.page.inner_text(".play"), "the button pauses now")
+    shown.press(" ")
+    shown.until(lambda: not shown.session["playing"], "it pauses")
+
+
+def test_help_lists_the_keys_and_takes_the_others(watch: Watch) -> None:
+    """The question mark opens the list; while it is open, keys do nothing else; Escape closes it."""
+    shown = watch()
+    shown.press("?")
+    dialog = shown.page.locator("dialog")
+    dialog.wait_for()
+    assert "Bookmark this frame" in dialog.inner_text()
+    shown.press("ArrowRight")
+    shown.press("Escape")
+    dialog.wait_for(state="detached")
+    assert shown.session["position"] == 0
+
+
+def test_keys_work_from_inside_the_scene(watch: Watch) -> None:
+    """With the focus in the scene's frame the keys steer the run all the same."""
+    shown = watch()
+    shown.scene.locator("canvas").first.click(position={"x": 40, "y": 200})
+    shown.press("ArrowRight")
+    shown.stands_at(1)
+    shown.press("b")
+    shown.until(lambda: shown.page.inner_text(".amount") == "1", "the frame is bookmarked")
+
+
+def test_the_scrubber_goes_back_and_stays(watch: Watch, server: Server) -> None:
+    """Dragging shows the past; letting go pauses there."""
+    shown = watch()
+    server.seek(shown.id, 89)
+    shown.stands_at(89)
+    area = shown.page.locator(".scrubber").bounding_box()
+    y = area["y"] + 30
+    left, right = area["x"] + 104, area["x"] + area["width"] - 10
+    at = lambda frame: left + (right - left) * frame / 89  # noqa: E731 - one line of geometry
+    shown.page.mouse.move(at(89), y)
+    shown.page.mouse.down()
+    shown.page.mouse.move(at(60), y, steps=3)
+    shown.page.mouse.move(at(33), y, steps=3)
+    shown.stands_at(33)
+    shown.page.mouse.up()
+    shown.stands_at(33)
+    assert not shown.session["playing"]
+    assert shown.page.get_attribute(".scrubber", "aria-valuenow") == "33"
+
+
+def test_a_number_starts_that_preset(watch: Watch) -> None:
+    """1 starts the first preset as a session of its own and plays it."""
+    shown = watch()
+    before = shown.id
+    shown.press("1")
+    shown.until(lambda: shown.id not in {before, "new"}, "another session is open")
+    shown.ready()
+    shown.until(lambda: (shown.position or 0) > 0, "it plays")

@@ -1,0 +1,100 @@
+"""Little room, darkness, and no 3-D graphics: everything stays readable."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+Watch = Callable[..., SessionPage]
+OVERFLOW = "document.documentElement.scrollWidth - innerWidth"
+
+
+def box(page: Any, selector: str) -> dict[str, float]:
+    found: dict[str, float] = page.locator(selector).bounding_box()
+    return found
+
+
+def test_at_1280_the_plots_stand_beside_the_scene(watch: Watch) -> None:
+    """The picture is the hero: scene at the left, plots at the right, transport below, nothing overlaps."""
+    page = watch().page
+    scene, side, deck = box(page, ".scene"), box(page, ".side"), box(page, ".deck")
+    assert scene["x"] + scene["width"] <= side["x"] + 1
+    assert scene["width"] > 2 * side["width"]
+    assert max(scene["y"] + scene["height"], side["y"] + side["height"]) <= deck["y"] + 1
+    assert deck["y"] + deck["height"] <= 801
+
+
+def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:
+    """The plots fold under the scene, side by side; no control falls off the edge."""
+    shown = watch()
+    page = shown.page
+    page.set_viewport_size({"width": 800, "height": 700})
+    shown.until(lambda: box(page, ".side")["y"] > box(page, ".scene")["y"] + 100, "the plots are under the scene")
+    tops = {round(panel.bounding_box()["y"]) for panel in page.locator(".panel").all()}
+    assert len(tops) == 1
+    assert page.evaluate(OVERFLOW) <= 0
+    for control in page.locator(".transport button, .top button").all():
+        area = control.bounding_box()
+        assert area["x"] >= 0
+        assert area["x"] + area["width"] <= 800
+
+
+def test_a_phone_is_told_and_still_sees_the_scene(watch: Watch) -> None:
+    """At 400 px the page says that it wants more room; scene and transport are there."""
+    shown = watch()
+    page = shown.page
+    page.set_viewport_size({"width": 400, "height": 800})
+    page.locator("text=wants more room").wait_for()
+    shown.until(lambda: box(page, ".scene")["height"] >= 200, "the scene keeps its place")
+    assert page.locator(".play").is_visible()
+    assert page.evaluate(OVERFLOW) <= 0
+
+
+@pytest.mark.parametrize("width", [1280, 800, 400])
+def test_the_gallery_fits(gallery: Gallery, width: int) -> None:
+    """Cards with picture, question and presets; no sideways scrolling at any width."""
+    page = gallery.page
+    page.set_viewport_size({"width": width, "height": 800})
+    card = gallery.card("ball")
+    card.locator("img").wait_for()
+    gallery.until(lambda: page.evaluate("document.querySelector('.card img').naturalWidth > 0"), "the thumbnail is drawn")
+    assert card.locator(".presets a").count() >= 2
+    assert page.evaluate(OVERFLOW) <= 0
+
+
+def test_the_switch_goes_through_light_and_dark_and_is_kept(gallery: Gallery) -> None:
+    """The choice outlives a reload; without a choice the system decides."""
+    page = gallery.page
+    background = lambda: page.evaluate("getComputedStyle(document.body).backgroundColor")  # noqa: E731
+    light = background()
+    page.emulate_media(color_scheme="dark")
+    gallery.until(lambda: background() != light, "the page follows the system into the dark")
+    page.click("[data-role=theme]")
+    gallery.until(lambda: background() == light, "light was chosen")
+    page.reload()
+    assert background() == light
+    page.click("[data-role=theme]")
+    page.emulate_media(color_scheme="light")
+    gallery.until(lambda: background() != light, "dark was chosen")
+
+
+def test_without_webgl_there_are_pictures(page: Any, server: Server) -> None:
+    """A browser without 3-D graphics is told so and gets the frames as plain pictures."""
+    page.add_init_script(
+        "const real = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
+        " return kind.startsWith('webgl') ? null : real.call(this, kind, ...more); };"
+    )
+    session = server.start_session()
+    page.goto(session["page"])
+    page.locator("text=no 3-D graphics").wait_for()
+    picture = "document.querySelector('.scene-picture')"
+    view = SessionPage(page, server)
+    view.until(lambda: page.evaluate(f"{picture}.naturalWidth > 0"), "the frame is shown as a picture")
+    source = page.evaluate(f"{picture}.src")
+    page.keyboard.press("ArrowRight")
+    view.until(lambda: page.evaluate(f"{picture}.src") != source, "the next frame is shown")
+    view.until(lambda: page.evaluate(f"{picture}.naturalWidth > 0"), "it is a picture, too")

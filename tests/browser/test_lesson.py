@@ -1,0 +1,86 @@
+"""A lesson in front of a class: look, break the tracker, go back, and save it with another one."""
+
+from collections.abc import Callable
+
+from tests.browser.host import Server
+from tests.browser.views import BALL, SessionPage
+
+Watch = Callable[..., SessionPage]
+
+
+def test_the_page_shows_ball_particles_and_plots(watch: Watch) -> None:
+    """After a few steps the scene holds the ball and the particles, and each plot a line."""
+    shown = watch()
+    shown.until(lambda: shown.in_scene(BALL, False), "the ball is in the picture")
+    assert shown.particles == shown.session["parameters"]["sample_count"]
+    for _ in range(3):
+        shown.press("ArrowRight")
+    shown.stands_at(3)
+    first = shown.session["branch"]
+    shown.until(
+        lambda: all(shown.lines.get(f"{name} {first}") == 4 for name in ("error", "sigma", "ess")), "the plots hold 4 frames"
+    )
+
+
+def test_sliders_of_the_panel_change_what_the_scene_shows(watch: Watch) -> None:
+    """Moving the occluder's slider widens it in the next picture; the number of particles follows its own."""
+    shown = watch()
+    shown.until(lambda: 36 <= shown.occluder <= 44, "the occluder is 40 px wide")
+    shown.slide("Occluder width (px)", 10)
+    wide = shown.session["parameters"]["occlusion_width_px"]
+    assert wide > 40
+    shown.type_number("Particles", 300)
+    shown.until(lambda: shown.session["parameters"]["sample_count"] == 300, "300 particles are in force")
+    shown.press("Escape")
+    shown.page.click("button[aria-label^='One frame on']")
+    shown.until(lambda: shown.particles == 300, "300 particles are in the scene")
+    shown.until(lambda: abs(shown.occluder - wide) <= 4, f"the occluder is {wide} px wide")
+    assert [change["frame"] for change in shown.session["timeline"]].count(1) >= 1
+
+
+def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, server: Server) -> None:
+    """Few particles and a wide pillar lose the ball; from before the loss another tracker keeps it."""
+    shown = watch(tracker="condensation")
+    shown.slide("Occluder width (px)", 20)
+    server.patch(f"sessions/{shown.id}/parameters", {"occlusion_width_px": 60})
+    shown.type_number("Particles", 150)
+    shown.until(lambda: shown.session["parameters"]["sample_count"] == 150, "150 particles are in force")
+
+    shown.play_to_the_end()
+    shown.until(lambda: shown.verdict.startswith("lost since"), "the page says that the ball is lost")
+    first = shown.session["branch"]
+    lost = server.column(shown.id, "lost")
+    assert sum(lost) > len(lost) / 2
+
+    shown.page.click("text=Before the loss")
+    shown.until(lambda: (shown.position or 99) < lost.index(True), "the page stands before the loss")
+    shown.until(lambda: shown.verdict in {"on target", "hidden"}, "the ball is not lost yet")
+    at = shown.position
+
+    shown.branch("apf")
+    shown.until(lambda: "Auxiliary" in shown.page.inner_text("h1"), "the title names the new tracker")
+    assert shown.page.locator(".chip").count() == 2
+    shown.play_to_the_end()
+    shown.until(lambda: shown.verdict in {"on target", "hidden"}, "the ball is held to the end")
+
+    second = shown.session["branch"]
+    survived = server.column(shown.id, "lost", second)
+    assert sum(survived) <= 5
+    assert server.column(shown.id, "error", second)[: at + 1] == server.column(shown.id, "error", first)[: at + 1]  # type: ignore[operator]
+    shown.until(lambda: shown.lines.get(f"error {second}") == 90, "the second branch is a line of its own")
+    assert shown.lines[f"error {first}"] == 90
+
+
+def test_a_change_in_the_past_makes_a_branch(watch: Watch, server: Server) -> None:
+    """The past is the past: a parameter changed there counts from there on, under a new name and colour."""
+    shown = watch()
+    server.seek(shown.id, 20)
+    shown.stands_at(20)
+    server.seek(shown.id, 10)
+    shown.stands_at(10)
+    shown.type_number("Particles", 200)
+    shown.until(lambda: shown.page.locator(".chip").count() == 2, "two branches are listed")
+    assert shown.session["branches"][1]["frame"] == 10
+    shown.page.locator(".chip").first.click()
+    shown.until(lambda: shown.session["branch"] == shown.session["branches"][0]["id"], "the first branch is back")
+    shown.stands_at(10)

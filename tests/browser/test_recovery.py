@@ -1,0 +1,87 @@
+"""Things that break: the connection, the server, the worker. The page says so and goes on by itself where it can."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import PARTICLES, Gallery, SessionPage
+
+Watch = Callable[..., SessionPage]
+
+
+def test_a_killed_worker_is_reported_and_restarts_where_it_was(watch: Watch, server: Server) -> None:
+    """The scene is covered by what happened; one button brings the run back to the same frame and numbers."""
+    shown = watch()
+    server.seek(shown.id, 30)
+    shown.stands_at(30)
+    errors = server.column(shown.id, "error")
+    server.kill_worker(shown.id)
+    notice = shown.page.locator(".notice")
+    notice.wait_for()
+    assert "The tracker stopped" in notice.inner_text()
+    assert shown.page.locator(".play").is_disabled()
+    notice.locator("button").click()
+    notice.wait_for(state="hidden")
+    shown.stands_at(30)
+    shown.until(lambda: shown.in_scene(PARTICLES, 0) > 0, "the scene is back")
+    shown.press("ArrowRight")
+    shown.stands_at(31)
+    assert server.column(shown.id, "error")[:31] == errors
+
+
+def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Any) -> None:
+    """A link to a session that does not exist leads back to the gallery."""
+    complaints.expected = ("the server responded with a status of 404",)
+    page.goto("/session/0123456789abcdef")
+    page.locator(".notice").wait_for()
+    assert "There is no such session" in page.inner_text(".notice")
+    page.click("text=Back to the gallery")
+    Gallery(page).card("ball").wait_for()
+
+
+def test_a_broken_link_says_what_it_must_hold(page: Any) -> None:
+    """A share link that was cut in the mail is no blank page."""
+    page.goto("/session/new#eyJicm9rZW4")
+    page.locator(".notice").wait_for()
+    assert "must hold an experiment" in page.inner_text(".notice")
+
+
+@pytest.fixture
+def own_server(tmp_path: Path) -> Any:
+    server = Server(tmp_path)
+    yield server
+    server.stop()
+
+
+def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) -> None:
+    """While the server is away a thin bar says so; afterwards the session is where it was, without a reload."""
+    session = own_server.start_session()
+    own_server.seek(session["id"], 20)
+    context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=own_server.url)
+    page = context.new_page()
+    page.set_default_timeout(60_000)
+    page.goto(session["page"])
+    shown = SessionPage(page, own_server).ready()
+    shown.stands_at(20)
+    errors = own_server.column(shown.id, "error")
+    page.evaluate("window.notReloaded = true")
+
+    own_server.stop()
+    page.locator(".bar-lost").wait_for()
+    assert page.locator(".play").is_disabled()
+    own_server.start()
+    page.locator(".bar-lost").wait_for(state="hidden")
+    shown.until(lambda: shown.session["state"] in {"ready", "ended", "suspended"}, "the session is known again")
+    if page.locator(".notice button").is_visible():
+        page.locator(".notice button").click()
+    shown.until(lambda: page.locator(".play").is_enabled(), "the play button can be pressed")
+    shown.stands_at(20)
+    shown.until(lambda: shown.in_scene(PARTICLES, 0) > 0, "the scene is back")
+    shown.press("ArrowRight")
+    shown.stands_at(21)
+    assert own_server.column(shown.id, "error")[:21] == errors
+    assert page.evaluate("window.notReloaded")
+    context.close()

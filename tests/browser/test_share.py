@@ -1,0 +1,103 @@
+"""What a session leaves behind: links, saved runs, bookmarks; each brings back the same numbers."""
+
+from collections.abc import Callable
+from typing import Any
+
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+Watch = Callable[..., SessionPage]
+
+
+def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, chromium: Any) -> None:
+    """Seed, tracker, timeline and position travel in the link; a stranger's browser computes the same errors."""
+    shown = watch(tracker="condensation", parameters={"occlusion_width_px": 55})
+    server.seek(shown.id, 12)
+    server.patch(f"sessions/{shown.id}/parameters", {"sample_count": 200, "tracker": "apf"})
+    server.seek(shown.id, 40)
+    shown.stands_at(40)
+    shown.page.click("text=Share")
+    link = shown.page.input_value("[data-role=share-link]")
+    errors = server.column(shown.id, "error")
+
+    context = chromium.new_context(viewport={"width": 1280, "height": 800})
+    other = context.new_page()
+    other.goto(link)
+    again = SessionPage(other, server).ready()
+    again.stands_at(40)
+    assert again.id != shown.id
+    assert server.column(again.id, "error") == errors
+    assert again.session["tracker"] == "apf"
+    assert again.session["timeline"] == shown.session["timeline"]
+    again.until(lambda: again.page.inner_text("h1") == shown.page.inner_text("h1"), "both pages have the same title")
+    context.close()
+
+
+def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
+    """Position, branches, bookmarks and curves come back."""
+    shown = watch()
+    server.seek(shown.id, 30)
+    shown.stands_at(30)
+    shown.press("b")
+    shown.until(lambda: shown.page.inner_text(".amount") == "1", "the bookmark is counted")
+    server.seek(shown.id, 15)
+    shown.stands_at(15)
+    shown.branch("s-spf")
+    verdict = shown.page.inner_text(".readout dl")
+    shown.page.reload()
+    shown.ready()
+    shown.stands_at(15)
+    assert shown.page.locator(".chip").count() == 2
+    assert shown.page.inner_text(".amount") == "1"
+    shown.until(lambda: shown.page.inner_text(".readout dl") == verdict, "the numbers of this frame are the same")
+    first = shown.session["branches"][0]["id"]
+    shown.until(lambda: shown.lines.get(f"error {first}") == 31, "the other branch's curve is back")
+
+
+def test_a_saved_run_is_listed_opened_and_deleted(watch: Watch, server: Server, page: Any) -> None:
+    """Save; the gallery lists it; it opens at the same numbers; deleting asks first."""
+    shown = watch()
+    server.seek(shown.id, 25)
+    shown.stands_at(25)
+    errors = server.column(shown.id, "error")
+    shown.page.click("button:has-text('Save')")
+    shown.page.locator(".toast", has_text="Saved").wait_for()
+    with page.expect_download() as download:
+        shown.page.click(".toast >> text=Download")
+    assert download.value.suggested_filename.endswith(".pft")
+
+    page.goto("/")
+    row = Gallery(page).page.locator("[data-run]").first
+    row.locator("button:has-text('Open')").click()
+    again = SessionPage(page, server).ready()
+    server.seek(again.id, 25)
+    assert server.column(again.id, "error")[:26] == errors
+
+    page.goto("/")
+    row = page.locator("[data-run]").first
+    row.wait_for()
+    count = page.locator("[data-run]").count()
+    row.locator("button[aria-label^=Delete]").click()
+    page.click("text=Keep")
+    assert page.locator("[data-run]").count() == count
+    row.locator("button[aria-label^=Delete]").click()
+    page.click("text=Delete it")
+    Gallery(page).until(lambda: page.locator("[data-run]").count() == count - 1, "the run is gone from the list")
+
+
+def test_bookmarks_lead_back(watch: Watch, server: Server) -> None:
+    """A bookmark with a note is listed; a click goes there; it can be removed."""
+    shown = watch()
+    server.seek(shown.id, 20)
+    shown.stands_at(20)
+    shown.page.click("button[aria-label=Bookmarks]")
+    shown.page.fill("input[aria-label=Note]", "<b>here</b>")
+    shown.page.click("#bookmark-menu >> text=Add")
+    entry = shown.page.locator("#bookmark-menu li", has_text="<b>here</b>")
+    entry.wait_for()
+    server.seek(shown.id, 5)
+    shown.stands_at(5)
+    entry.locator("button").first.click()
+    shown.stands_at(20)
+    entry.locator("button[aria-label^=Remove]").click()
+    entry.wait_for(state="detached")

@@ -1,0 +1,83 @@
+"""One's own video: from the drop zone over the box of the target to a running session."""
+
+from io import BytesIO
+
+import av
+import numpy as np
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+FRAMES = 30
+
+
+@pytest.fixture(scope="module")
+def clip() -> bytes:
+    """A red disc that walks to the right over grey, 160 x 120 px."""
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
+        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
+        y, x = np.mgrid[:120, :160]
+        for index in range(FRAMES):
+            picture = np.full((120, 160, 3), 110, np.uint8)
+            picture[np.hypot(x - 40 - 2 * index, y - 60) <= 9] = (210, 40, 40)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, clip: bytes) -> None:
+    """Choose the file, draw the box with the mouse, correct it by keyboard, choose the start, go; the disc is followed."""
+    page = gallery.page
+    gallery.choose("walk.mp4", clip, "video/mp4")
+    surface = page.locator(".box-surface")
+    surface.wait_for()
+    assert "walk.mp4" in page.inner_text(".target header")
+    go = page.locator("button:has-text('Track it')")
+    assert go.is_disabled()
+
+    page.reload()
+    surface.wait_for()
+    page.locator("#target-start").fill("5")
+    gallery.until(lambda: "/frames/5." in (page.get_attribute(".box-surface img", "src") or ""), "frame 5 is shown")
+    gallery.until(lambda: page.evaluate("document.querySelector('.box-surface img').complete"), "the picture is there")
+    area = surface.bounding_box()
+    scale = area["width"] / 160
+    page.mouse.move(area["x"] + 40 * scale, area["y"] + 50 * scale)
+    page.mouse.down()
+    page.mouse.move(area["x"] + 58 * scale, area["y"] + 70 * scale, steps=4)
+    page.mouse.up()
+    gallery.until(lambda: page.inner_text(".box-words").startswith("18 × 20 px"), "the box is as drawn")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowRight")
+    gallery.until(lambda: page.inner_text(".box-words") == "19 × 20 px at 41, 50", "the keys moved and resized it")
+    page.select_option("#target-tracker", "h-spf")
+    go.click()
+
+    shown = SessionPage(page, server).ready()
+    assert shown.session["box"] == [41, 50, 19, 20]
+    assert shown.session["start"] == 5
+    shown.play_to_the_end()
+    last = shown.session["frames"] - 1
+    u, v = server.column(shown.id, "estimate")[last]
+    assert abs(u - (40 + 2 * (5 + last))) < 9
+    assert abs(v - 60) < 9
+
+
+def test_what_is_no_video_is_refused_with_a_reason(gallery: Gallery) -> None:
+    """The page says what was wrong, and offers one way on."""
+    page = gallery.page
+    gallery.choose("notes.mp4", b"these are words, not pictures\n" * 40, "video/mp4")
+    page.locator(".wrong").wait_for()
+    assert "notes.mp4 was not accepted" in page.inner_text(".drop")
+    assert len(page.inner_text(".wrong")) > 20
+    page.click("text=Choose another file")
+    page.locator("text=Drop a video here").wait_for()
+
+
+@pytest.fixture(autouse=True)
+def _refusals_are_told_on_the_console(complaints: object) -> None:
+    """Chromium lists every answer with an error status."""
+    complaints.expected = ("the server responded with a status of 4",)  # type: ignore[attr-defined]

@@ -1,0 +1,191 @@
+"""The pages as a person sees them: what can be read there and what can be done."""
+
+from collections.abc import Callable
+from typing import Any, Self
+
+from tests.browser.host import Server
+
+PARTICLES = """(() => {
+    let count = 0;
+    window.__viserMutable?.nodeRefFromName['/particles']?.traverse((item) => {
+        if (item.isPoints) count = item.geometry.attributes.position.count;
+    });
+    return count;
+})()"""
+
+# How many columns of the picture in the scene are the occluder's grey, along a row that the ball and its look-alikes leave
+# free; the colours are those of the scene's defaults, and JPEG leaves a few units of doubt.
+OCCLUDER = """(() => {
+    let width = 0;
+    window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
+        const image = item.isMesh && item.material.map?.image;
+        if (!image || !image.width) return;
+        const canvas = new OffscreenCanvas(image.width, 1);
+        const context = canvas.getContext('2d');
+        context.drawImage(image, 0, 5, image.width, 1, 0, 0, image.width, 1);
+        const { data } = context.getImageData(0, 0, image.width, 1);
+        width = 0;
+        for (let x = 0; x < image.width; x += 1) if (Math.abs(data[4 * x] - 60) < 12) width += 1;
+    });
+    return width;
+})()"""
+
+# The ball's red is somewhere in the picture.
+BALL = """(() => {
+    let found = false;
+    window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
+        const image = item.isMesh && item.material.map?.image;
+        if (!image || !image.width) return;
+        const canvas = new OffscreenCanvas(image.width, image.height);
+        const context = canvas.getContext('2d');
+        context.drawImage(image, 0, 0);
+        const { data } = context.getImageData(0, 0, image.width, image.height);
+        for (let i = 0; i < data.length; i += 4) found ||= data[i] > 150 && data[i + 1] < 90 && data[i + 2] < 90;
+    });
+    return found;
+})()"""
+
+# Lines drawn by BokehJS, by name, with how many points each holds.
+LINES = """(() => {
+    const lines = {};
+    for (const view of window.Bokeh?.index ?? []) {
+        for (const renderer of view.model.renderers ?? []) {
+            const length = renderer.data_source?.get_length?.() ?? 0;
+            if (renderer.name) lines[renderer.name] = renderer.visible ? length : 0;
+        }
+    }
+    return lines;
+})()"""
+
+
+class View:
+    """A page with a way to await what it shows."""
+
+    def __init__(self, page: Any) -> None:
+        self.page = page
+
+    def until(self, holds: Callable[[], object], what: str, seconds: float = 60.0) -> None:
+        """Ask again and again, the page going on meanwhile, until something holds."""
+        for _ in range(int(seconds * 20)):
+            if holds():
+                return
+            self.page.wait_for_timeout(50)
+        raise AssertionError(f"waited in vain until {what}")
+
+
+class Gallery(View):
+    """The page of experiments."""
+
+    def card(self, experiment: str) -> Any:
+        return self.page.locator(f"[data-experiment={experiment}]")
+
+    def choose(self, name: str, content: bytes, mime: str) -> None:
+        """Choose a file in the drop zone."""
+        self.page.set_input_files("#file-picker", {"name": name, "mimeType": mime, "buffer": content})
+
+
+class SessionPage(View):
+    """The page of a session."""
+
+    def __init__(self, page: Any, server: Server) -> None:
+        super().__init__(page)
+        self._server = server
+
+    @property
+    def id(self) -> str:
+        return str(self.page.url.split("?")[0].rsplit("/", 1)[1])
+
+    @property
+    def session(self) -> dict[str, Any]:
+        return self._server.session(self.id)
+
+    def ready(self) -> Self:
+        """Wait until the page is connected and the scene shows particles."""
+        self.page.wait_for_url("**/session/*", wait_until="commit")
+        self.until(lambda: self.position is not None, "the frame counter shows a number")
+        self.until(lambda: self.page.locator(".play").is_enabled(), "the play button can be pressed")
+        self.until(lambda: self.in_scene(PARTICLES, 0) > 0, "there are particles in the scene")
+        return self
+
+    # ------------------------------------------------------------ what is shown
+
+    @property
+    def position(self) -> int | None:
+        """The frame that the counter names."""
+        words = self.page.inner_text(".counter").split()
+        return int(words[1]) if len(words) > 1 else None
+
+    @property
+    def verdict(self) -> str:
+        return str(self.page.inner_text(".verdict"))
+
+    @property
+    def scene(self) -> Any:
+        return next((frame for frame in self.page.frames if "/viz/" in frame.url), None)
+
+    def in_scene(self, expression: str, otherwise: Any) -> Any:
+        """Evaluate in the scene's frame, which may be loading."""
+        from playwright.sync_api import Error  # noqa: PLC0415 - an optional dependency
+
+        frame = self.scene
+        if frame is None:
+            return otherwise
+        try:
+            return frame.evaluate(expression)
+        except Error:
+            return otherwise
+
+    @property
+    def particles(self) -> int:
+        return int(self.in_scene(PARTICLES, 0))
+
+    @property
+    def occluder(self) -> int:
+        return int(self.in_scene(OCCLUDER, 0))
+
+    @property
+    def lines(self) -> dict[str, int]:
+        lines: dict[str, int] = self.page.evaluate(LINES)
+        return lines
+
+    def stands_at(self, frame: int) -> None:
+        self.until(lambda: self.position == frame, f"the page stands at frame {frame}")
+
+    # ------------------------------------------------------------ what can be done
+
+    def row(self, label: str) -> Any:
+        """Return the row of the scene's panel with this label."""
+        return self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')")).first
+
+    def slide(self, label: str, presses: int) -> None:
+        """Move a slider of the panel by its arrow key, not faster than the scene listens."""
+        thumb = self.row(label).locator("[role=slider]")
+        thumb.focus()
+        for _ in range(presses):
+            thumb.press("ArrowRight")
+            self.page.wait_for_timeout(100)
+
+    def type_number(self, label: str, value: int) -> None:
+        """Type a number into the panel."""
+        box = self.row(label).locator("input.mantine-NumberInput-input")
+        box.fill(str(value))
+        box.press("Enter")
+
+    def press(self, key: str) -> None:
+        self.page.keyboard.press(key)
+
+    def play_to_the_end(self) -> None:
+        last = self.session["frames"] - 1
+        self.page.locator("select[aria-label=Speed]").select_option("0")
+        self.until(lambda: self.session["speed"] == 0, "the speed is the highest")
+        self.page.click(".play")
+        self.stands_at(last)
+
+    def branch(self, tracker: str) -> None:
+        """Go on from here with another tracker."""
+        branches = len(self.session["branches"])
+        self.press("n")
+        self.page.select_option("#branch-tracker", tracker)
+        self.page.click("text=Branch here")
+        self.until(lambda: len(self.session["branches"]) == branches + 1, "there is one branch more")
+        self.page.locator("dialog").wait_for(state="detached")
