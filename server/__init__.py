@@ -8,6 +8,7 @@ on: diagnostics to the page's stream, drawings to the viser scene, everything th
 - `command`: what `pftrack serve` calls
 - `security`: Host, Origin and token, and the headers of every answer
 - `api`: the REST handlers and the stream
+- `beginning`, `saving`, `uploading`: from a wish to a session, from a session to a record, from a body to a file
 - `sessions`: session, manager, worker process and the pipe between them
 - `store`: the database and the files beside it
 - `viewer`: the viser scene of a session

@@ -1,5 +1,7 @@
 """Bodies: a request that is no upload is small, and is cut off when it is not."""
 
+import contextlib
+
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -32,26 +34,29 @@ class BodyLimit:
         if announced.isdigit() and int(announced) > self._most_bytes:
             await self._refuse(scope, receive, send)
             return
-        total, answered = 0, False
+        total = 0
+        too_large = answered = False
 
         async def counted() -> Message:
-            nonlocal total
+            nonlocal total, too_large
             message = await receive()
             total += len(message.get("body", b""))
             if total > self._most_bytes:
+                too_large = True
                 raise _TooLargeError
             return message
 
         async def noted(message: Message) -> None:
             nonlocal answered
-            answered = True
-            await send(message)
+            # FastAPI takes any exception while it reads for a body that does not parse; ours is the better answer.
+            if not too_large:
+                answered = True
+                await send(message)
 
-        try:
+        with contextlib.suppress(_TooLargeError):
             await self._app(scope, counted, noted)
-        except _TooLargeError:
-            if not answered:
-                await self._refuse(scope, receive, send)
+        if too_large and not answered:
+            await self._refuse(scope, receive, send)
 
     async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
         message = f"The body of a request may have at most {self._most_bytes} bytes"

@@ -15,6 +15,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack.parameters import ParameterError
 from pftrack.record import RecordError
@@ -25,6 +26,7 @@ __all__ = [
     "ApiError",
     "ConflictError",
     "ErrorBody",
+    "Net",
     "NotFoundError",
     "RefusedError",
     "TooLargeError",
@@ -99,6 +101,33 @@ class UnavailableError(ApiError):
     status = HTTPStatus.SERVICE_UNAVAILABLE
 
 
+class Net:
+    """ASGI middleware that catches what nobody expected: written to the log, told without path and stack."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on and answer it if it fails."""
+        begun = False
+
+        async def noted(message: Message) -> None:
+            nonlocal begun
+            begun = begun or message["type"] == "http.response.start"
+            await send(message)
+
+        try:
+            await self._app(scope, receive, noted)
+        except Exception:
+            if scope["type"] != "http":
+                raise
+            log.exception("unexpected", path=scope["path"])
+            if begun:
+                raise
+            message = "The server made a mistake; it is written down in its log. Try again, or reload the page."
+            await response(HTTPStatus.INTERNAL_SERVER_ERROR, shape(message))(scope, receive, send)
+
+
 def shape(message: str, **detail: object) -> dict[str, Any]:
     """Return the inside of an error: the message and what is known of field, bound and value, safe for JSON."""
     return {"message": message, **{key: _plain(value) for key, value in detail.items() if value is not None}}
@@ -149,11 +178,8 @@ def install(app: FastAPI) -> None:
     async def _http(_: Request, error: HTTPException) -> Response:
         return response(error.status_code, shape(_sentence(error)), dict(error.headers or {}))
 
-    @app.exception_handler(Exception)
-    async def _unexpected(request: Request, error: Exception) -> Response:
-        log.error("unexpected", path=request.url.path, exc_info=error)
-        message = "The server made a mistake; it is written down in its log. Try again, or reload the page."
-        return response(HTTPStatus.INTERNAL_SERVER_ERROR, shape(message))
+    # The innermost of all, so that the answer passes through those that add headers and count.
+    app.add_middleware(Net)
 
 
 def _sentence(error: HTTPException) -> str:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.record import Record
+from server.beginning import FIRST
 from server.errors import ConflictError
-from server.sessions.beginning import FIRST
 from server.sessions.errands import Errands
 from server.sessions.jobs import read_record, weigh_record
 from server.sessions.session import Session

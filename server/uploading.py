@@ -14,6 +14,7 @@ from typing import IO, Any
 from fastapi import Request
 from python_multipart.exceptions import MultipartParseError
 from python_multipart.multipart import MultipartParser, parse_options_header
+from starlette.requests import ClientDisconnect
 
 from server.errors import ApiError, RefusedError, TooLargeError
 
@@ -71,6 +72,8 @@ async def _read(request: Request, parser: MultipartParser, parts: "_Parts", most
             if chunk:
                 await asyncio.to_thread(parser.write, chunk)
         parser.finalize()
+    except ClientDisconnect:
+        raise ApiError("The connection broke during the upload") from None
     except MultipartParseError:
         raise ApiError("The request is not well-formed multipart/form-data") from None
     if parts.open:

@@ -9,8 +9,8 @@ from starlette.responses import Response
 
 from server.api.dependencies import AManager, ASession, AStore
 from server.api.models import BookmarkWish, BranchWish, Changed, Columns, SessionWish, TransportWish
+from server.beginning import as_spec
 from server.errors import NotFoundError, RefusedError
-from server.sessions.beginning import as_spec
 from server.sessions.messages import SessionView
 from server.sessions.spec import Bookmark
 from server.store.files import new_name
@@ -96,7 +96,7 @@ async def diagnostics(session: ASession, branch: str | None = None) -> Columns:
     name = branch or session.spec.branch
     if name not in session.spec.branches:
         raise NotFoundError("The session has no such branch.")
-    return Columns(branch=name, columns=session.columns(name))
+    return Columns(branch=name, columns=session.chronicle.columns(name))
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
@@ -116,6 +116,6 @@ async def bookmark(session: ASession, manager: AManager, wish: BookmarkWish | No
 @router.delete("/{session}/bookmarks/{bookmark}", status_code=HTTPStatus.NO_CONTENT)
 async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) -> None:
     """Forget a bookmark."""
-    if not session.unbookmark(bookmark):
+    if not session.chronicle.unbookmark(bookmark):
         raise NotFoundError("The session has no such bookmark.")
     await manager.keep()

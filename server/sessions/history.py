@@ -1,9 +1,8 @@
-"""History: the diagnostics of every frame of every branch, in columns, as plots want them."""
+"""History: the diagnostics of every frame of a branch, in columns, as plots want them."""
 
-import math
 from typing import Any
 
-__all__ = ["History", "finite"]
+__all__ = ["History"]
 
 
 class History:
@@ -33,16 +32,3 @@ class History:
         copy = History()
         copy.columns = {name: column[: frame + 1] for name, column in self.columns.items()}
         return copy
-
-
-def finite(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row that JSON can carry: numbers that are not finite are not known."""
-    return {name: _finite(value) for name, value in row.items()}
-
-
-def _finite(value: Any) -> Any:  # noqa: ANN401 - whatever a column holds
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return value

@@ -47,8 +47,8 @@ class Manager:
                 log.exception("a stored session cannot be read", session=row.id)
                 continue
             session = self._session(spec)
-            session.message = "The server was started anew; the session goes on where it was."
-            session.dirty = False
+            session.chronicle.message = "The server was started anew; the session goes on where it was."
+            session.chronicle.dirty = False
             self._sessions[spec.id] = session
         self._rounds = asyncio.create_task(self._go_round())
 
@@ -132,9 +132,9 @@ class Manager:
     async def keep(self) -> None:
         """Write down every session that has changed."""
         async with self._writing:
-            changed = [session for session in self._sessions.values() if session.dirty and session.spec.card]
+            changed = [session for session in self._sessions.values() if session.chronicle.dirty and session.spec.card]
             for session in changed:
-                session.dirty = False
+                session.chronicle.dirty = False
             specs = [(session.spec.id, session.spec.model_dump_json()) for session in changed]
             if not specs:
                 return
@@ -142,7 +142,7 @@ class Manager:
                 await asyncio.to_thread(self._store.save_sessions, specs)
             except Exception:
                 for session in changed:
-                    session.dirty = True
+                    session.chronicle.dirty = True
                 raise
 
     def uses(self, upload: str) -> bool:

@@ -1,71 +1,73 @@
 """The session: a run that somebody watches, as the web process knows it.
 
-It holds the newest spec, the diagnostics of every branch and those who listen; what it knows of the run comes from the
-worker alone. Commands go through one door, one at a time.
+What it knows of the run comes from the worker alone and is taken down in its chronicle. Commands go through one door,
+one at a time.
 """
 
 import asyncio
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Coroutine
+from typing import Any, cast
 
 from pftrack.parameters import ParameterError
-from server.errors import ConflictError, shape
+from pftrack.run import EndOfRun, PastError
+from server.errors import ApiError, ConflictError, shape
 from server.sessions import messages, protocol
-from server.sessions.history import History, finite
-from server.sessions.link import Link, WorkerLostError
+from server.sessions.chronicle import Chronicle
+from server.sessions.link import Link
 from server.sessions.listeners import Listeners
 from server.sessions.messages import State
-from server.sessions.spec import Bookmark, BranchSpec, SessionSpec, as_models, as_timeline, colour
+from server.sessions.spec import Bookmark, SessionSpec, as_timeline
 from server.sessions.stage import Stage
-from server.sessions.view import branch_views, view
 from server.settings import Settings
 
 __all__ = ["Session"]
 
 Orders = Callable[[SessionSpec], protocol.Order]
-LONGEST_BOOKMARKS = 500
+MOST_BOOKMARKS = 500
 
 
 class Session:
     """One session; all methods belong to the event loop's thread.
 
     Attributes:
-        spec: Everything that is kept of it.
-        state: What it is doing.
-        message: Why it is in this state, where there is something to say.
-        dirty: Whether the spec has changed since it was last stored.
+        chronicle: What is known of it.
+        stage: Its scene.
         left: When the last visitor left (monotonic, s).
-        frames_computed: Frames that its workers have computed.
     """
 
     def __init__(self, spec: SessionSpec, settings: Settings, orders: Orders, *, state: State = "suspended") -> None:
-        self.spec = spec
-        self.state: State = state
-        self.message: str | None = None
-        self.dirty = True
+        self.chronicle = Chronicle(spec, state, self._tell_panel)
+        self.stage = Stage(credit=self._credit, on_values=self._wish, on_transport=self._transport_wish)
         self.left = time.monotonic()
-        self.frames_computed = 0
         self._settings = settings
         self._orders = orders
         self._link: Link | None = None
-        self._card = protocol.Card(**spec.card) if spec.card else None
-        self._playing = False
-        self._ended = False
-        self._beginnings = 0
-        self._histories: dict[str, History] = {}
         self._door = asyncio.Lock()
         self._wishes: dict[str, Any] = {}
         self._tasks: set[asyncio.Task[None]] = set()
-        self.listeners = Listeners(self.hello)
-        self.stage = Stage(credit=self._credit, on_values=self._wish, on_transport=self._transport_wish)
 
     # ------------------------------------------------------------ what it is
+
+    @property
+    def spec(self) -> SessionSpec:
+        """Everything that is kept of it."""
+        return self.chronicle.spec
+
+    @property
+    def state(self) -> State:
+        """What it is doing."""
+        return self.chronicle.state
 
     @property
     def live(self) -> bool:
         """Whether it has a worker, or is about to have one."""
         return self.state in {"starting", "ready", "playing", "ended"}
+
+    @property
+    def listeners(self) -> Listeners:
+        """Who hears its stream."""
+        return self.chronicle.listeners
 
     @property
     def visitors(self) -> int:
@@ -80,22 +82,13 @@ class Session:
     @property
     def card(self) -> protocol.Card:
         """What does not change while it lives."""
-        if self._card is None:
+        if self.chronicle.card is None:
             raise ConflictError("The session has not started yet.")
-        return self._card
+        return self.chronicle.card
 
     def view(self) -> messages.SessionView:
         """Return it as everybody outside sees it."""
-        return view(self.spec, self.card, self.state, self.message, playing=self._playing)
-
-    def hello(self) -> messages.Hello:
-        """Return everything there is to know."""
-        return messages.Hello(session=self.view(), diagnostics=self.columns(self.spec.branch))
-
-    def columns(self, branch: str) -> dict[str, list[Any]]:
-        """Return the diagnostics of a branch."""
-        history = self._histories.get(branch)
-        return dict(history.columns) if history else {}
+        return self.chronicle.view()
 
     # ------------------------------------------------------------ life
 
@@ -108,42 +101,30 @@ class Session:
         async with self._door:
             if self._link is not None:
                 return
-            self._become("starting")
+            self.chronicle.become("starting")
             link = Link(self._orders(self.spec), self._event, self._lost)
             try:
                 ready = await link.start(self._settings.start_seconds)
             except BaseException as error:
-                self._become("crashed", str(error))
+                self.chronicle.become("crashed", str(error))
                 raise
             self._link = link
-            self._card = ready.card
-            self.spec.card = {name: getattr(ready.card, name) for name in protocol.Card.__slots__}
-            self.spec.frames = ready.card.frames
-            self._histories[self.spec.branch] = History()
-            self._histories[self.spec.branch].put([finite(row) for row in ready.rows])
-            self._beginnings = ready.standing.beginnings
-            self._stand(ready.standing)
-            self.listeners.greet()
+            self.chronicle.begin(ready)
             self.stage.resumed()
-
-    async def open_stage(self) -> int:
-        """Make the scene unless there is one, and return the port of its viser server."""
-        return await self.stage.open(self.card, self.spec.values, self.spec.active.tracker)
 
     async def suspend(self, message: str) -> None:
         """End the worker; the spec remembers everything."""
         async with self._door:
             await self._hang_up()
-            self._become("suspended", message)
+            self.chronicle.become("suspended", message)
         await self.stage.close()
 
     async def close(self, message: str) -> None:
         """End it for good, or for this server's life."""
         async with self._door:
             await self._hang_up()
-            self.listeners.emit(messages.SessionNews(state="ended", message=message))
+            self.chronicle.become("ended", message)
             self.listeners.close()
-            self.state = "ended"
         for task in list(self._tasks):
             task.cancel()
         await self.stage.close()
@@ -156,6 +137,10 @@ class Session:
                 f"The session's worker gave no sign of life for {self._settings.hang_seconds:g} s and was stopped. "
                 "Resume it to go on where it was."
             )
+
+    async def open_stage(self) -> int:
+        """Make the scene unless there is one, and return the port of its viser server."""
+        return await self.stage.open(self.card, self.spec.values, self.spec.active.tracker)
 
     # ------------------------------------------------------------ commands
 
@@ -171,8 +156,7 @@ class Session:
             if self.spec.active.position < self.spec.active.head:
                 self._room_for_branch()
             command = protocol.Change(values, self.spec.next_branch())
-            frame = await self._request(command, self._settings.command_seconds)
-            return int(frame) if isinstance(frame, int) else self.spec.active.position + 1
+            return cast("int", await self._request(command, self._settings.command_seconds))
 
     async def transport(self, action: str, frame: int | None = None, speed: float | None = None) -> None:
         """Play, pause, step, back, seek, speed or restart."""
@@ -198,51 +182,30 @@ class Session:
             name = self.spec.next_branch()
             await self._request(protocol.Branch(name, frame, values), self._settings.command_seconds)
             if title:
-                self.spec.branches[name].title = title
-                self._tell_branches()
+                self.chronicle.name_branch(name, title)
 
     async def activate(self, branch: str) -> None:
         """Show another branch."""
         async with self._door:
             there = self.spec.branches[branch]
-            command = protocol.Activate(
-                branch,
-                there.first_tracker or there.tracker,
-                as_timeline(there.timeline),
-                there.head,
-                there.position,
-            )
+            first = there.first_tracker or there.tracker
+            command = protocol.Activate(branch, first, as_timeline(there.timeline), there.head, there.position)
             await self._request(command, self._settings.seek_seconds)
 
     async def save(self, path: str) -> dict[str, Any]:
         """Write the active branch to a file; return its summary and a picture."""
         async with self._door:
-            saved = await self._request(protocol.Save(path), self._settings.seek_seconds)
-        assert isinstance(saved, dict)  # noqa: S101 - for the type checker
-        return saved
+            return cast("dict[str, Any]", await self._request(protocol.Save(path), self._settings.seek_seconds))
 
     async def picture(self) -> bytes:
         """Return the current frame as PNG."""
-        png = await self._request(protocol.Picture(), self._settings.command_seconds)
-        assert isinstance(png, bytes)  # noqa: S101 - for the type checker
-        return png
+        return cast("bytes", await self._request(protocol.Picture(), self._settings.command_seconds))
 
     def bookmark(self, name: str, note: str) -> Bookmark:
         """Remember the frame that is shown."""
-        if len(self.spec.bookmarks) >= LONGEST_BOOKMARKS:
-            raise ConflictError(f"A session holds at most {LONGEST_BOOKMARKS} bookmarks; delete one first.")
-        made = Bookmark(id=name, frame=self.spec.active.position, note=note, branch=self.spec.branch)
-        self.spec.bookmarks = sorted([*self.spec.bookmarks, made], key=lambda item: item.frame)
-        self._tell_bookmarks()
-        return made
-
-    def unbookmark(self, name: str) -> bool:
-        """Forget a bookmark; return whether there was one."""
-        kept = [item for item in self.spec.bookmarks if item.id != name]
-        found = len(kept) < len(self.spec.bookmarks)
-        self.spec.bookmarks = kept
-        self._tell_bookmarks()
-        return found
+        if len(self.spec.bookmarks) >= MOST_BOOKMARKS:
+            raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
+        return self.chronicle.bookmark(name, note)
 
     async def _request(self, command: protocol.Command, timeout_s: float) -> object:
         if self._link is None:
@@ -264,27 +227,29 @@ class Session:
 
     async def _grant(self) -> None:
         async with self._door:
-            pass
-        values, self._wishes = self._wishes, {}
+            values, self._wishes = self._wishes, {}
         await self._answered(self.change(values))
 
     def _transport_wish(self, wish: dict[str, Any]) -> None:
         self._later(self._answered(self.transport(**wish)))
 
-    async def _answered(self, command: Any) -> None:  # noqa: ANN401 - the coroutine of any command
+    async def _answered(self, command: Coroutine[Any, Any, object]) -> None:
         """Carry out a command of the panel, and tell page and panel if it is refused."""
         try:
             await command
-        except (ParameterError, ConflictError, WorkerLostError, TypeError) as error:
+        except (ParameterError, EndOfRun, PastError, ApiError) as error:
             known = {name: getattr(error, name, None) for name in ("field", "bound", "value")}
             detail = shape(str(error), **known)
             self.listeners.emit(messages.Refused(**detail))
             self.stage.refuse(detail["message"])
 
-    def _later(self, command: Any) -> None:  # noqa: ANN401 - any coroutine
+    def _later(self, command: Coroutine[Any, Any, None]) -> None:
         task = asyncio.ensure_future(command)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    def _tell_panel(self) -> None:
+        self.stage.tell(self.spec.values, self.spec.active.tracker, self.spec.speed)
 
     # ------------------------------------------------------------ what the worker says
 
@@ -293,126 +258,19 @@ class Session:
             self._link.credit()
 
     def _event(self, event: protocol.Event) -> None:
-        if not isinstance(event, protocol.Progress):
-            return
-        shown = event.shown["frame"] if event.shown else None
-        rows = [finite(row) for row in event.rows]
-        self._stand(event.standing)
-        if rows:
-            self.frames_computed += len(rows)
-            self._history(event.standing.branch).put(rows)
-            self._tell_rows(event.standing.branch, rows, shown)
-        if event.drawing is not None and event.shown is not None:
-            self.stage.offer(event.drawing, finite(event.shown))
-
-    def _stand(self, now: protocol.Standing) -> None:
-        """Take over where the run stands, and tell what has changed."""
-        known = self.spec.branches.get(now.branch)
-        if known is None:
-            known = self._new_branch(now)
-        switched = self.spec.branch != now.branch
-        before = (known.position, known.head, self._playing, self.spec.speed)
-        changed = {name: value for name, value in now.values.items() if self.spec.values.get(name) != value}
-        if known.tracker != now.tracker and not switched:
-            changed["tracker"] = now.tracker
-        timeline_changed = len(now.timeline) != len(known.timeline) or bool(changed) or switched
-        self.spec.branch = now.branch
-        known.position, known.head = now.position, now.head
-        known.first_tracker, known.tracker = now.first_tracker, now.tracker
-        self.spec.speed, self._playing, self._ended = now.speed, now.playing, now.ended
-        self.spec.values = now.values
-        if timeline_changed:
-            known.timeline = as_models(now.timeline)
-        self.dirty = True
-        if now.beginnings != self._beginnings:
-            self._beginnings = now.beginnings
-            self._histories[now.branch] = History()
-            self._forget_bookmarks(now.branch)
-            self.listeners.greet()
-        self._become("playing" if now.playing else "ended" if now.ended else "ready")
-        if switched:
-            self._tell_branches()
-        if changed or switched:
-            self._tell_values(changed)
-        if switched or before != (now.position, now.head, now.playing, now.speed):
-            self.listeners.emit(
-                messages.Position(
-                    branch=now.branch, frame=now.position, head=now.head, playing=now.playing, speed=now.speed
-                )
-            )
-
-    def _new_branch(self, now: protocol.Standing) -> BranchSpec:
-        """Take note of a branch that the worker made."""
-        parent, number = self.spec.branch, self.spec.branches_made
-        frame = min(now.position, now.head)
-        made = BranchSpec(
-            id=now.branch,
-            title=f"{self.card.trackers.get(now.tracker, now.tracker)} from frame {frame}",
-            parent=parent,
-            frame=frame,
-            tracker=now.tracker,
-            colour=colour(number),
-        )
-        self.spec.branches_made = number + 1
-        self.spec.branches[made.id] = made
-        self._histories[made.id] = self._history(parent).upto(frame)
-        return made
-
-    def _history(self, branch: str) -> History:
-        return self._histories.setdefault(branch, History())
+        if isinstance(event, protocol.Progress):
+            self.chronicle.stand(event.standing)
+            self.chronicle.add(event.standing.branch, event.rows, event.shown["frame"] if event.shown else None)
+            if event.drawing is not None and event.shown is not None:
+                self.stage.offer(event.drawing, event.shown)
 
     def _lost(self, reason: str) -> None:
         self._link = None
-        self._playing = False
-        self._become("crashed", reason)
+        self.chronicle.playing = False
+        self.chronicle.become("crashed", reason)
 
     async def _hang_up(self) -> None:
         link, self._link = self._link, None
-        self._playing = False
+        self.chronicle.playing = False
         if link is not None:
             await link.close()
-
-    def _become(self, state: State, message: str | None = None) -> None:
-        """Be in another state, and say so unless the transport says it already."""
-        if state == self.state and message == self.message:
-            return
-        between = {self.state, state} <= {"ready", "playing"}
-        self.state, self.message = state, message
-        if not between:
-            self.listeners.emit(messages.SessionNews(state=state, message=message))
-
-    # ------------------------------------------------------------ what is told
-
-    def _tell_rows(self, branch: str, rows: list[dict[str, Any]], shown: int | None) -> None:
-        if len(rows) == 1:
-            row = rows[0]
-            self.listeners.emit(messages.Frame(branch=branch, diagnostics=row, shown=shown == row["frame"]))
-        else:
-            self.listeners.emit(messages.Frames(branch=branch, rows=rows))
-
-    def _tell_values(self, changed: dict[str, Any]) -> None:
-        active = self.spec.active
-        self.stage.tell(self.spec.values, active.tracker, self.spec.speed)
-        self.listeners.emit(
-            messages.Parameters(
-                branch=active.id,
-                frame=active.position + 1,
-                parameters=self.spec.values,
-                tracker=active.tracker,
-                values=changed,
-            )
-        )
-
-    def _tell_branches(self) -> None:
-        self.dirty = True
-        self.listeners.emit(messages.Branches(branch=self.spec.branch, branches=branch_views(self.spec)))
-
-    def _forget_bookmarks(self, branch: str) -> None:
-        kept = [item for item in self.spec.bookmarks if item.branch != branch]
-        if len(kept) < len(self.spec.bookmarks):
-            self.spec.bookmarks = kept
-            self._tell_bookmarks()
-
-    def _tell_bookmarks(self) -> None:
-        self.dirty = True
-        self.listeners.emit(messages.Bookmarks(bookmarks=self.spec.bookmarks))

@@ -7,9 +7,19 @@ from typing import Any
 
 import httpx
 import pytest
+import structlog
 
 from server.settings import Settings
 from tests.server.host import Server, begin, running
+
+# Plain tracebacks: structlog's own, with all locals, take seconds for an exception in an app.
+structlog.configure(
+    processors=[
+        structlog.processors.add_log_level,
+        structlog.processors.format_exc_info,
+        structlog.processors.LogfmtRenderer(),
+    ]
+)
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,204 @@
+"""The chronicle: what is known of a session's run, taken down as the worker tells it and passed on as it changes.
+
+It alone changes the spec's branches and positions, and it alone decides what of that is news.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from server.sessions import messages
+from server.sessions.history import History
+from server.sessions.listeners import Listeners
+from server.sessions.messages import State
+from server.sessions.protocol import Card, Ready, Standing
+from server.sessions.spec import Bookmark, BranchSpec, SessionSpec, as_models, colour
+from server.sessions.view import branch_views, view
+
+__all__ = ["Chronicle"]
+
+
+class Chronicle:
+    """Spec, state and diagnostics of one session.
+
+    Attributes:
+        spec: Everything that is kept of the session.
+        state: What it is doing.
+        message: Why it is in this state, where there is something to say.
+        playing: Whether the run goes on by itself.
+        dirty: Whether the spec has changed since it was last stored.
+        frames_computed: Frames that its workers have computed.
+        listeners: Who hears the news.
+    """
+
+    def __init__(self, spec: SessionSpec, state: State, on_values: Callable[[], None]) -> None:
+        """Begin with a spec; `on_values` is called when the values in force have changed."""
+        self.spec = spec
+        self.state: State = state
+        self.message: str | None = None
+        self.playing = False
+        self.dirty = True
+        self.frames_computed = 0
+        self.card = Card(**spec.card) if spec.card else None
+        self.listeners = Listeners(self.hello)
+        self._on_values = on_values
+        self._histories: dict[str, History] = {}
+        self._last: Standing | None = None
+
+    # ------------------------------------------------------------ what is known
+
+    def view(self) -> messages.SessionView:
+        """Return the session as everybody outside sees it."""
+        assert self.card is not None  # noqa: S101 - a session without a card is shown to nobody
+        return view(self.spec, self.card, self.state, self.message, playing=self.playing)
+
+    def hello(self) -> messages.Hello:
+        """Return everything there is to know."""
+        return messages.Hello(session=self.view(), diagnostics=self.columns(self.spec.branch))
+
+    def columns(self, branch: str) -> dict[str, list[Any]]:
+        """Return the diagnostics of a branch."""
+        history = self._histories.get(branch)
+        return dict(history.columns) if history else {}
+
+    # ------------------------------------------------------------ what is told by the worker
+
+    def begin(self, ready: Ready) -> None:
+        """Take down what a new worker has made of the spec, and tell everything anew."""
+        self.card = ready.card
+        self.spec.card = {name: getattr(ready.card, name) for name in Card.__slots__}
+        self.spec.frames = ready.card.frames
+        self._last = None
+        self._histories[self.spec.branch] = History()
+        self._histories[self.spec.branch].put(ready.rows)
+        self.stand(ready.standing)
+        self.listeners.greet()
+
+    def add(self, branch: str, rows: list[dict[str, Any]], shown: int | None) -> None:
+        """Take down the diagnostics of frames just computed."""
+        if not rows:
+            return
+        self.frames_computed += len(rows)
+        self._history(branch).put(rows)
+        if len(rows) == 1:
+            row = rows[0]
+            self.listeners.emit(messages.Frame(branch=branch, diagnostics=row, shown=shown == row["frame"]))
+        else:
+            self.listeners.emit(messages.Frames(branch=branch, rows=rows))
+
+    def stand(self, now: Standing) -> None:
+        """Take down where the run stands, and tell what has changed."""
+        last, self._last = self._last, now
+        branch = self.spec.branches.get(now.branch) or self._new_branch(now)
+        switched = self.spec.branch != now.branch
+        changed = {name: value for name, value in now.values.items() if self.spec.values.get(name) != value}
+        if branch.tracker != now.tracker and not switched:
+            changed["tracker"] = now.tracker
+        self.spec.branch, self.spec.values = now.branch, now.values
+        branch.position, branch.head = now.position, now.head
+        branch.first_tracker, branch.tracker = now.first_tracker, now.tracker
+        self.playing, self.spec.speed = now.playing, now.speed
+        if last is None or now.timeline != last.timeline:
+            branch.timeline = as_models(now.timeline)
+        self.dirty = True
+        if last is not None and now.beginnings != last.beginnings:
+            self._forget(now.branch)
+        self.become("playing" if now.playing else "ended" if now.ended else "ready")
+        if switched:
+            self.tell_branches()
+        if changed or switched:
+            self._tell_values(branch, changed)
+        if last is None or last.speed != now.speed:
+            self._on_values()
+        if last is None or switched or _where(last) != _where(now):
+            self._tell_position(now)
+
+    def become(self, state: State, message: str | None = None) -> None:
+        """Be in another state, and say so unless the transport says it already."""
+        if state == self.state and message == self.message:
+            return
+        between = {self.state, state} <= {"ready", "playing"}
+        self.state, self.message = state, message
+        if not between:
+            self.listeners.emit(messages.SessionNews(state=state, message=message))
+
+    def _history(self, branch: str) -> History:
+        return self._histories.setdefault(branch, History())
+
+    def _new_branch(self, now: Standing) -> BranchSpec:
+        """Take note of a branch that the worker made."""
+        assert self.card is not None  # noqa: S101 - a worker shows its card first
+        parent, number = self.spec.branch, self.spec.branches_made
+        made = BranchSpec(
+            id=now.branch,
+            title=f"{self.card.trackers.get(now.tracker, now.tracker)} from frame {now.position}",
+            parent=parent,
+            frame=now.position,
+            tracker=now.tracker,
+            colour=colour(number),
+        )
+        self.spec.branches_made = number + 1
+        self.spec.branches[made.id] = made
+        self._histories[made.id] = self._history(parent).upto(now.position)
+        return made
+
+    def _forget(self, branch: str) -> None:
+        """Forget the past of a branch that has begun anew."""
+        self._histories[branch] = History()
+        self.spec.bookmarks = [item for item in self.spec.bookmarks if item.branch != branch]
+        self.listeners.greet()
+
+    # ------------------------------------------------------------ what people do to it
+
+    def name_branch(self, branch: str, title: str) -> None:
+        """Give a branch another title."""
+        self.spec.branches[branch].title = title
+        self.tell_branches()
+
+    def bookmark(self, name: str, note: str) -> Bookmark:
+        """Remember the frame that is shown."""
+        made = Bookmark(id=name, frame=self.spec.active.position, note=note, branch=self.spec.branch)
+        self.spec.bookmarks = sorted([*self.spec.bookmarks, made], key=lambda item: item.frame)
+        self._tell_bookmarks()
+        return made
+
+    def unbookmark(self, name: str) -> bool:
+        """Forget a bookmark; return whether there was one."""
+        kept = [item for item in self.spec.bookmarks if item.id != name]
+        found = len(kept) < len(self.spec.bookmarks)
+        self.spec.bookmarks = kept
+        self._tell_bookmarks()
+        return found
+
+    # ------------------------------------------------------------ telling
+
+    def tell_branches(self) -> None:
+        """Tell which branches there are."""
+        self.dirty = True
+        self.listeners.emit(messages.Branches(branch=self.spec.branch, branches=branch_views(self.spec)))
+
+    def _tell_values(self, branch: BranchSpec, changed: dict[str, Any]) -> None:
+        self._on_values()
+        self.listeners.emit(
+            messages.Parameters(
+                branch=branch.id,
+                frame=branch.position + 1,
+                parameters=self.spec.values,
+                tracker=branch.tracker,
+                values=changed,
+            )
+        )
+
+    def _tell_position(self, now: Standing) -> None:
+        self.listeners.emit(
+            messages.Position(
+                branch=now.branch, frame=now.position, head=now.head, playing=now.playing, speed=now.speed
+            )
+        )
+
+    def _tell_bookmarks(self) -> None:
+        self.dirty = True
+        self.listeners.emit(messages.Bookmarks(bookmarks=self.spec.bookmarks))
+
+
+def _where(standing: Standing) -> tuple[int, int, bool, float]:
+    return standing.position, standing.head, standing.playing, standing.speed

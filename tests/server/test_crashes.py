@@ -1,0 +1,173 @@
+"""Workers that are killed, hang, or take too much, and servers that stop: nobody else notices, nothing is lost."""
+
+import os
+import signal
+import sqlite3
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+from websockets.sync.client import connect
+
+from tests.server.host import Server, begin, error_of, steer, wait_for
+from tests.server.test_stream import hear, until
+
+
+def state(client: httpx.Client, session: str) -> str:
+    return str(client.get(f"/api/v1/sessions/{session}").json()["state"])
+
+
+def diagnostics(client: httpx.Client, session: str) -> dict[str, Any]:
+    columns: dict[str, Any] = client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]
+    # How long a step took is the only thing that is not the same each time.
+    return {name: column for name, column in columns.items() if name != "step_ms"}
+
+
+class TestKilledWorkers:
+    def test_others_go_on_and_it_resumes_where_it_was(self, server: Server, client: httpx.Client) -> None:
+        """A killed worker ends its own session alone, says so, and the session goes on where it was."""
+        victim, other = begin(client), begin(client, seed=8)
+        steer(client, other["id"], "play")
+        steer(client, victim["id"], "seek", frame=30)
+        client.patch(f"/api/v1/sessions/{victim['id']}/parameters", json={"sample_count": 200})
+        steer(client, victim["id"], "seek", frame=60)
+        steer(client, victim["id"], "seek", frame=50)
+        before = diagnostics(client, victim["id"])
+        with connect(f"{server.ws}/api/v1/sessions/{victim['id']}/stream") as socket:
+            hear(socket)
+            os.kill(server.pid_of(victim["id"]), signal.SIGKILL)
+            told = until(socket, lambda message: message["type"] == "session")[-1]
+            assert told["state"] == "crashed"
+            assert "killed" in told["message"]
+            head = client.get(f"/api/v1/sessions/{other['id']}").json()["head"]
+            wait_for(lambda: client.get(f"/api/v1/sessions/{other['id']}").json()["head"] > head + 5)
+            error_of(client.post(f"/api/v1/sessions/{victim['id']}/transport", json={"action": "play"}), 409)
+            error_of(client.patch(f"/api/v1/sessions/{victim['id']}/parameters", json={"sample_count": 9}), 409)
+            assert diagnostics(client, victim["id"]) == before
+            resumed = client.post(f"/api/v1/sessions/{victim['id']}/resume").json()
+            assert (resumed["state"], resumed["position"], resumed["head"]) == ("ready", 50, 60)
+            hello = until(socket, lambda message: message["type"] == "hello")[-1]
+            assert hello["session"]["timeline"] == [{"frame": 31, "values": {"sample_count": 200}}]
+        assert diagnostics(client, victim["id"]) == before
+        assert steer(client, victim["id"], "step")["position"] == 51
+
+    def test_all_branches_come_back(self, server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+        """After a crash every branch can be shown again, with the same numbers."""
+        steer(client, session["id"], "seek", frame=20)
+        main = diagnostics(client, session["id"])
+        client.post(f"/api/v1/sessions/{session['id']}/branch", json={"frame": 10, "tracker": "apf"})
+        steer(client, session["id"], "seek", frame=15)
+        branch = diagnostics(client, session["id"])
+        os.kill(server.pid_of(session["id"]), signal.SIGSEGV)
+        wait_for(lambda: state(client, session["id"]) == "crashed")
+        client.post(f"/api/v1/sessions/{session['id']}/resume")
+        assert diagnostics(client, session["id"]) == branch
+        back = client.post(f"/api/v1/sessions/{session['id']}/branch/{session['branch']}/activate").json()
+        assert (back["head"], back["tracker"]) == (20, session["tracker"])
+        assert diagnostics(client, session["id"]) == main
+
+    def test_a_request_under_way_is_answered(self, server: Server, client: httpx.Client) -> None:
+        """A request that waits for a worker that dies is answered with a clear error."""
+        session = begin(client, frames=20_000)
+        pid = server.pid_of(session["id"])
+        os.kill(pid, signal.SIGSTOP)
+        threading.Timer(0.5, os.kill, (pid, signal.SIGKILL)).start()
+        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json={"action": "step"})
+        assert "killed" in error_of(answer, 503)["message"]
+
+
+class TestBudgets:
+    def test_a_hung_worker(self, start_server: Any) -> None:
+        """A worker that gives no sign of life is ended, and its session says so and can be resumed."""
+        with start_server(hang_seconds=2) as (server, client):
+            session = begin(client)
+            steer(client, session["id"], "seek", frame=10)
+            os.kill(server.pid_of(session["id"]), signal.SIGSTOP)
+            wait_for(lambda: state(client, session["id"]) == "crashed", 10)
+            found = client.get(f"/api/v1/sessions/{session['id']}").json()
+            assert "no sign of life for 2 s" in found["message"]
+            assert client.post(f"/api/v1/sessions/{session['id']}/resume").json()["position"] == 10
+
+    def test_a_paused_worker_is_not_hung(self, start_server: Any) -> None:
+        """A worker that has nothing to do still gives signs of life."""
+        with start_server(hang_seconds=2) as (_, client):
+            session = begin(client)
+            time.sleep(4)
+            assert state(client, session["id"]) == "ready"
+
+    def test_processor_time(self, start_server: Any) -> None:
+        """A worker that used up its processor time is ended, and its session says so."""
+        with start_server(worker_cpu_seconds=1) as (_, client):
+            session = begin(client, frames=20_000, parameters={"sample_count": 5000})
+            steer(client, session["id"], "speed", speed=0)
+            steer(client, session["id"], "play")
+            wait_for(lambda: state(client, session["id"]) == "crashed", 30)
+            assert "1 s of processor time" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
+
+    def test_memory(self, server: Server, client: httpx.Client) -> None:
+        """A worker may allocate what it is allowed and no more."""
+        session = begin(client)
+        soft, _ = psutil.Process(server.pid_of(session["id"])).rlimit(psutil.RLIMIT_AS)
+        used = psutil.Process(server.pid_of(session["id"])).memory_info().vms
+        assert used < soft < used + 1.1 * server.app.state.services.settings.worker_memory_bytes
+
+
+class TestSuspending:
+    def test_idle_sessions_are_suspended_and_go_on(self, start_server: Any) -> None:
+        """A session without visitors is suspended, frees its worker, and goes on when somebody comes."""
+        with start_server(idle_seconds=1) as (server, client):
+            session = begin(client)
+            steer(client, session["id"], "seek", frame=25)
+            before = diagnostics(client, session["id"])
+            pid = server.pid_of(session["id"])
+            wait_for(lambda: state(client, session["id"]) == "suspended")
+            wait_for(lambda: not psutil.pid_exists(pid))
+            assert "Nobody was here" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
+            with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
+                until(socket, lambda m: m["type"] == "hello" and m["session"]["state"] == "ready")
+                time.sleep(2)
+                assert state(client, session["id"]) == "ready"
+            assert diagnostics(client, session["id"]) == before
+
+    def test_sessions_outlive_the_server(self, start_server: Any) -> None:
+        """After a restart of the server its sessions are listed as suspended and go on where they were."""
+        with start_server() as (_, client):
+            session = begin(client, seed=11)
+            steer(client, session["id"], "seek", frame=20)
+            client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "keep me"})
+            client.post(f"/api/v1/sessions/{session['id']}/branch", json={"frame": 10, "tracker": "apf", "title": "B"})
+            steer(client, session["id"], "seek", frame=18)
+            before = diagnostics(client, session["id"])
+        with start_server() as (_, client):
+            (found,) = client.get("/api/v1/sessions").json()
+            assert (found["id"], found["state"]) == (session["id"], "suspended")
+            assert found["bookmarks"][0]["note"] == "keep me"
+            assert [branch["title"] for branch in found["branches"]] == ["Main", "B"]
+            resumed = client.post(f"/api/v1/sessions/{session['id']}/resume").json()
+            assert (resumed["position"], resumed["tracker"], resumed["seed"]) == (18, "apf", 11)
+            assert diagnostics(client, session["id"]) == before
+
+    def test_what_people_made_is_written_at_once(self, start_server: Any, tmp_path: Path) -> None:
+        """A bookmark or a branch is in the database before its request is answered."""
+        with start_server() as (_, client):
+            session = begin(client)
+            client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "now"})
+            database = sqlite3.connect(tmp_path / "data" / "pftrack.sqlite")
+            (spec,) = database.execute("SELECT spec FROM sessions").fetchone()
+            database.close()
+            assert '"note":"now"' in spec
+
+
+@pytest.mark.parametrize("state", ["ready", "suspended"])
+def test_ended_sessions_stay_ended(start_server: Any, state: str) -> None:
+    """A session that was ended does not come back with the server."""
+    with start_server(idle_seconds=0.5 if state == "suspended" else 900) as (_, client):
+        session = begin(client)
+        wait_for(lambda: client.get(f"/api/v1/sessions/{session['id']}").json()["state"] == state)
+        client.delete(f"/api/v1/sessions/{session['id']}")
+    with start_server() as (_, client):
+        assert client.get("/api/v1/sessions").json() == []

@@ -1,0 +1,141 @@
+"""Runs: saved, downloaded, brought in elsewhere and opened again, to the same numbers."""
+
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from pftrack import record
+from tests.server.host import Server, begin, error_of, steer
+from tests.server.test_uploads import send, video
+
+
+def save(client: httpx.Client, session: str, **more: Any) -> dict[str, Any]:
+    answer = client.post("/api/v1/runs", json={"session": session, **more})
+    assert answer.status_code == 201, answer.text
+    saved: dict[str, Any] = answer.json()
+    return saved
+
+
+def made(client: httpx.Client) -> dict[str, Any]:
+    """A run with a change of tracker and a bookmark, 40 frames long."""
+    session = begin(client, parameters={"sample_count": 150})
+    steer(client, session["id"], "seek", frame=20)
+    client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"tracker": "apf"})
+    client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "here"})
+    steer(client, session["id"], "seek", frame=39)
+    steer(client, session["id"], "seek", frame=30)
+    return save(client, session["id"], title="My run")
+
+
+def estimates(client: httpx.Client, session: str) -> list[list[float]]:
+    found: list[list[float]] = client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]["estimate"]
+    return found
+
+
+def test_saved_and_listed(client: httpx.Client) -> None:
+    """A saved run is listed with what came of it, a picture and its date."""
+    run = made(client)
+    assert run["title"] == "My run"
+    assert (run["frames"], run["tracker"], run["seed"]) == (40, "apf", 7)
+    assert "40 frames" in run["outcome"]
+    assert run in client.get("/api/v1/runs").json()
+    assert client.get(f"/api/v1/runs/{run['id']}").json() == run
+    assert client.get(run["thumbnail"]).content.startswith(b"\x89PNG")
+    assert client.delete(f"/api/v1/runs/{run['id']}").status_code == 204
+    for path in ("", "/download", "/thumbnail.png"):
+        error_of(client.get(f"/api/v1/runs/{run['id']}{path}"), 404)
+
+
+def test_opened_again(client: httpx.Client) -> None:
+    """A saved run opens where it was saved, with its bookmarks and the same numbers."""
+    run = made(client)
+    answer = client.post(f"/api/v1/runs/{run['id']}/open")
+    assert answer.status_code == 201, answer.text
+    session = answer.json()
+    assert (session["position"], session["head"], session["tracker"]) == (30, 39, "apf")
+    assert session["bookmarks"][0]["note"] == "here"
+    again = save(client, session["id"])
+    assert again["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
+
+
+def test_downloaded_and_replayed(client: httpx.Client, tmp_path: Path) -> None:
+    """A downloaded run replays in the library to the same numbers."""
+    run = made(client)
+    download = client.get(f"/api/v1/runs/{run['id']}/download")
+    assert download.headers["content-disposition"].endswith('.pft"')
+    path = tmp_path / "run.pft"
+    path.write_bytes(download.content)
+    replayed = record.load(path)
+    replayed.seek(39)
+    assert replayed.estimates_sha256 == run["summary"]["estimates_sha256"]
+
+
+def test_brought_in(client: httpx.Client) -> None:
+    """A run that was saved elsewhere is computed once in a confined process, listed, and opens."""
+    run = made(client)
+    content = client.get(f"/api/v1/runs/{run['id']}/download").content
+    answer = client.post("/api/v1/runs/import", files={"file": ("from a friend.pft", content)})
+    assert answer.status_code == 201, answer.text
+    brought = answer.json()
+    assert brought["title"] == "from a friend"
+    assert brought["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
+    assert brought["summary"]["reproduced"] is True
+    assert client.post(f"/api/v1/runs/{brought['id']}/open").status_code == 201
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04" + b"\0" * 100, b"PK\x05\x06" + b"\0" * 18])
+def test_what_is_no_run(server: Server, client: httpx.Client, content: bytes) -> None:
+    """A file that is no run is refused with a sentence, and nothing of it is kept."""
+    files = server.app.state.services.store.files
+    before = len(list(files.runs.iterdir()))
+    answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
+    assert "no saved run" in error_of(answer, 422)["message"]
+    assert len(list(files.runs.iterdir())) == before
+    assert list(files.incoming.iterdir()) == []
+
+
+def test_too_large(start_server: Any) -> None:
+    """A record that is too large is refused."""
+    with start_server(max_record_bytes=1000) as (_, client):
+        answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", b"x" * 2000)})
+        error_of(answer, 413)
+
+
+def test_a_run_on_a_video(client: httpx.Client) -> None:
+    """A run on a video opens on the upload with the same content, and says so when it is not there."""
+    upload = send(client, ("ball.mp4", video(20))).json()
+    session = begin(client, upload=upload["id"], box=[10, 20, 10, 10], start=1)
+    steer(client, session["id"], "seek", frame=12)
+    numbers = estimates(client, session["id"])
+    run = save(client, session["id"])
+    client.delete(f"/api/v1/sessions/{session['id']}")
+    content = client.get(f"/api/v1/runs/{run['id']}/download").content
+    opened = client.post(f"/api/v1/runs/{run['id']}/open").json()
+    assert (opened["upload"], opened["box"], opened["start"]) == (upload["id"], [10, 20, 10, 10], 1)
+    assert estimates(client, opened["id"]) == numbers
+    client.delete(f"/api/v1/sessions/{opened['id']}")
+    client.delete(f"/api/v1/uploads/{upload['id']}")
+    assert "upload it first" in error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]
+    answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
+    assert "upload it first" in error_of(answer, 422)["message"]
+    again = send(client, ("other name.mp4", video(20))).json()
+    assert client.post(f"/api/v1/runs/{run['id']}/open").json()["upload"] == again["id"]
+
+
+def test_saving_nothing(client: httpx.Client) -> None:
+    """A session that is not there cannot be saved."""
+    error_of(client.post("/api/v1/runs", json={"session": "0123456789abcdef"}), 404)
+    error_of(client.post("/api/v1/runs", json={}), 422)
+
+
+def test_runs_outlive_the_server(start_server: Any) -> None:
+    """Saved runs and uploads are there after a restart of the server."""
+    with start_server() as (_, client):
+        run = made(client)
+        upload = send(client, ("ball.mp4", video(5))).json()
+    with start_server() as (_, client):
+        assert client.get("/api/v1/runs").json() == [run]
+        assert client.get("/api/v1/uploads").json() == [upload]
+        assert client.post(f"/api/v1/runs/{run['id']}/open").status_code == 201

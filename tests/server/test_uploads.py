@@ -1,0 +1,262 @@
+"""Uploads: cut off while they stream, decoded once before anybody uses them, deleted when they do not pass."""
+
+import io
+import socket
+import struct
+import zlib
+from pathlib import Path
+from typing import Any
+
+import av
+import httpx
+import numpy as np
+import pytest
+
+from tests.server.host import Server, begin, error_of, steer, wait_for
+
+SIZE = (64, 48)
+
+
+def png(grey: int, size: tuple[int, int] = SIZE) -> bytes:
+    """A picture of one shade with a red square."""
+    width, height = size
+    picture = np.full((height, width, 3), grey, np.uint8)
+    picture[20:30, 20 + grey // 10 : 30 + grey // 10] = (220, 20, 20)
+    raw = b"".join(b"\0" + row.tobytes() for row in picture)
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(raw)) + chunk(b"IEND", b"")
+
+
+def video(frames: int = 24) -> bytes:
+    """A short video of a red square that moves."""
+    buffer = io.BytesIO()
+    with av.open(buffer, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height = SIZE
+        stream.pix_fmt = "yuv420p"
+        for number in range(frames):
+            picture = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)
+            picture[20:30, 10 + number : 20 + number] = (220, 20, 20)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode())
+    return buffer.getvalue()
+
+
+def send(client: httpx.Client, *files: tuple[str, bytes]) -> httpx.Response:
+    return client.post("/api/v1/uploads", files=[("file", file) for file in files])
+
+
+@pytest.fixture(scope="module")
+def clip() -> bytes:
+    return video()
+
+
+class TestTakenIn:
+    def test_a_video(self, client: httpx.Client, clip: bytes) -> None:
+        """A video is told with what was found in it, its frames can be seen, and it can be deleted."""
+        answer = send(client, ("ball.mp4", clip))
+        assert answer.status_code == 201, answer.text
+        upload = answer.json()
+        assert (upload["name"], upload["kind"], upload["frames"]) == ("ball.mp4", "video", 24)
+        assert (upload["width"], upload["height"], upload["size_bytes"]) == (*SIZE, len(clip))
+        assert upload in client.get("/api/v1/uploads").json()
+        frame = client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg")
+        assert frame.headers["content-type"] == "image/jpeg"
+        assert frame.content.startswith(b"\xff\xd8")
+        assert error_of(client.get(f"/api/v1/uploads/{upload['id']}/frames/24.jpg"), 422)["message"]
+        assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
+        error_of(client.get(f"/api/v1/uploads/{upload['id']}"), 404)
+
+    def test_pictures_in_natural_order(self, client: httpx.Client) -> None:
+        """Several pictures make a sequence in the natural order of their names."""
+        answer = send(client, *[(f"{number}.png", png(10 * number)) for number in (10, 2, 1)])
+        assert answer.status_code == 201, answer.text
+        assert (answer.json()["kind"], answer.json()["frames"]) == ("images", 3)
+        assert answer.json()["name"] == "10.png and 2 more"
+
+    def test_a_session_on_an_upload(self, client: httpx.Client, clip: bytes) -> None:
+        """A session runs on an upload with the box of its target, and the upload cannot be deleted meanwhile."""
+        upload = send(client, ("ball.mp4", clip)).json()
+        session = begin(client, upload=upload["id"], box=[10, 20, 10, 10], start=2)
+        assert (session["frames"], session["width"], session["upload"]) == (22, SIZE[0], upload["id"])
+        moved = steer(client, session["id"], "seek", frame=15)
+        assert moved["head"] == 15
+        estimate = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["estimate"][15]
+        assert abs(estimate[0] - (17 + 15 - 2)) < 12
+        error_of(client.delete(f"/api/v1/uploads/{upload['id']}"), 409)
+        client.delete(f"/api/v1/sessions/{session['id']}")
+        assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
+
+    @pytest.mark.parametrize(
+        ("wish", "field"),
+        [
+            ({"box": [60, 20, 10, 10]}, "box"),
+            ({"box": [-1, 20, 10, 10]}, "box.0"),
+            ({"box": [0, 0, 1000, 1000]}, "box"),
+            ({"box": [0, 0, 10]}, "box.3"),
+            ({"box": "all"}, "box"),
+            ({"box": [0, 0, 10, 10], "start": 24}, "start"),
+            ({"box": [0, 0, 10, 10], "frames": 25}, "frames"),
+        ],
+    )
+    def test_boxes_outside(self, client: httpx.Client, clip: bytes, wish: dict[str, Any], field: str) -> None:
+        """A box or a start outside the recording is refused with what is allowed."""
+        upload = send(client, ("ball.mp4", clip)).json()
+        answer = client.post("/api/v1/sessions", json={"experiment": "ball", "upload": upload["id"], **wish})
+        assert error_of(answer, 422)["field"] == field
+
+    def test_an_experiment_without_video(self, client: httpx.Client, clip: bytes) -> None:
+        """An experiment that has no use for a video says so."""
+        upload = send(client, ("ball.mp4", clip)).json()
+        wish = {"experiment": "sine", "upload": upload["id"], "box": [1, 1, 9, 9]}
+        assert "no use for a video" in error_of(client.post("/api/v1/sessions", json=wish), 422)["message"]
+
+
+class TestRefused:
+    @pytest.mark.parametrize(
+        "content",
+        [
+            b"",
+            b"hello",
+            b"\0" * 4096,
+            b"ffconcat version 1.0\nfile /etc/passwd\n",
+            b"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nfile:///etc/passwd\n",
+            b"http://127.0.0.1/x.mp4",
+            png(40),
+            b"%PDF-1.4",
+        ],
+    )
+    def test_what_is_no_sequence(self, server: Server, client: httpx.Client, content: bytes) -> None:
+        """What is no sequence of pictures is refused with what is allowed, and nothing of it is kept."""
+        files = server.app.state.services.store.files
+        before = len(list(files.uploads.iterdir()))
+        error_of(send(client, ("video.mp4", content)), 422)
+        assert len(list(files.uploads.iterdir())) == before
+        assert list(files.incoming.iterdir()) == []
+
+    def test_cut_short(self, client: httpx.Client, clip: bytes) -> None:
+        """A video that was cut short is refused or taken with a warning, never a mistake of the server."""
+        answer = send(client, ("cut.mp4", clip[: len(clip) // 2]))
+        assert answer.status_code in {201, 422}
+
+    @pytest.mark.parametrize(
+        "name",
+        [
+            "../../../etc/passwd",
+            "..\\..\\boot.ini",
+            "/etc/passwd",
+            "a\0b.mp4",
+            "x" * 500,
+            "",
+            "<b>.mp4",
+            "\u202egpj.mp4",
+        ],
+    )
+    def test_names(self, server: Server, client: httpx.Client, clip: bytes, name: str) -> None:
+        """A name is only ever a title: no part of it becomes a path."""
+        body = (
+            b'--XX\r\nContent-Disposition: form-data; name="file"; filename="'
+            + name.encode()
+            + b'"\r\n\r\n'
+            + clip
+            + b"\r\n--XX--\r\n"
+        )
+        headers = {"content-type": "multipart/form-data; boundary=XX"}
+        answer = client.post("/api/v1/uploads", content=body, headers=headers)
+        assert answer.status_code == 201, answer.text
+        shown = answer.json()["name"]
+        assert "/" not in shown
+        assert "\\" not in shown
+        assert shown.isprintable()
+        assert 0 < len(shown) <= 200
+        folder = server.app.state.services.store.files.uploads / answer.json()["id"]
+        assert sorted(path.name for path in folder.iterdir()) == ["content", "index.json"]
+
+    @pytest.mark.parametrize(
+        ("content_type", "body"),
+        [
+            ("text/plain", b"x"),
+            ("multipart/form-data", b"x"),
+            ("multipart/form-data; boundary=XX", b"nonsense"),
+            ("multipart/form-data; boundary=XX", b""),
+            (
+                "multipart/form-data; boundary=XX",
+                b'--XX\r\nContent-Disposition: form-data; name="file"; filename="a"\r\n\r\nabc',
+            ),
+            (
+                "multipart/form-data; boundary=XX",
+                b'--XX\r\nContent-Disposition: form-data; name="x"\r\n\r\nabc\r\n--XX--\r\n',
+            ),
+            ("multipart/form-data; boundary=XX", b"--XX\r\n" + b"A" * 100_000),
+        ],
+    )
+    def test_bodies(self, server: Server, client: httpx.Client, content_type: str, body: bytes) -> None:
+        """A body that is no form with a file is refused, and nothing of it is kept."""
+        answer = client.post("/api/v1/uploads", content=body, headers={"content-type": content_type})
+        assert answer.status_code in {400, 422}
+        error_of(answer, answer.status_code)
+        assert list(server.app.state.services.store.files.incoming.iterdir()) == []
+
+
+class TestLimits:
+    def test_announced(self, start_server: Any) -> None:
+        """An upload that announces too many bytes is refused before any of them is read."""
+        request = (
+            b"POST /api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 99999999999\r\n"
+            b"Content-Type: multipart/form-data; boundary=XX\r\n\r\n"
+        )
+        with (
+            start_server(max_upload_bytes=100_000) as (server, _),
+            socket.create_connection(("127.0.0.1", server.port)) as raw,
+        ):
+            raw.sendall(request)
+            assert b" 413 " in raw.recv(4096)
+
+    def test_streamed(self, start_server: Any, tmp_path: Path) -> None:
+        """An upload that does not say how large it is is cut off while it streams."""
+        with start_server(max_upload_bytes=1_000_000) as (_, client):
+
+            def endless() -> Any:
+                yield b'--XX\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'
+                for _ in range(400):
+                    yield b"\0" * 65536
+
+            headers = {"content-type": "multipart/form-data; boundary=XX"}
+            answer = client.post("/api/v1/uploads", content=endless(), headers=headers)
+            assert "at most" in error_of(answer, 413)["message"]
+            assert list((tmp_path / "data" / "incoming").iterdir()) == []
+
+    def test_files(self, start_server: Any) -> None:
+        """An upload of too many files is refused."""
+        with start_server(max_upload_files=3) as (_, client):
+            answer = send(client, *[(f"{number}.png", png(number)) for number in range(4)])
+            assert "at most 3 files" in error_of(answer, 413)["message"]
+
+    def test_pixels_and_frames(self, start_server: Any, clip: bytes) -> None:
+        """An upload of too many pixels or frames is refused."""
+        with start_server(max_pixels=64 * 47) as (_, client):
+            error_of(send(client, ("ball.mp4", clip)), 422)
+        with start_server(max_frames=23) as (_, client):
+            error_of(send(client, ("ball.mp4", clip)), 422)
+
+    def test_count(self, start_server: Any, clip: bytes) -> None:
+        """A server keeps a limited number of uploads."""
+        with start_server(max_uploads=1) as (_, client):
+            assert send(client, ("ball.mp4", clip)).status_code == 201
+            assert "at most 1" in error_of(send(client, ("ball.mp4", clip)), 409)["message"]
+
+    def test_a_browser_that_vanishes(self, server: Server, client: httpx.Client) -> None:
+        """An upload whose sender vanishes leaves nothing behind."""
+        incoming = server.app.state.services.store.files.incoming
+        with socket.create_connection(("127.0.0.1", server.port)) as raw:
+            raw.sendall(
+                b"POST /api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100000\r\n"
+                b"Content-Type: multipart/form-data; boundary=XX\r\n\r\n--XX\r\n"
+                b'Content-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\nabc'
+            )
+        wait_for(lambda: list(incoming.iterdir()) == [])
+        assert client.get("/healthz").status_code == 200
