@@ -1,0 +1,117 @@
+"""The command `serve`: one link, clear sentences, a clean end."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import psutil
+
+from tests.server.host import begin, wait_for
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = "import sys; from server.command import serve; from pathlib import Path; serve({})"
+
+
+@contextmanager
+def serving(arguments: str) -> Iterator[subprocess.Popen[str]]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAM.format(arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def failing(arguments: str) -> str:
+    """Return what a server that cannot start says."""
+    with serving(arguments) as process:
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1, err
+    return err
+
+
+def link(process: subprocess.Popen[str]) -> str:
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    found = re.search(r"http://\S+", line)
+    assert found, line
+    return found.group()
+
+
+def test_prints_the_link_and_ends_cleanly(tmp_path: Path) -> None:
+    """The server prints its link when it can be reached, and ends with its workers on an interrupt."""
+    with serving(f"port=0, data_dir=Path({str(tmp_path)!r})") as process:
+        with httpx.Client(base_url=link(process), timeout=60) as client:
+            begin(client)
+        workers = psutil.Process(process.pid).children(recursive=True)
+        assert len(workers) >= 2
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
+        wait_for(lambda: not any(worker.is_running() for worker in workers))
+
+
+def test_nothing_is_lost_when_it_is_killed(tmp_path: Path) -> None:
+    """A server that is killed leaves no worker behind, and its sessions are there when it is back."""
+    arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
+    with serving(arguments) as process, httpx.Client(base_url=link(process), timeout=60) as client:
+        session = begin(client)
+        client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "safe"})
+        workers = psutil.Process(process.pid).children(recursive=True)
+        process.kill()
+        process.wait()
+        wait_for(lambda: not any(worker.is_running() for worker in workers))
+    with serving(arguments) as process, httpx.Client(base_url=link(process), timeout=60) as client:
+        assert client.get(f"/api/v1/sessions/{session['id']}").json()["bookmarks"][0]["note"] == "safe"
+
+
+def test_a_port_in_use(tmp_path: Path) -> None:
+    """A port in use is told in one sentence that says what to do."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert f"Port {port} is in use" in failing(f"port={port}, data_dir=Path({str(tmp_path)!r})")
+
+
+def test_a_data_directory_in_use(tmp_path: Path) -> None:
+    """A data directory is used by one server at a time."""
+    arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
+    with serving(arguments) as process:
+        link(process)
+        assert "in use by another" in failing(arguments)
+
+
+def test_other_wrong_wishes(tmp_path: Path) -> None:
+    """What else is wrong is told in one sentence, too."""
+    assert "port" in failing("port=70000")
+    assert "address" in failing(f"host='203.0.113.7', port=0, data_dir=Path({str(tmp_path)!r})")
+    (tmp_path / "file").write_text("")
+    assert "--data-dir" in failing(f"port=0, data_dir=Path({str(tmp_path / 'file')!r})")
+
+
+def test_a_link_with_a_token(tmp_path: Path) -> None:
+    """Bound to all interfaces the link carries a token, and nothing works without it."""
+    with serving(f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path)!r})") as process:
+        address = link(process)
+        assert "?token=" in address
+        bare = address.partition("?")[0]
+        time.sleep(0.1)
+        assert httpx.get(bare, timeout=20).status_code == 401
+        with httpx.Client(follow_redirects=True) as client:
+            assert client.get(address).status_code == 200

@@ -1,0 +1,74 @@
+"""Pages, experiments, health and metrics."""
+
+import httpx
+import pytest
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.parameters import declarations
+from tests.server.host import begin, steer
+
+
+@pytest.mark.parametrize("path", ["/", "/session/new", "/session/0123456789abcdef"])
+def test_pages(client: httpx.Client, path: str) -> None:
+    """Every page is served whole from this server."""
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "text/html; charset=utf-8"
+    assert "http://" not in answer.text.replace("http://www.w3.org", "")
+
+
+@pytest.mark.parametrize("path", ["/static/style.css", "/static/modules/api.js", "/static/bokeh/bokeh.min.js"])
+def test_files(client: httpx.Client, path: str) -> None:
+    """Pages' files and BokehJS are served, to be asked for again each time."""
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert answer.headers["cache-control"] == "no-cache"
+    again = client.get(path, headers={"if-none-match": answer.headers["etag"]})
+    assert again.status_code == 304
+
+
+def test_experiments(client: httpx.Client) -> None:
+    """The list of experiments tells of each what the gallery shows."""
+    listed = client.get("/api/v1/experiments").json()
+    assert [item["id"] for item in listed] == list(EXPERIMENTS)
+    for item in listed:
+        assert item["title"]
+        assert item["question"].endswith("?")
+        assert item["default_tracker"] in [tracker["id"] for tracker in item["trackers"]]
+        assert client.get(item["thumbnail"]).content.startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("name", list(EXPERIMENTS))
+def test_declarations(client: httpx.Client, name: str) -> None:
+    """An experiment tells every parameter with title, unit, bounds, default and help, and the schema of all."""
+    detail = client.get(f"/api/v1/experiments/{name}").json()
+    known = declarations(type(EXPERIMENTS[name].simulate().parameters))
+    assert [item["name"] for item in detail["declarations"]] == [item.name for item in known]
+    assert set(detail["schema"]["properties"]) == {item.name for item in known}
+    assert set(detail["layers"]) == set(EXPERIMENTS[name].layers)
+
+
+def test_health(client: httpx.Client) -> None:
+    """The health checks tell that the server is alive and can work."""
+    assert client.get("/healthz").json() == {"status": "ok"}
+    assert client.get("/readyz").json() == {"status": "ready"}
+
+
+def test_metrics(client: httpx.Client) -> None:
+    """The metrics count sessions, frames and requests."""
+    session = begin(client)
+    steer(client, session["id"], "seek", frame=10)
+    text = client.get("/metrics").text
+    assert 'pftrack_sessions{state="ready"} 1.0' in text
+    assert "pftrack_frames 10.0" in text
+    assert 'pftrack_requests_total{method="POST",status="201"}' in text
+
+
+def test_openapi(client: httpx.Client) -> None:
+    """The interface describes itself, the shape of its errors included."""
+    schema = client.get("/openapi.json").json()
+    assert client.get("/docs").status_code == 200
+    for path, operations in schema["paths"].items():
+        for operation in operations.values():
+            assert operation["description"], path
+            assert "4XX" in operation["responses"], path

@@ -1,0 +1,75 @@
+"""The scene behind the server's one port: drawings reach it, changes in its panel reach the run."""
+
+import time
+from typing import Any
+
+import httpx
+from websockets.sync.client import connect
+
+from tests.server.host import Server, begin, steer, wait_for
+from tests.server.test_leaks import protocol
+from tests.server.test_stream import hear, until
+
+
+def test_drawings_come_while_somebody_looks(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    """While somebody looks, every new frame reaches the scene; while nobody looks, nothing is drawn."""
+    with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
+        hear(stream)
+        steer(client, session["id"], "play")
+        blind = until(stream, lambda m: m["type"] == "frame" and m["diagnostics"]["frame"] == 10)
+        assert not any(message["shown"] for message in blind if message["type"] == "frame")
+        address = f"{server.ws}/viz/{session['id']}"
+        with connect(address, subprotocols=[protocol()], origin=server.url, max_size=None) as scene:
+            assert scene.subprotocol == protocol()
+            assert len(scene.recv(timeout=10)) > 0
+            seen = until(stream, lambda m: m["type"] == "frame" and m["shown"])[-1]["diagnostics"]["frame"]
+            after = until(stream, lambda m: m["type"] == "frame" and m["diagnostics"]["frame"] == seen + 20)
+            shown = [message["shown"] for message in after if message["type"] == "frame"]
+            assert sum(shown) >= 10
+
+
+def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    """A change in the scene's panel takes effect and is echoed; a wrong one is told as refused."""
+    found = server.manager.get(session["id"])
+    loop = found.stage._loop
+    with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
+        hear(stream)
+        loop.call_soon_threadsafe(found._wish, {"sample_count": 150})
+        echo = until(stream, lambda m: m["type"] == "parameters")[-1]
+        assert echo["values"] == {"sample_count": 150}
+        loop.call_soon_threadsafe(found._wish, {"sample_count": -3})
+        refused = until(stream, lambda m: m["type"] == "refused")[-1]
+        assert (refused["field"], refused["value"]) == ("sample_count", -3)
+        loop.call_soon_threadsafe(found._transport_wish, {"action": "speed", "speed": 2.0})
+        until(stream, lambda m: m["type"] == "position" and m["speed"] == 2.0)
+
+
+def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    """Of the many values of a drag the newest counts, and one frame has one change."""
+    found = server.manager.get(session["id"])
+    for count in range(100, 160):
+        found.stage._loop.call_soon_threadsafe(found._wish, {"sample_count": count})
+    wait_for(lambda: found.spec.values["sample_count"] == 159)
+    assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
+        {"frame": 1, "values": {"sample_count": 159}}
+    ]
+
+
+def test_the_scene_survives_a_crash(server: Server, client: httpx.Client) -> None:
+    """The scene stays connected while its worker is made anew, and goes on."""
+    session = begin(client)
+    with (
+        connect(f"{server.ws}/viz/{session['id']}", subprotocols=[protocol()], max_size=None) as scene,
+        connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream,
+    ):
+        scene.recv(timeout=10)
+        import os
+        import signal
+
+        os.kill(server.pid_of(session["id"]), signal.SIGKILL)
+        until(stream, lambda m: m["type"] == "session" and m["state"] == "crashed")
+        client.post(f"/api/v1/sessions/{session['id']}/resume")
+        steer(client, session["id"], "play")
+        until(stream, lambda m: m["type"] == "frame" and m["shown"])
+        time.sleep(0.1)
+        assert scene.close_code is None

@@ -1,0 +1,80 @@
+"""The store: migrations, names and whole files."""
+
+from pathlib import Path
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+
+from server.settings import Settings
+from server.store import Store
+from server.store.database import connect
+from server.store.files import DataDirectory, is_name, new_name, write_whole
+from server.store.tables import Base
+
+
+def test_migrations_make_the_tables(tmp_path: Path) -> None:
+    """The migrations make exactly the tables that the code expects, once and again."""
+    for _ in range(2):
+        engine = connect(f"sqlite:///{tmp_path / 'x.sqlite'}")
+        with engine.connect() as connection:
+            assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+            assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+        engine.dispose()
+
+
+def test_names() -> None:
+    """Names are long, different each time, and recognised; nothing else is."""
+    assert len({new_name() for _ in range(100)}) == 100
+    assert is_name(new_name())
+    for text in ["", "..", "a/b", "../../etc/passwd", "A" * 16, "a" * 33, "0123456789abcde\n"]:
+        assert not is_name(text)
+
+
+def test_files_refuse_other_names(tmp_path: Path) -> None:
+    """A name that the server did not make opens nothing."""
+    files = DataDirectory(tmp_path)
+    for path_of in (files.upload, files.record, files.thumbnail, files.remove_upload, files.remove_run):
+        with pytest.raises(ValueError, match="made by the server"):
+            path_of("../x")
+    files.close()
+
+
+def test_one_server_at_a_time(tmp_path: Path) -> None:
+    """A data directory has one server at a time, and another one when that is gone."""
+    settings = Settings(data_dir=tmp_path)
+    first = Store(settings)
+    with pytest.raises(RuntimeError, match="in use"):
+        Store(settings)
+    first.close()
+    Store(settings).close()
+
+
+def test_owner_only(tmp_path: Path) -> None:
+    """What people made can be read by the server's owner alone."""
+    Store(Settings(data_dir=tmp_path / "new")).close()
+    assert (tmp_path / "new").stat().st_mode & 0o077 == 0
+
+
+def test_whole_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file that could not be written whole leaves the old one as it was."""
+    path = tmp_path / "x"
+    write_whole(path, b"old")
+
+    def full(*_: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match="disk full"):
+        write_whole(path, b"new")
+    assert path.read_bytes() == b"old"
+
+
+def test_what_was_coming_is_cleared(tmp_path: Path) -> None:
+    """Uploads that were coming when the last server stopped are cleared away."""
+    files = DataDirectory(tmp_path)
+    files.new_incoming().mkdir()
+    files.close()
+    again = DataDirectory(tmp_path)
+    assert list(again.incoming.iterdir()) == []
+    again.close()
