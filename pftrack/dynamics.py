@@ -119,12 +119,14 @@ def _predict(
 ) -> NDArray[np.float64]:
     count, dimension = states.shape
     means = np.empty((count, dimension))
-    for n in range(count):
-        for i in range(dimension):
-            value = offset[i]
-            for j in range(dimension):
-                value += transition[i, j] * states[n, j]
-            means[n, i] = value
+    for i in range(dimension):
+        means[:, i] = offset[i]
+        for j in range(dimension):
+            factor = transition[i, j]
+            # Most entries of the usual models are zero.
+            if factor != 0.0:
+                for n in range(count):
+                    means[n, i] += factor * states[n, j]
     return means
 
 
@@ -138,10 +140,12 @@ def _diffuse(
     count = ancestors.shape[0]
     dimension = means.shape[1]
     states = np.empty((count, dimension))
-    for n in range(count):
-        for i in range(dimension):
-            value = means[ancestors[n], i]
-            for j in range(normals.shape[1]):
-                value += noise[i, j] * normals[n, j]
-            states[n, i] = value
+    for i in range(dimension):
+        for n in range(count):
+            states[n, i] = means[ancestors[n], i]
+        for j in range(normals.shape[1]):
+            factor = noise[i, j]
+            if factor != 0.0:
+                for n in range(count):
+                    states[n, i] += factor * normals[n, j]
     return states

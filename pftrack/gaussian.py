@@ -1,6 +1,7 @@
 """Gaussian distributions: the value that Kalman filters carry, and the density that weights need."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ class Gaussian:
     mean: NDArray[np.float64]
     covariance: NDArray[np.float64]
 
-    @property
+    @cached_property
     def standard_deviations(self) -> NDArray[np.float64]:
         """(d,) square roots of the variances."""
         deviations: NDArray[np.float64] = np.sqrt(np.diag(self.covariance))

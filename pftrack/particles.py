@@ -125,19 +125,20 @@ def _moments(
     states: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     count, dimension = states.shape
-    mean = np.zeros(dimension)
-    for n in range(count):
-        for i in range(dimension):
-            mean[i] += weights[n] * states[n, i]
-    covariance = np.zeros((dimension, dimension))
-    for n in range(count):
-        for i in range(dimension):
-            weighted = weights[n] * (states[n, i] - mean[i])
-            for j in range(i, dimension):
-                covariance[i, j] += weighted * (states[n, j] - mean[j])
+    mean = np.empty(dimension)
+    covariance = np.empty((dimension, dimension))
     for i in range(dimension):
-        for j in range(i):
-            covariance[i, j] = covariance[j, i]
+        total = 0.0
+        for n in range(count):
+            total += weights[n] * states[n, i]
+        mean[i] = total
+    for i in range(dimension):
+        for j in range(i, dimension):
+            total = 0.0
+            for n in range(count):
+                total += weights[n] * (states[n, i] - mean[i]) * (states[n, j] - mean[j])
+            covariance[i, j] = total
+            covariance[j, i] = total
     return mean, covariance
 
 

@@ -9,6 +9,8 @@ the same noise (common random numbers).
 from enum import IntEnum
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
+from numpy.typing import NDArray
 
 __all__ = ["MAXIMUM_SEED", "Purpose", "generator"]
 
@@ -38,6 +40,18 @@ def generator(seed: int, frame: int, purpose: Purpose) -> np.random.Generator:
         raise ValueError(f"the seed must be a whole number between 0 and {MAXIMUM_SEED}, got {seed}")
     if frame < 0:
         raise ValueError(f"the frame must not be negative, got {frame}")
-    key = np.array([seed, purpose], dtype=np.uint64)
+    key = _Key(np.array([seed, purpose], dtype=np.uint64))
     counter = np.array([0, 0, frame, 0], dtype=np.uint64)
-    return np.random.Generator(np.random.Philox(key=key, counter=counter))
+    return np.random.Generator(np.random.Philox(key, counter=counter))  # type: ignore[arg-type] # NumPy's stub omits it
+
+
+class _Key(ISeedSequence):
+    """A Philox key in the place of a seed; given as `key=`, NumPy would first gather entropy and throw it away."""
+
+    def __init__(self, words: NDArray[np.uint64]) -> None:
+        self._words = words
+
+    def generate_state(self, n_words: int, dtype: object = np.uint32) -> NDArray[np.uint64]:
+        """Return the key, which is all that Philox asks for."""
+        del n_words, dtype
+        return self._words

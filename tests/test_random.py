@@ -30,3 +30,10 @@ def test_range_is_checked(seed: int, frame: int) -> None:
     """A seed or a frame out of range is refused with a sentence that names it."""
     with pytest.raises(ValueError, match=str(seed if frame == 0 else frame)):
         generator(seed, frame, Purpose.START)
+
+
+def test_key_and_counter_are_those_documented() -> None:
+    """The generator is NumPy's Philox with the key (seed, purpose) and the frame in the third word of the counter."""
+    key, counter = np.array([7, Purpose.SCENE], dtype=np.uint64), np.array([0, 0, 41, 0], dtype=np.uint64)
+    expected = np.random.Generator(np.random.Philox(key=key, counter=counter)).random(100)
+    assert np.array_equal(generator(7, 41, Purpose.SCENE).random(100), expected)

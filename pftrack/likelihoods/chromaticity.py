@@ -54,7 +54,12 @@ def log_likelihood(
         model: Colour of the target.
         background_level: rho, relative to the kernel's peak; at 0 a particle off the target has the likelihood 0.
     """
-    return _log_likelihood(image_rgb, states, *model.mean, *model.precision, background_level)
+    exponents = _exponents(image_rgb, states, *model.mean, *model.precision)
+    if background_level == 0.0:
+        return exponents
+    # NumPy computes exp and log of whole arrays several times faster than a compiled loop does one by one.
+    log_likelihoods: NDArray[np.float64] = np.log(background_level + np.exp(exponents))
+    return log_likelihoods
 
 
 def centroid(image_rgb: NDArray[np.uint8], model: ColourModel) -> NDArray[np.float64] | None:
@@ -110,31 +115,29 @@ def _pixels(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]
 
 
 @compiled
-def _log_likelihood(
+def _exponents(
     image_rgb: NDArray[np.uint8],
     states: NDArray[np.float64],
     red: float,
     green: float,
     red_precision: float,
     green_precision: float,
-    background_level: float,
 ) -> NDArray[np.float64]:
+    """Return the logarithm of the kernel (N,) at the pixels under the states."""
     height, width, _ = image_rgb.shape
     count = states.shape[0]
-    outside = np.log(background_level)
-    result = np.empty(count)
+    exponents = np.full(count, -np.inf)
     for n in range(count):
         u = np.floor(states[n, 0] + 0.5)
         v = np.floor(states[n, 1] + 0.5)
-        result[n] = outside
         if 0 <= u < width and 0 <= v < height:
-            pixel = image_rgb[int(v), int(u)]
-            total = float(pixel[0]) + float(pixel[1]) + float(pixel[2])
+            column, row = int(u), int(v)
+            r, g = float(image_rgb[row, column, 0]), float(image_rgb[row, column, 1])
+            total = r + g + float(image_rgb[row, column, 2])
             if total > 0.0:
-                exponent = red_precision * (pixel[0] / total - red) ** 2
-                exponent += green_precision * (pixel[1] / total - green) ** 2
-                result[n] = np.log(background_level + np.exp(-exponent))
-    return result
+                off_red, off_green = r / total - red, g / total - green
+                exponents[n] = -(red_precision * off_red * off_red + green_precision * off_green * off_green)
+    return exponents
 
 
 @compiled

@@ -58,6 +58,7 @@ class RecordingSource:
         self._sequence = sequence
         self._first = first
         self._truth = truth
+        self._times_s = sequence.times_s[first:] - sequence.times_s[first]
         self.size = sequence.size
         self.frame_rate_hz = sequence.frame_rate_hz
         self.frame_count: int | None = sequence.frame_count - first
@@ -73,7 +74,7 @@ class RecordingSource:
             paint(image, parameters, parameters.distracter_colour)
             image.flags.writeable = False
         target = self._truth(self._first + index) if self._truth else None
-        return Frame(index, index / self.frame_rate_hz, image_rgb=image, target=target)
+        return Frame(index, float(self._times_s[index]), image_rgb=image, target=target)
 
 
 def check_box(box: Box, size: tuple[int, int]) -> None:

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from pftrack.drawing import Ellipse, Picture, Points, Polyline
+from pftrack.experiments import EXPERIMENTS, Experiment, find
+from pftrack.rendering import render
+from pftrack.run import Change, Run
+
+ALL = pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=EXPERIMENTS)
+
+
+@ALL
+def test_every_tracker_can_be_drawn(experiment: Experiment) -> None:
+    """Each tracker's state gives a drawing of finite coordinates in known layers, with the frame's picture under it."""
+    for tracker in experiment.trackers:
+        run = Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=40)
+        for frame in (0, 1, 39):
+            drawing = experiment.draw(run.seek(frame), run.diagnostics)
+            assert next(iter(drawing.primitives)) == "picture"
+            assert drawing.primitives["picture"].image_rgb.shape == (drawing.height, drawing.width, 3)
+            assert {primitive.layer for primitive in drawing.primitives.values()} <= set(experiment.layers)
+            for primitive in drawing.primitives.values():
+                for name in ("positions", "centre", "half_axes", "segments"):
+                    assert np.isfinite(getattr(primitive, name, 0.0)).all()
+            assert f"frame {frame}" in drawing.caption
+            assert render(drawing).shape == (drawing.height, drawing.width, 3)
+
+
+def ball_drawing(**values: object) -> tuple[Run, dict]:
+    ball = find("ball")
+    run = Run(ball, ball.simulate(), seed=1, frames=40, timeline=(Change(0, values),))
+    return run, ball.draw(run.seek(20), run.diagnostics).primitives
+
+
+def test_particles_are_drawn_where_they_are() -> None:
+    """Particles stand at their positions, lifted by weight, coloured by the sampler that drew them."""
+    run, drawn = ball_drawing()
+    particles = run.current.state.particles
+    points = drawn["particles"]
+    assert isinstance(points, Points)
+    assert np.allclose(points.positions[:, :2], particles.states[:, :2], atol=1e-3)
+    assert points.positions[:, 2].argmax() == particles.log_weights.argmax()
+    observed = run.current.diagnostics.observation_count
+    orange = (points.colours == (230, 159, 0)).all(axis=1).sum()
+    assert orange == len(particles) - observed
+    assert drawn["weights"].colours.shape == points.colours.shape
+
+
+def test_of_many_particles_an_even_selection_is_drawn() -> None:
+    """No more than 5,000 particles are drawn, spread over the whole set."""
+    _, drawn = ball_drawing(sample_count=30_000)
+    assert len(drawn["particles"].positions) == 5000
+
+
+def test_marks_mean_what_they_say() -> None:
+    """Truth and gate surround the true position, the trail ends at the estimate, the path through time rises backwards."""
+    run, drawn = ball_drawing(smoothing_lag_frames=5)
+    truth = run.current.frame.target.position
+    assert isinstance(drawn["truth"], Ellipse)
+    assert np.allclose(drawn["truth"].centre[:2], truth)
+    assert drawn["truth"].half_axes[0, 0] == 5
+    assert drawn["gate"].half_axes[0, 0] == 15
+    assert isinstance(drawn["trail"], Polyline)
+    assert np.allclose(drawn["trail"].positions[-1, :2], run.current.state.estimate)
+    assert len(drawn["trail"].positions) == 21
+    assert (np.diff(drawn["space-time"].positions[:, 2]) < 0).all()
+    assert len(drawn["smoothed"].positions) == 6
+    assert isinstance(drawn["picture"], Picture)
+
+
+def test_a_drawing_in_the_past_shows_no_future() -> None:
+    """Drawn after seeking back, a frame shows the path up to it and no further."""
+    ball = find("ball")
+    run = Run(ball, ball.simulate(), seed=1, frames=40)
+    early = ball.draw(run.seek(10), run.diagnostics)
+    run.finish()
+    late = ball.draw(run.seek(10), run.diagnostics)
+    assert late.primitives.keys() == early.primitives.keys()
+    assert np.array_equal(late.primitives["trail"].positions, early.primitives["trail"].positions)
+    assert late.caption == early.caption

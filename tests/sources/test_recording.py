@@ -1,0 +1,123 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from pftrack.experiments import find
+from pftrack.experiments.ball import RecordedBallParameters
+from pftrack.parameters import revise
+from pftrack.run import Change, Run
+from pftrack.sources.recording import RecordingSource
+from pftrack.sources.sequence import FrameSequence, open_sequence
+from pftrack.sources.source import History
+from pftrack.sources.truth import TruthTable, read_truth
+
+BALL = find("ball")
+CLIPS = Path(__file__).parents[3] / "shared" / "data"
+
+
+def centre(index: int) -> tuple[int, int]:
+    return 30 + 6 * index, 60 + round(20 * np.sin(index / 4))
+
+
+@pytest.fixture
+def clip(tmp_path: Path) -> FrameSequence:
+    """Forty pictures of a green disc that wanders to the right over grey noise."""
+    rng = np.random.default_rng(0)
+    for index in range(40):
+        image = np.clip(rng.normal(120, 4, size=(120, 320, 3)), 0, 255).astype(np.uint8)
+        cv2.circle(image, centre(index), 9, (60, 190, 70), -1)
+        cv2.imwrite(str(tmp_path / f"{index}.png"), image)
+    return open_sequence(tmp_path)
+
+
+def box(index: int) -> tuple[float, float, float, float]:
+    u, v = centre(index)
+    return u - 9.0, v - 9.0, 19.0, 19.0
+
+
+def test_colour_and_lengths_come_from_the_box(clip: FrameSequence) -> None:
+    """The setup of a recording fits the colour to the box and scales thresholds and noise to its size."""
+    parameters = BALL.on_video(clip, box(3), start=3).parameters
+    assert parameters.colour_model == "chromaticity"
+    assert parameters.target_green_share == pytest.approx(190 / 320, abs=0.01)
+    assert parameters.gamma_px == 9.5
+    assert parameters.distracter_colour == "#46be3c"
+
+
+@pytest.mark.parametrize("tracker", BALL.trackers)
+def test_every_tracker_follows_the_disc(clip: FrameSequence, tracker: str) -> None:
+    """From a box on any picture, each tracker follows the disc to the end."""
+    truth = TruthTable({index: box(index) for index in range(40)})
+    run = Run(BALL, BALL.on_video(clip, box(5), start=5, truth=truth), tracker=tracker, seed=1)
+    run.finish()
+    summary = run.summary()
+    assert summary["frames"] == summary["labelled_frames"] == 35
+    assert summary["hit_rate"] == 1.0
+    assert summary["success"] is True
+
+
+def test_without_truth_nothing_is_judged(clip: FrameSequence) -> None:
+    """Where the truth is unknown there is no error, no loss and no verdict."""
+    run = Run(BALL, BALL.on_video(clip, box(0)), seed=1)
+    run.finish()
+    summary = run.summary()
+    assert [summary[key] for key in ("success", "mean_error_px", "lost_frames", "hit_rate", "labelled_frames")] == [
+        None,
+        None,
+        None,
+        None,
+        0,
+    ]
+
+
+def test_overlay_is_worn_live(clip: FrameSequence) -> None:
+    """The strip and the look-alikes appear where and when they are asked for; the clip itself is not changed."""
+    changes = (Change(3, {"occlusion_width_px": 40, "occlusion_offset_px": -60, "distracter_radius_px": 5}),)
+    run = Run(BALL, BALL.on_video(clip, box(0)), seed=1, frames=6, timeline=changes)
+    pictures = [step.frame.image_rgb for step in run]
+    for index, image in enumerate(pictures):
+        same = (image == clip.picture(index)).all(axis=-1)
+        assert same.all() == (index < 3)
+    assert (pictures[4][:, 80:120] == 60).all()
+    assert not (pictures[4][:, 79] == 60).all()
+
+
+@pytest.mark.parametrize(
+    "bad", [(310, 5, 20, 10), (-1, 0, 9, 9), (0, 0, 0, 5), (5, 100, 30, 30), (float("nan"), 0, 5, 5)]
+)
+def test_boxes_must_lie_within_the_picture(clip: FrameSequence, bad: tuple[float, float, float, float]) -> None:
+    """A box that reaches beyond the picture or has no area is refused with the picture's size."""
+    with pytest.raises(ValueError, match="320 x 120 px"):
+        BALL.on_video(clip, bad)
+
+
+@pytest.mark.parametrize("start", [-1, 40])
+def test_start_must_be_a_picture(clip: FrameSequence, start: int) -> None:
+    """A start that the recording does not have is refused with those it has."""
+    with pytest.raises(ValueError, match="between 0 and 39"):
+        BALL.on_video(clip, box(0), start=start)
+    with pytest.raises(ValueError, match="between 0 and 39"):
+        RecordingSource(clip, box(0), start)
+
+
+def test_time_is_the_recording_s_own(clip: FrameSequence) -> None:
+    """Time counts from the first picture used, by the recording's own clock."""
+    source = RecordingSource(clip, box(4), 4)
+    parameters = revise(RecordedBallParameters(), {})
+    times = [source.frame(index, History(((0, parameters),))).time_s for index in range(3)]
+    assert times == pytest.approx([0, *(clip.times_s[5:7] - clip.times_s[4])])
+
+
+@pytest.mark.skipif(not CLIPS.is_dir(), reason="the real clips are not here")
+@pytest.mark.parametrize("tracker", BALL.trackers)
+def test_green_ball_comes_back(tracker: str) -> None:
+    """On the real clip each tracker finds the green ball again after 33 frames out of the picture."""
+    folder = CLIPS / "ball_green_hand"
+    truth = read_truth(folder / "gt.csv")
+    setup = BALL.on_video(open_sequence(folder / "clip.mp4"), truth.boxes[16], start=16, truth=truth)
+    run = Run(BALL, setup, tracker=tracker, seed=0)
+    run.finish()
+    assert run.summary()["labelled_frames"] == 213
+    assert run.summary()["hit_rate"] >= 0.9
