@@ -1,5 +1,6 @@
 """The app: everything put together by one factory, so that tests can make as many as they like."""
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -32,10 +33,12 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         services = await Services.open(settings, metrics)
         app.state.services = services
+        warming = asyncio.create_task(asyncio.to_thread(scene.warm))
         try:
             yield
         finally:
             await services.close()
+            await asyncio.gather(warming, return_exceptions=True)
 
     app = FastAPI(
         title="pftrack",

@@ -1,8 +1,8 @@
 """Pages: plain files, served as they are; what they show they ask from the REST interface."""
 
+import importlib.util
 from pathlib import Path
 
-import bokeh
 from fastapi import APIRouter, FastAPI
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
@@ -11,7 +11,6 @@ from starlette.types import Scope
 __all__ = ["install"]
 
 FRONTEND = Path(__file__).parents[1] / "frontend_static"
-BOKEH = Path(bokeh.__file__).parent / "server" / "static" / "js"
 
 router = APIRouter(include_in_schema=False)
 
@@ -42,8 +41,16 @@ async def session(session: str) -> Response:
 def install(app: FastAPI) -> None:
     """Add the pages and their files to an app."""
     app.include_router(router)
-    app.mount("/static/bokeh", Files(directory=BOKEH), name="bokeh")
+    app.mount("/static/bokeh", Files(directory=_bokeh()), name="bokeh")
     app.mount("/static", Files(directory=FRONTEND), name="static")
+
+
+def _bokeh() -> Path:
+    """Return where BokehJS lies in Bokeh's wheel, without importing Bokeh, which takes half a second."""
+    spec = importlib.util.find_spec("bokeh")
+    if spec is None or spec.origin is None:
+        raise RuntimeError("bokeh is not installed; the pages draw their plots with its BokehJS")
+    return Path(spec.origin).parent / "server" / "static" / "js"
 
 
 def _page(name: str) -> Response:

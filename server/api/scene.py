@@ -4,13 +4,19 @@ from fastapi import APIRouter, WebSocket
 from starlette.responses import RedirectResponse, Response
 
 from server.api.dependencies import ASession, TheServices
-from server.viewer import CONTENT_SECURITY_POLICY, bridge, client_page
 
-__all__ = ["router"]
+__all__ = ["router", "warm"]
 
 router = APIRouter(prefix="/viz", include_in_schema=False)
 
 GONE = 4404
+
+
+def warm() -> None:
+    """Import viser, which takes a second, while the server already answers."""
+    from server.viewer import client_page  # noqa: PLC0415
+
+    client_page()
 
 
 @router.get("/{session}")
@@ -22,6 +28,8 @@ async def without_slash(session: ASession) -> Response:
 @router.get("/{session}/")
 async def page(session: ASession) -> Response:
     """Return viser's client."""
+    from server.viewer import CONTENT_SECURITY_POLICY, client_page  # noqa: PLC0415 - see `warm`
+
     del session  # it is there, which is all that had to be known
     headers = {"Content-Security-Policy": CONTENT_SECURITY_POLICY, "Cache-Control": "no-cache"}
     return Response(client_page(), media_type="text/html; charset=utf-8", headers=headers)
@@ -31,6 +39,8 @@ async def page(session: ASession) -> Response:
 @router.websocket("/{session}/")
 async def websocket(websocket: WebSocket, session: str, services: TheServices) -> None:
     """Join a browser to the session's scene."""
+    from server.viewer import bridge  # noqa: PLC0415 - see `warm`
+
     found = services.manager.find(session)
     if found is None:
         await websocket.accept()

@@ -1,0 +1,78 @@
+"""The REST interface under made-up requests: whatever comes, the answer is one that the interface promises."""
+
+from typing import Any
+
+import httpx
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from schemathesis import GenerationMode
+from schemathesis.checks import content_type_conformance, not_a_server_error, response_schema_conformance
+
+from server.settings import Settings
+from tests.server.host import Server, begin, running, steer
+
+CHECKS = (not_a_server_error, content_type_conformance, response_schema_conformance)
+OPERATIONS = [
+    ("GET", "/api/v1/experiments/{experiment}"),
+    ("POST", "/api/v1/sessions"),
+    ("GET", "/api/v1/sessions/{session}"),
+    ("PATCH", "/api/v1/sessions/{session}/parameters"),
+    ("POST", "/api/v1/sessions/{session}/transport"),
+    ("POST", "/api/v1/sessions/{session}/branch"),
+    ("POST", "/api/v1/sessions/{session}/branch/{branch}/activate"),
+    ("GET", "/api/v1/sessions/{session}/diagnostics"),
+    ("POST", "/api/v1/sessions/{session}/bookmarks"),
+    ("DELETE", "/api/v1/sessions/{session}/bookmarks/{bookmark}"),
+    ("POST", "/api/v1/runs"),
+    ("GET", "/api/v1/runs/{run}"),
+    ("GET", "/api/v1/uploads/{upload}/frames/{frame}.jpg"),
+    ("POST", "/api/v1/uploads"),
+    ("POST", "/api/v1/runs/import"),
+]
+
+
+@pytest.fixture(scope="module")
+def fuzzed(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """A server whose limits are small, so that no example takes long."""
+    wishes = {"max_frames": 300, "max_particles": 1000, "max_sessions": 4, "max_branches": 1000}
+    with running(Settings(data_dir=tmp_path_factory.mktemp("fuzzed"), **wishes)) as server:
+        yield server
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize(("method", "path"), OPERATIONS)
+def test_made_up_requests(fuzzed: Server, method: str, path: str) -> None:
+    """Made-up requests, right and wrong ones, are answered as the interface describes, and never by a mistake."""
+    schema = schemathesis.openapi.from_url(f"{fuzzed.url}/openapi.json")
+    with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
+        session = begin(client)
+        real = {"session": session["id"], "experiment": "ball", "branch": "b0"}
+        operation = schema[path][method]
+        cases = st.one_of(operation.as_strategy(), operation.as_strategy(generation_mode=GenerationMode.NEGATIVE))
+
+        @settings(
+            max_examples=40,
+            deadline=None,
+            database=None,
+            phases=[Phase.generate],
+            suppress_health_check=list(HealthCheck),
+        )
+        @given(cases, st.booleans())
+        def check(case: Any, exists: bool) -> None:
+            if exists:
+                known = {name: value for name, value in real.items() if name in (case.path_parameters or {})}
+                case.path_parameters = {**(case.path_parameters or {}), **known}
+            response = case.call(base_url=fuzzed.url)
+            case.validate_response(response, checks=CHECKS)
+            if response.status_code >= 400:
+                assert set(response.json()) == {"error"}
+            if response.status_code == 201 and path == "/api/v1/sessions":
+                client.delete(f"/api/v1/sessions/{response.json()['id']}")
+
+        check()
+        # Whatever was tried, the session is well.
+        assert steer(client, session["id"], "pause")["playing"] is False
+        client.delete(f"/api/v1/sessions/{session['id']}")
