@@ -7,6 +7,16 @@ export function number(value, decimals = 1) {
   return typeof value === "number" && Number.isFinite(value) ? value.toFixed(decimals) : MISSING;
 }
 
+/** A number of a session's quantities: pixels to a tenth, signals to a thousandth. */
+export function quantity(value, unit) {
+  return number(value, unit === "px" ? 1 : 3);
+}
+
+/** The smallest span worth an axis: what is smaller than a pixel shall not look like a mountain. */
+export function smallestSpan(unit) {
+  return unit === "px" ? 1 : 0.001;
+}
+
 /** A parameter's value, as short as it stays exact. */
 export function parameterValue(value, declaration) {
   const text = typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);

@@ -6,6 +6,7 @@ import { confirmLoss } from "./dialog.js";
 import { fill, h } from "./dom.js";
 import { moment } from "./format.js";
 import { icon } from "./icons.js";
+import { trackerTitle } from "./timeline.js";
 import { attempt } from "./toast.js";
 
 const STATES = { starting: "starting", ready: "paused", playing: "playing", ended: "at the end", suspended: "sleeping", crashed: "stopped, can be restarted" };
@@ -25,7 +26,7 @@ export async function sessionList(root) {
         h(
           "li",
           { class: "row", data: { session: session.id } },
-          h("a", { class: "row-title", href: session.page }, session.title),
+          h("a", { class: "row-title", href: session.page }, `${session.title} · ${trackerTitle(session, session.tracker)}`),
           h("span", { class: "hint" }, `seed ${session.seed}, frame ${session.position} / ${session.frames}, ${STATES[session.state] ?? session.state}`),
           h("span", { class: "spring" }),
           h("a", { class: "button", href: session.page }, "Open"),

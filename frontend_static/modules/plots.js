@@ -4,7 +4,7 @@
  */
 
 import { h, setText } from "./dom.js";
-import { number, unitOf } from "./format.js";
+import { number, quantity, smallestSpan, unitOf } from "./format.js";
 import { curve } from "./history.js";
 import { throttle } from "./pace.js";
 import { onTheme, tokens } from "./theme.js";
@@ -76,8 +76,8 @@ function label(panels, store) {
     .filter((value) => typeof value === "number");
   setText(panels.error.heading, `error ${unit}`.trim());
   setText(panels.sigma.heading, `sigma${gamma.length > 0 ? " | gamma" : ""} ${unit}`.trim());
-  setText(panels.error.value, number(curve.error(row)));
-  setText(panels.sigma.value, [number(curve.sigma(row)), ...gamma.map((value) => number(value))].join(" | "));
+  setText(panels.error.value, quantity(curve.error(row), unit));
+  setText(panels.sigma.value, [curve.sigma(row), ...gamma].map((value) => quantity(value, unit)).join(" | "));
   const particles = curve.prediction(row) + curve.observation(row);
   setText(panels.ess.value, particles > 0 ? `${number(curve.ess(row), 0)} of ${particles}` : number(null));
   setText(panels.proposals.value, particles > 0 ? `${curve.prediction(row)} | ${curve.observation(row)}` : number(null));
@@ -150,7 +150,7 @@ class Book {
         major_label_standoff: 3,
       });
     }
-    for (const axis of figure.yaxes) axis.ticker.desired_num_ticks = 3;
+    for (const axis of figure.yaxes) axis.ticker.desired_num_ticks = name === "proposals" ? 2 : 3;
     figure.xgrid.visible = false;
     return figure;
   }
@@ -195,8 +195,9 @@ class Book {
     this.#active(store.history, session);
     const all = store.branches.map((branch) => store.historyOf(branch.id));
     const most = (value) => Math.max(0, ...all.map((history) => history.most(value) ?? 0));
-    this.#grow("error", most(curve.error));
-    this.#grow("sigma", Math.max(most(curve.sigma), ...this.#gamma.data.value.filter(Number.isFinite)));
+    const smallest = smallestSpan(unitOf(session));
+    this.#grow("error", Math.max(smallest, most(curve.error)));
+    this.#grow("sigma", Math.max(smallest, most(curve.sigma), ...this.#gamma.data.value.filter(Number.isFinite)));
     this.#grow("ess", Math.max(most(curve.ess), this.#ranges.proposals.end));
   }
 
@@ -212,7 +213,7 @@ class Book {
     const line = this.#lines.get(branch.id);
     for (const { glyph } of line.glyphs) {
       const width = active ? 1.8 : 1.2;
-      if (glyph.line_width !== width) Object.assign(glyph, { line_width: width, line_alpha: active ? 1 : 0.75 });
+      if (glyph.line_width !== width) Object.assign(glyph, { line_width: width, line_alpha: active ? 1 : 0.9 });
     }
     if (line.edition !== history.edition || history.length < line.length) line.source.data = columns(history, 0);
     else if (history.length > line.length) line.source.stream(columns(history, line.length));
@@ -244,7 +245,7 @@ class Book {
 
   /** Round limits that change seldom, so that the picture stands still. */
   #grow(name, most) {
-    const value = Math.max(most, 1) * 1.05;
+    const value = most * 1.05;
     const power = 10 ** Math.floor(Math.log10(value));
     const end = power * [1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value);
     if (this.#ranges[name].end !== end) this.#ranges[name].end = end;

@@ -1,7 +1,7 @@
 /** The "this frame" box: the numbers behind the picture. */
 
 import { fill, h, setText } from "./dom.js";
-import { number, unitOf } from "./format.js";
+import { number, quantity, unitOf } from "./format.js";
 import { curve } from "./history.js";
 import { coalesce } from "./pace.js";
 
@@ -37,11 +37,11 @@ export function readout(root, store) {
     if (session === null) return;
     const row = store.history.at(session.position);
     const unit = unitOf(session);
-    const with_ = (text) => (unit && text !== "–" ? `${text} ${unit}` : text);
+    const withUnit = (text) => (unit && text !== "–" ? `${text} ${unit}` : text);
     const total = curve.prediction(row) + curve.observation(row);
-    setText(lines.estimate, with_(row?.estimate?.map((value) => number(value)).join(", ") ?? "–"));
-    setText(lines.error, with_(number(curve.error(row))));
-    setText(lines.sigma, with_(row?.sigma?.map((value) => number(value)).join(", ") ?? "–"));
+    setText(lines.estimate, withUnit(row?.estimate?.map((value) => quantity(value, unit)).join(", ") ?? "–"));
+    setText(lines.error, withUnit(quantity(curve.error(row), unit)));
+    setText(lines.sigma, withUnit(row?.sigma?.map((value) => quantity(value, unit)).join(", ") ?? "–"));
     setText(lines.particles, row ? (total > 0 ? `${total}, ESS ${number(curve.ess(row), 0)}` : "none") : "–");
     setText(lines.proposal, row ? proposal(row) : "–");
     setText(lines.evidence, number(row?.log_evidence, 2));
@@ -75,5 +75,5 @@ function state(history, position) {
   }
   if (row.hidden === true) return ["hidden", "hidden"];
   if (row.lost === false) return ["on target", "good"];
-  return ["truth not known", "unknown"];
+  return [row.error === null ? "truth not known" : "", "unknown"];
 }

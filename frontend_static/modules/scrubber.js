@@ -4,7 +4,7 @@
  */
 
 import { fill, h } from "./dom.js";
-import { number, unitOf } from "./format.js";
+import { quantity, smallestSpan, unitOf } from "./format.js";
 import { curve } from "./history.js";
 import { coalesce, throttle } from "./pace.js";
 import { Axis, HEIGHT, ROWS, paint, playhead } from "./scrubber_paint.js";
@@ -79,6 +79,7 @@ export function scrubber(root, store, commands) {
         thresholds: thresholds(session),
         bookmarks: (session.bookmarks ?? []).filter((mark) => !mark.branch || mark.branch === session.branch),
         marks: diamonds,
+        smallest: smallestSpan(unitOf(session)),
       },
       ink,
     );
@@ -156,8 +157,8 @@ function words(store, frame) {
   const unit = unitOf(store.session);
   if (!row) return [`frame ${frame}`, "not computed yet"];
   const told = [`frame ${frame}`];
-  if (curve.error(row) !== null) told.push(`error ${number(curve.error(row))} ${unit}`.trim());
-  if (curve.sigma(row) !== null) told.push(`sigma ${number(curve.sigma(row))} ${unit}`.trim());
+  if (curve.error(row) !== null) told.push(`error ${quantity(curve.error(row), unit)} ${unit}`.trim());
+  if (curve.sigma(row) !== null) told.push(`sigma ${quantity(curve.sigma(row), unit)} ${unit}`.trim());
   if (row.lost) told.push("lost");
   else if (row.hidden) told.push("hidden");
   return told;

@@ -42,7 +42,8 @@ export class Axis {
  *
  * @param {CanvasRenderingContext2D} context Scaled to CSS px.
  * @param {Axis} axis
- * @param {object} view {lines: [{history, colour, active}], thresholds, bookmarks, marks, sampleCount}
+ * @param {object} view {lines: [{history, colour, active}], thresholds, bookmarks, marks, smallest}: `smallest` is the
+ *     least that an axis spans
  * @param {object} ink Colours by token.
  */
 export function paint(context, axis, view, ink) {
@@ -53,13 +54,13 @@ export function paint(context, axis, view, ink) {
   const others = view.lines.filter((line) => !line.active);
 
   bands(context, axis, active, ink);
-  const errorTop = top(view.lines, curve.error);
+  const errorTop = top(view.lines, curve.error, view.smallest);
   area(context, axis, "error", active, curve.error, errorTop, view.lines.find((line) => line.active).colour);
   for (const { history, colour } of others) line(context, axis, "error", history, curve.error, errorTop, colour, 1);
   line(context, axis, "error", active, curve.error, errorTop, view.lines.find((line) => line.active).colour, 1.6);
 
   const gammas = view.thresholds.flatMap(({ steps }) => steps.map(({ value }) => value ?? 0));
-  const sigmaTop = Math.max(top(view.lines, curve.sigma), ...gammas.map((value) => value * 1.25));
+  const sigmaTop = Math.max(top(view.lines, curve.sigma, view.smallest), ...gammas.map((value) => value * 1.25));
   for (const { history, colour } of others) line(context, axis, "sigma", history, curve.sigma, sigmaTop, colour, 1);
   line(context, axis, "sigma", active, curve.sigma, sigmaTop, view.lines.find((line) => line.active).colour, 1.4);
   for (const { steps } of view.thresholds) threshold(context, axis, steps, sigmaTop, ink.ink);
@@ -82,8 +83,8 @@ function labels(context, axis, ink) {
   }
 }
 
-function top(lines, value) {
-  return Math.max(1, ...lines.map(({ history }) => history.most(value) ?? 0)) * 1.05;
+function top(lines, value, smallest) {
+  return Math.max(smallest, ...lines.map(({ history }) => history.most(value) ?? 0)) * 1.05;
 }
 
 function trace(context, axis, row, history, value, most) {

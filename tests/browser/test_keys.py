@@ -50,7 +50,7 @@ def test_help_lists_the_keys_and_takes_the_others(watch: Watch) -> None:
 def test_keys_work_from_inside_the_scene(watch: Watch) -> None:
     """With the focus in the scene's frame the keys steer the run all the same."""
     shown = watch()
-    shown.scene.locator("canvas").first.click(position={"x": 40, "y": 200})
+    shown.scene.locator("canvas[data-engine]").click(position={"x": 40, "y": 200})
     shown.press("ArrowRight")
     shown.stands_at(1)
     shown.press("b")

@@ -22,7 +22,7 @@ def test_a_killed_worker_is_reported_and_restarts_where_it_was(watch: Watch, ser
     notice = shown.page.locator(".notice")
     notice.wait_for()
     assert "The tracker stopped" in notice.inner_text()
-    assert shown.page.locator(".play").is_disabled()
+    shown.until(lambda: shown.page.locator(".play").is_disabled(), "the play button cannot be pressed")
     notice.locator("button").click()
     notice.wait_for(state="hidden")
     shown.stands_at(30)
@@ -71,7 +71,7 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
 
     own_server.stop()
     page.locator(".bar-lost").wait_for()
-    assert page.locator(".play").is_disabled()
+    shown.until(lambda: page.locator(".play").is_disabled(), "the play button cannot be pressed")
     own_server.start()
     page.locator(".bar-lost").wait_for(state="hidden")
     shown.until(lambda: shown.session["state"] in {"ready", "ended", "suspended"}, "the session is known again")
