@@ -182,11 +182,11 @@ EXPERIMENT = Experiment(
     default_tracker="h-spf",
     frames=240,
     presets=(
-        Preset("works", "works", "h-spf", {"occlusion_width_px": 40, "distracter_radius_px": 6}),
-        Preset("too-wide", "breaks: pillar too wide", "h-spf", {"occlusion_width_px": 100, "distracter_radius_px": 6}),
-        Preset("look-alike", "breaks: look-alikes", "h-spf", {"occlusion_width_px": 40, "distracter_radius_px": 18}),
+        Preset("works", "works", "h-spf"),
+        Preset("too-wide", "breaks: pillar too wide", "h-spf", {"occlusion_width_px": 100}),
+        Preset("look-alike", "breaks: look-alikes", "h-spf", {"distracter_radius_px": 18}),
         Preset("few", "breaks: too few particles", "h-spf", {"sample_count": 40}),
-        Preset("prediction", "breaks: prediction only", "condensation", {}),
+        Preset("prediction", "breaks: prediction only", "condensation"),
     ),
     layers={
         "picture": True,

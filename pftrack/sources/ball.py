@@ -33,7 +33,7 @@ class BallSceneParameters(OverlayParameters):
     """The scene: how the ball moves and what it looks like."""
 
     occlusion_width_px: float = occlusion_width(40)
-    distracter_radius_px: float = distracter_radius(6)
+    distracter_radius_px: float = distracter_radius(4)
     ball_radius_px: float = parameter(
         5, "Ball radius", "Radius of the ball.", unit="px", ge=1, le=60, step=0.5, group=GROUP
     )

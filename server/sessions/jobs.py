@@ -13,7 +13,7 @@ from pftrack import record
 from pftrack.experiments import find
 from pftrack.parameters import ParameterError
 from pftrack.rendering import png, render
-from pftrack.run import Run
+from pftrack.run import Change, Run
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
 from server.sessions.limits import confine
 from server.sessions.pipe import WorkerEnd
@@ -50,12 +50,15 @@ def nothing() -> bool:
 
 
 def draw_experiment(experiment_id: str) -> bytes:
-    """Return the PNG of a frame from the middle of an experiment's own simulated run."""
+    """Return the PNG of a frame from the middle of an experiment's own simulated run, by its first preset."""
     experiment = find(experiment_id)
-    run = Run(experiment, experiment.simulate())
+    preset = experiment.presets[0]
+    timeline = (Change(0, preset.parameters),)
+    run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
     run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
     drawing = experiment.draw(run.current, run.diagnostics)
-    return png(render(drawing, scale=THUMBNAIL_WIDTH_PX / drawing.width, caption=False))
+    scale = THUMBNAIL_WIDTH_PX / drawing.width
+    return png(render(drawing, layers=experiment.layers, scale=scale, caption=False))
 
 
 def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
@@ -106,5 +109,5 @@ def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: L
         "record": found.model_dump(),
         "title": run.experiment.title,
         "summary": {**run.summary(), "reproduced": run.estimates_sha256 == found.estimates_sha256},
-        "thumbnail": png(render(drawing)),
+        "thumbnail": png(render(drawing, layers=run.experiment.layers)),
     }
