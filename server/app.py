@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 
 import pftrack
-from server import errors, pages
+from server import errors, pages, reference
 from server.api import health, router, scene
 from server.body import BodyLimit
 from server.metrics import Metrics, Stopwatch
@@ -45,6 +45,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         version=pftrack.__version__,
         description=DESCRIPTION,
         lifespan=lifespan,
+        # Swagger's page comes from elsewhere, which the policy of our pages forbids; ours works without a network.
+        docs_url=None,
         redoc_url=None,
         responses={"4XX": {"model": errors.ErrorBody}, "5XX": {"model": errors.ErrorBody}},
     )
@@ -52,6 +54,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(router)
     app.include_router(health.router)
     app.include_router(scene.router)
+    app.include_router(reference.router)
     pages.install(app)
     # The last one added is the first to see a request.
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)

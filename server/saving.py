@@ -119,6 +119,7 @@ async def _recording(store: Store, reference: dict[str, Any]) -> dict[str, Any]:
         raise ConflictError(f"The run was made on {name}, which is not here any more; upload it first.")
     return {
         "upload": upload.id,
+        "upload_name": upload.name,
         "box": reference["box"],
         "start": reference["start"],
         "truth": reference.get("truth") or None,

@@ -1,6 +1,7 @@
 """Services: what the handlers work with, made when the app starts and closed when it stops."""
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
 
@@ -14,6 +15,8 @@ from server.store import Store
 __all__ = ["Services"]
 
 ERRAND_MEMORY_BYTES = 1 << 30
+THREADS = 32
+PROBES_AT_ONCE = 2
 
 
 @dataclass(frozen=True)
@@ -25,18 +28,23 @@ class Services:
     manager: Manager
     errands: Errands
     metrics: Metrics
+    probing: ThreadPoolExecutor
 
     @classmethod
     async def open(cls, settings: Settings, metrics: Metrics) -> Self:
         """Open the store, take over its sessions and have the forkserver import what workers need meanwhile."""
+        # Threads here mostly wait, for disks and processes; asyncio's own number of them follows the processors.
+        asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "pftrack"))
         await asyncio.to_thread(forkserver.start)
         store = await asyncio.to_thread(Store, settings)
         manager = Manager(settings, store)
         await manager.open()
         metrics.watch(manager)
-        return cls(settings, store, manager, Errands(memory_bytes=ERRAND_MEMORY_BYTES), metrics)
+        errands = Errands(memory_bytes=ERRAND_MEMORY_BYTES)
+        return cls(settings, store, manager, errands, metrics, ThreadPoolExecutor(PROBES_AT_ONCE, "probe"))
 
     async def close(self) -> None:
         """Write everything down and let go of it."""
+        self.probing.shutdown(wait=False, cancel_futures=True)
         await self.manager.close()
         await asyncio.to_thread(self.store.close)

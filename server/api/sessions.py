@@ -10,7 +10,7 @@ from starlette.responses import Response
 from server.api.dependencies import AManager, ASession, AStore
 from server.api.models import BookmarkWish, BranchWish, Changed, Columns, SessionWish, TransportWish
 from server.beginning import as_spec
-from server.errors import NotFoundError, RefusedError
+from server.errors import NotFoundError
 from server.sessions.messages import SessionView
 from server.sessions.spec import Bookmark
 from server.store.files import new_name
@@ -25,10 +25,7 @@ Name = Annotated[str, Path(max_length=64)]
 @router.post("", status_code=HTTPStatus.CREATED)
 async def start_session(wish: SessionWish, manager: AManager, store: AStore) -> SessionView:
     """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
-    spec = as_spec(wish)
-    if wish.upload is not None and await asyncio.to_thread(store.upload, wish.upload) is None:
-        raise RefusedError("There is no such upload; it may have been deleted.", field="upload", value=wish.upload)
-    session = await manager.create(spec)
+    session = await manager.create(await asyncio.to_thread(as_spec, wish, store))
     return session.view()
 
 
@@ -70,7 +67,7 @@ async def branch(session: ASession, wish: BranchWish, manager: AManager) -> Sess
     """Leave the active branch at a frame and go on in a new one."""
     values = {**wish.parameters, **({"tracker": wish.tracker} if wish.tracker else {})}
     await session.branch(wish.frame, values, wish.title)
-    await manager.keep()
+    await manager.keep(positions=False)
     return session.view()
 
 
@@ -109,7 +106,7 @@ async def picture(session: ASession) -> Response:
 async def bookmark(session: ASession, manager: AManager, wish: BookmarkWish | None = None) -> Bookmark:
     """Remember the frame that is shown."""
     made = session.bookmark(new_name(), wish.note if wish else "")
-    await manager.keep()
+    await manager.keep(positions=False)
     return made
 
 
@@ -118,4 +115,4 @@ async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) 
     """Forget a bookmark."""
     if not session.chronicle.unbookmark(bookmark):
         raise NotFoundError("The session has no such bookmark.")
-    await manager.keep()
+    await manager.keep(positions=False)

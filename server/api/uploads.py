@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from starlette.responses import Response
 
-from server.api.dependencies import AManager, AnErrands, AnUpload, AStore, SettingsNow
+from server.api.dependencies import AManager, AnErrands, AnUpload, AStore, SettingsNow, TheServices
 from server.api.models import UploadView
 from server.errors import ConflictError
 from server.sessions.jobs import frame_jpeg
@@ -36,13 +36,15 @@ MULTIPART = {
 
 
 @router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART)
-async def add_upload(request: Request, store: AStore, settings: SettingsNow) -> UploadView:
+async def add_upload(request: Request, store: AStore, settings: SettingsNow, services: TheServices) -> UploadView:
     """Take in a video, an animated GIF, or several pictures that make a sequence."""
     folder = store.files.new_incoming()
     received = await receive(
         request, folder, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
-    return UploadView.model_validate(await asyncio.to_thread(take_in, store, settings, folder, received))
+    loop = asyncio.get_running_loop()
+    row = await loop.run_in_executor(services.probing, take_in, store, settings, folder, received)
+    return UploadView.model_validate(row)
 
 
 @router.get("")

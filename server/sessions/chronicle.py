@@ -25,7 +25,8 @@ class Chronicle:
         state: What it is doing.
         message: Why it is in this state, where there is something to say.
         playing: Whether the run goes on by itself.
-        dirty: Whether the spec has changed since it was last stored.
+        dirty: Whether something that people made has changed since the spec was last stored.
+        moved: Whether the position has.
         frames_computed: Frames that its workers have computed.
         listeners: Who hears the news.
     """
@@ -37,6 +38,7 @@ class Chronicle:
         self.message: str | None = None
         self.playing = False
         self.dirty = True
+        self.moved = False
         self.frames_computed = 0
         self.card = Card(**spec.card) if spec.card else None
         self.listeners = Listeners(self.hello)
@@ -99,7 +101,9 @@ class Chronicle:
         self.playing, self.spec.speed = now.playing, now.speed
         if last is None or now.timeline != last.timeline:
             branch.timeline = as_models(now.timeline)
-        self.dirty = True
+        self.moved = True
+        # While it plays only its position changes, which is worth a look now and then.
+        self.dirty = self.dirty or not now.playing or changed != {} or switched
         if last is not None and now.beginnings != last.beginnings:
             self._forget(now.branch)
         self.become("playing" if now.playing else "ended" if now.ended else "ready")

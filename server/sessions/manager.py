@@ -6,8 +6,10 @@ and writes down what changed, so that after a restart of the server every sessio
 
 import asyncio
 import contextlib
+import itertools
 import time
-from collections.abc import Callable
+from collections.abc import Coroutine
+from typing import Any
 
 import structlog
 
@@ -23,6 +25,8 @@ __all__ = ["Manager"]
 log = structlog.get_logger(__name__)
 
 ROUND_S = 0.5
+# A position is worth a write every ten seconds; after a crash the run computes the rest again.
+POSITIONS_EVERY = 20
 LONGEST_CATCH_S = 5.0
 
 
@@ -106,7 +110,7 @@ class Manager:
         self._sessions[spec.id] = session
         try:
             await self._start(session)
-            await self.keep()
+            await self.keep(positions=False)
         except BaseException:
             del self._sessions[spec.id]
             raise
@@ -129,12 +133,13 @@ class Manager:
         async with self._writing:
             await asyncio.to_thread(self._store.remove_session, session.spec.id)
 
-    async def keep(self) -> None:
-        """Write down every session that has changed."""
+    async def keep(self, *, positions: bool = True) -> None:
+        """Write down every session that has changed; those that only moved on as well, if `positions`."""
         async with self._writing:
-            changed = [session for session in self._sessions.values() if session.chronicle.dirty and session.spec.card]
+            known = [session for session in self._sessions.values() if session.spec.card]
+            changed = [each for each in known if each.chronicle.dirty or (positions and each.chronicle.moved)]
             for session in changed:
-                session.chronicle.dirty = False
+                session.chronicle.dirty = session.chronicle.moved = False
             specs = [(session.spec.id, session.spec.model_dump_json()) for session in changed]
             if not specs:
                 return
@@ -187,6 +192,7 @@ class Manager:
             position=branch.position,
             speed=spec.speed,
             video=str(video) if video else None,
+            video_name=spec.upload_name,
             index=self._store.files.index(spec.upload) if spec.upload else None,
             box=spec.box,
             truth=spec.truth,
@@ -201,7 +207,7 @@ class Manager:
     async def _go_round(self) -> None:
         """Watch over workers and visitors, and write down what changed."""
         last = time.monotonic()
-        while True:
+        for number in itertools.count(1):
             await asyncio.sleep(ROUND_S)
             now = time.monotonic()
             late, last = now - last > LONGEST_CATCH_S, now
@@ -212,14 +218,13 @@ class Manager:
                 if session.visitors:
                     session.left = now
                 elif session.link is not None and now - session.left > self._settings.idle_seconds:
-                    await self._attempt(
-                        session.suspend, "Nobody was here for a while; the session goes on where it was."
-                    )
-            await self._attempt(self.keep)
+                    message = "Nobody was here for a while; the session goes on where it was."
+                    await self._attempt(session.suspend(message))
+            await self._attempt(self.keep(positions=number % POSITIONS_EVERY == 0))
 
-    async def _attempt(self, duty: Callable[..., object], *arguments: object) -> None:
+    async def _attempt(self, duty: Coroutine[Any, Any, None]) -> None:
         """Do a duty of the round; if it fails, say so and go on with the others."""
         try:
-            await duty(*arguments)  # type: ignore[misc]
+            await duty
         except Exception:
             log.exception("housekeeping failed")

@@ -54,6 +54,7 @@ class Order:
         position: Frame to show then.
         speed: Times real time; 0 is as fast as possible.
         video: Path of an upload, or None for a simulated scene.
+        video_name: What people call it.
         index: What was found when the upload was decoded first, as JSON, so that it opens at once.
         box: The target in the upload's frame `start`, (x, y, w, h) in px.
         start: First frame of the upload that is used.
@@ -76,6 +77,7 @@ class Order:
     position: int = 0
     speed: float = 1.0
     video: str | None = None
+    video_name: str | None = None
     index: str | None = None
     box: tuple[float, float, float, float] | None = None
     start: int = 0

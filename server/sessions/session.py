@@ -121,6 +121,8 @@ class Session:
 
     async def close(self, message: str) -> None:
         """End it for good, or for this server's life."""
+        # Before the door opens, so that whoever waits inside for the worker is sent away.
+        await self._hang_up()
         async with self._door:
             await self._hang_up()
             self.chronicle.become("ended", message)

@@ -59,6 +59,7 @@ class SessionSpec(BaseModel):
     seed: int = 0
     frames: int | None = None
     upload: str | None = None
+    upload_name: str | None = None
     box: Box | None = None
     start: int = 0
     truth: dict[int, Box] | None = None

@@ -186,11 +186,16 @@ class Workbench:
         _check_place(order.box, order.start, sequence)
         truth = TruthTable(order.truth) if order.truth else None
         try:
-            return self.experiment.on_video(sequence, order.box, start=order.start, truth=truth)
+            setup = self.experiment.on_video(sequence, order.box, start=order.start, truth=truth)
         except ParameterError:
             raise
         except ValueError as error:
             raise SourceError(str(error)) from None
+        # A saved run speaks of the recording by the name that people know, and takes the truth along.
+        known: dict[str, Any] = {"name": order.video_name or sequence.name}
+        if order.truth:
+            known["truth"] = {str(frame): list(box) for frame, box in order.truth.items()}
+        return dataclasses.replace(setup, reference={**setup.reference, **known})
 
     def _within_limits(self, values: Mapping[str, object]) -> None:
         for name, most in self._limits.items():

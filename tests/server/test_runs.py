@@ -112,16 +112,21 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     run = save(client, session["id"])
     client.delete(f"/api/v1/sessions/{session['id']}")
     content = client.get(f"/api/v1/runs/{run['id']}/download").content
-    opened = client.post(f"/api/v1/runs/{run['id']}/open").json()
+    answer = client.post(f"/api/v1/runs/{run['id']}/open")
+    assert answer.status_code == 201, answer.text
+    opened = answer.json()
     assert (opened["upload"], opened["box"], opened["start"]) == (upload["id"], [10, 20, 10, 10], 1)
     assert estimates(client, opened["id"]) == numbers
     client.delete(f"/api/v1/sessions/{opened['id']}")
     client.delete(f"/api/v1/uploads/{upload['id']}")
-    assert "upload it first" in error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]
+    message = error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]
+    assert message == "The run was made on ball.mp4, which is not here any more; upload it first."
     answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
     assert "upload it first" in error_of(answer, 422)["message"]
     again = send(client, ("other name.mp4", video(20))).json()
-    assert client.post(f"/api/v1/runs/{run['id']}/open").json()["upload"] == again["id"]
+    answer = client.post(f"/api/v1/runs/{run['id']}/open")
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["upload"] == again["id"]
 
 
 def test_saving_nothing(client: httpx.Client) -> None:
