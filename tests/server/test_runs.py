@@ -105,7 +105,8 @@ def test_too_large(start_server: Any) -> None:
 
 def test_a_run_on_a_video(client: httpx.Client) -> None:
     """A run on a video opens on the upload with the same content, and says so when it is not there."""
-    upload = send(client, ("ball.mp4", video(20))).json()
+    clip = video(20)
+    upload = send(client, ("ball.mp4", clip)).json()
     session = begin(client, upload=upload["id"], box=[10, 20, 10, 10], start=1)
     steer(client, session["id"], "seek", frame=12)
     numbers = estimates(client, session["id"])
@@ -123,7 +124,7 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     assert message == "The run was made on ball.mp4, which is not here any more; upload it first."
     answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
     assert "upload it first" in error_of(answer, 422)["message"]
-    again = send(client, ("other name.mp4", video(20))).json()
+    again = send(client, ("other name.mp4", clip)).json()
     answer = client.post(f"/api/v1/runs/{run['id']}/open")
     assert answer.status_code == 201, answer.text
     assert answer.json()["upload"] == again["id"]
