@@ -40,7 +40,12 @@ def run(
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     video: Annotated[Path | None, typer.Option(help="A video, an animated GIF or a folder of pictures.")] = None,
     box: Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="The target's box on the first frame, px.")] = None,
-    start: Annotated[str | None, typer.Option(metavar="FRAME", help="Frame of the video to start with.")] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FRAME", help="Frame on which the box is drawn; the first with truth, or 0, if not given."
+        ),
+    ] = None,
     truth: Annotated[Path | None, typer.Option(help="CSV with the columns frame,x,y,w,h.")] = None,
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
@@ -132,11 +137,10 @@ def _setup(
     sequence = stack.enter_context(closing(_open(video)))
     for warning in sequence.index.warnings:
         note(f"pftrack: {warning}")
-    first = whole("--start", start or "0", 0, sequence.frame_count - 1)
+    labelled = min(table_of_boxes.boxes, default=0) if table_of_boxes else 0
+    first = whole("--start", start or str(labelled), 0, sequence.frame_count - 1)
     _check_inside(outline, sequence.size)
-    setup = experiment.on_video(sequence, outline, start=first, truth=table_of_boxes)
-    known = {"truth": {str(frame): list(it) for frame, it in table_of_boxes.boxes.items()}} if table_of_boxes else {}
-    return replace(setup, reference={**setup.reference, **known})
+    return experiment.on_video(sequence, outline, start=first, truth=table_of_boxes)
 
 
 def _open(path: Path) -> "FrameSequence":
