@@ -5,16 +5,22 @@ import { beforeLoss } from "./history.js";
 import { latest } from "./pace.js";
 import { attempt, toast } from "./toast.js";
 
+const GOAL_MS = 2000;
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 0];
 
 export class Commands {
   #store;
   #seeking;
+  /** The frame that was asked for and is not shown yet; keys that come meanwhile count from there. */
+  #goal = null;
 
   /** @param {import("./store.js").Store} store */
   constructor(store) {
     this.#store = store;
     this.#seeking = latest((frame) => this.#send("seek", { frame }));
+    store.on("position", () => {
+      if (store.session.position === this.#goal) this.#goal = null;
+    });
   }
 
   get #session() {
@@ -49,12 +55,15 @@ export class Commands {
   /** Go to a frame and stay there. While one seek is under way only the newest wish is kept. */
   async seek(frame) {
     if (!this.able) return;
+    const goal = Math.min(Math.max(0, Math.round(frame)), this.#session.frames - 1);
+    this.#goal = goal;
+    setTimeout(() => this.#goal === goal && (this.#goal = null), GOAL_MS);
     await this.pause();
-    await this.#seeking(Math.min(Math.max(0, Math.round(frame)), this.#session.frames - 1));
+    await this.#seeking(goal);
   }
 
   async jump(frames) {
-    if (this.able) await this.seek(this.#session.position + frames);
+    if (this.able) await this.seek((this.#goal ?? this.#session.position) + frames);
   }
 
   async first() {
@@ -74,7 +83,9 @@ export class Commands {
   }
 
   async speed(value) {
-    if (this.able) await this.#send("speed", { speed: value });
+    if (!this.able) return;
+    this.#store.setSpeed(value);
+    await this.#send("speed", { speed: value });
   }
 
   async faster(direction) {

@@ -22,6 +22,12 @@ export class History {
     this.merge(columns);
   }
 
+  /** Begin like another history, up to and including a frame. */
+  share(parent, frame) {
+    this.#rows = parent.#rows.slice(0, frame + 1);
+    this.edition += 1;
+  }
+
   /** Fill in what the server sends; rows that came by the stream in the meantime stay. */
   merge(columns) {
     const names = Object.keys(columns);

@@ -28,13 +28,16 @@ export async function sessionList(root) {
           { class: "row", data: { session: session.id } },
           h("a", { class: "row-title", href: session.page }, `${session.title} · ${trackerTitle(session, session.tracker)}`),
           h("span", { class: "hint" }, `seed ${session.seed}, frame ${session.position} / ${session.frames}, ${STATES[session.state] ?? session.state}`),
-          h("span", { class: "spring" }),
-          h("a", { class: "button", href: session.page }, "Open"),
-          removal(`End ${session.title}`, {
-            title: "End this session?",
-            text: "What was not saved of it is lost for good.",
-            action: "End it",
-          }, () => api.end(session.id).then(again)),
+          h(
+            "div",
+            { class: "row-actions" },
+            h("a", { class: "button", href: session.page }, "Open"),
+            removal(`End ${session.title}`, {
+              title: "End this session?",
+              text: "What was not saved of it is lost for good.",
+              action: "End it",
+            }, () => api.end(session.id).then(again)),
+          ),
         ),
       ),
     ),
@@ -69,14 +72,17 @@ function row(run, again) {
       h("span", { class: "row-title" }, run.title),
       h("span", { class: "hint" }, [outcome(run.outcome), `seed ${run.seed}`, moment(run.created)].filter(Boolean).join(", ")),
     ),
-    h("span", { class: "spring" }),
-    h("button", { type: "button", on: { click: open } }, "Open"),
-    h("a", { class: "button", href: api.downloadAddress(run.id), download: "" }, "Download"),
-    removal(`Delete ${run.title}`, {
-      title: "Delete this run?",
-      text: `${run.title} is lost for good, unless you downloaded it.`,
-      action: "Delete it",
-    }, () => api.remove(run.id).then(again)),
+    h(
+      "div",
+      { class: "row-actions" },
+      h("button", { type: "button", on: { click: open } }, "Open"),
+      h("a", { class: "button", href: api.downloadAddress(run.id), download: "" }, "Download"),
+      removal(`Delete ${run.title}`, {
+        title: "Delete this run?",
+        text: `${run.title} is lost for good, unless you downloaded it.`,
+        action: "Delete it",
+      }, () => api.remove(run.id).then(again)),
+    ),
   );
 }
 

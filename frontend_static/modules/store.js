@@ -64,6 +64,12 @@ export class Store {
     this.#handlers[message.type]?.(message);
   }
 
+  /** Show a speed that was asked for, until the server says otherwise. */
+  setSpeed(speed) {
+    this.session.speed = speed;
+    this.#tell("position");
+  }
+
   setConnection(connection) {
     this.connection = connection;
     this.#tell("connection");
@@ -89,6 +95,9 @@ export class Store {
     },
     branches: ({ branch, branches }) => {
       this.session.branches = branches;
+      for (const { id, parent, frame } of branches) {
+        if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
+      }
       if (branch !== undefined) this.#activate(branch);
       this.#tell("branches");
       this.#refresh();

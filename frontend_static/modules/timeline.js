@@ -39,11 +39,15 @@ export function marks(session) {
     .filter((change) => change.frame > 0)
     .map((change) => ({
       frame: change.frame,
-      lines: Object.entries(change.values).map(([name, value]) => {
+      lines: trackerFirst(change.values).map(([name, value]) => {
         const [title, before, after] = inWords(session, name, valueAt(session, name, change.frame - 1), value);
         return before === after || before === null ? `${title} ${after}` : `${title} ${before} → ${after}`;
       }),
     }));
+}
+
+function trackerFirst(values) {
+  return Object.entries(values).sort(([a], [b]) => (b === "tracker") - (a === "tracker"));
 }
 
 function inWords(session, name, before, after) {

@@ -33,7 +33,7 @@ class Server:
         """Start and wait until the link is printed."""
         command = [sys.executable, "-m", "pftrack", "serve", "--port", str(self._port), "--data-dir", str(self._data)]
         with self.log.open("a") as log:
-            self._process = subprocess.Popen(  # noqa: S603 - our own program
+            self._process = subprocess.Popen(
                 command, stdout=subprocess.PIPE, stderr=log, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}
             )
         assert self._process.stdout is not None

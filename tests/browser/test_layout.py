@@ -60,7 +60,7 @@ def test_the_gallery_fits(gallery: Gallery, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 800})
     card = gallery.card("ball")
     card.locator("img").wait_for()
-    gallery.until(lambda: page.evaluate("document.querySelector('.card img').naturalWidth > 0"), "the thumbnail is drawn")
+    gallery.until(lambda: page.evaluate("document.querySelector('.card img').naturalWidth > 0"), "it is drawn")
     assert card.locator(".presets a").count() >= 2
     assert page.evaluate(OVERFLOW) <= 0
 

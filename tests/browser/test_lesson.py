@@ -18,7 +18,8 @@ def test_the_page_shows_ball_particles_and_plots(watch: Watch) -> None:
     shown.stands_at(3)
     first = shown.session["branch"]
     shown.until(
-        lambda: all(shown.lines.get(f"{name} {first}") == 4 for name in ("error", "sigma", "ess")), "the plots hold 4 frames"
+        lambda: all(shown.lines.get(f"{name} {first}") == 4 for name in ("error", "sigma", "ess")),
+        "the plots hold 4 frames",
     )
 
 

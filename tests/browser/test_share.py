@@ -43,6 +43,7 @@ def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     server.seek(shown.id, 15)
     shown.stands_at(15)
     shown.branch("s-spf")
+    shown.until(lambda: shown.verdict != "not computed yet", "the numbers of this frame are shown")
     verdict = shown.page.inner_text(".readout dl")
     shown.page.reload()
     shown.ready()

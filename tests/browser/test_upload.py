@@ -29,7 +29,7 @@ def clip() -> bytes:
 
 
 def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, clip: bytes) -> None:
-    """Choose the file, draw the box with the mouse, correct it by keyboard, choose the start, go; the disc is followed."""
+    """Choose file and start, draw the box by mouse, correct it by keyboard, go; the disc is followed."""
     page = gallery.page
     gallery.choose("walk.mp4", clip, "video/mp4")
     surface = page.locator(".box-surface")

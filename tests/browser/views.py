@@ -13,8 +13,8 @@ PARTICLES = """(() => {
     return count;
 })()"""
 
-# How many columns of the picture in the scene are the occluder's grey, along a row that the ball and its look-alikes leave
-# free; the colours are those of the scene's defaults, and JPEG leaves a few units of doubt.
+# How many columns of the picture in the scene are the occluder's grey, along a row that ball and look-alikes leave free;
+# the colours are those of the scene's defaults, and JPEG leaves a few units of doubt.
 OCCLUDER = """(() => {
     let width = 0;
     window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
@@ -125,7 +125,7 @@ class SessionPage(View):
 
     def in_scene(self, expression: str, otherwise: Any) -> Any:
         """Evaluate in the scene's frame, which may be loading."""
-        from playwright.sync_api import Error  # noqa: PLC0415 - an optional dependency
+        from playwright.sync_api import Error
 
         frame = self.scene
         if frame is None:
@@ -155,7 +155,9 @@ class SessionPage(View):
 
     def row(self, label: str) -> Any:
         """Return the row of the scene's panel with this label."""
-        return self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')")).first
+        return (
+            self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')")).first
+        )
 
     def slide(self, label: str, presses: int) -> None:
         """Move a slider of the panel by its arrow key, not faster than the scene listens."""
