@@ -1,6 +1,7 @@
 """`reproduce`, `bench` and `doctor`: are the figures right, is it fast, does this machine have what it takes?"""
 
 import json as json_format
+import os
 import subprocess
 import sys
 from pathlib import Path

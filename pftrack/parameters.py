@@ -1,9 +1,9 @@
 """Parameters, declared once.
 
-Everything that a person can turn is a field of a `Parameters` model: its title, unit, bounds, step, default, one sentence
-of help, and whether it may change while a run is going on. Sliders, the REST schema, command-line options, sweep axes and
-the documentation are all generated from that one declaration, and every value enters through one door, `revise`, which
-refuses what is wrong with a sentence that names the field, the bound and the value.
+Everything that a person can turn is a field of a `Parameters` model: its title, unit, bounds, step, default, one
+sentence of help, and whether it may change while a run is going on. Sliders, the REST schema, command-line options,
+sweep axes and the documentation are all generated from that one declaration, and every value enters through one door,
+`revise`, which refuses what is wrong with a sentence that names the field, the bound and the value.
 """
 
 from collections.abc import Mapping

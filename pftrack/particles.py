@@ -1,7 +1,7 @@
 """Particle sets: a distribution as a cloud of weighted hypotheses.
 
-A particle set approximates a distribution by N states and weights that sum to one. Weights are kept as logarithms, since
-the likelihood of even a short signal underflows (document 1, section 3: raw weights fail at dimension 5 with ten
+A particle set approximates a distribution by N states and weights that sum to one. Weights are kept as logarithms,
+since the likelihood of even a short signal underflows (document 1, section 3: raw weights fail at dimension 5 with ten
 particles), and an impossible value (NaN) becomes a weight of zero in one place, `normalise`.
 """
 
@@ -50,8 +50,8 @@ class ParticleSet:
     def moments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Weighted mean (d,) and covariance (d, d).
 
-        The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that document 1 prints (eq. 3.5,
-        an erratum: the weights are normalised already).
+        The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that document 1 prints (eq.
+        3.5, an erratum: the weights are normalised already).
         """
         return _moments(self.states, self.weights)
 

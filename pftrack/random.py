@@ -1,9 +1,9 @@
 """Randomness that does not depend on how one got there.
 
-Every random number of a run is a pure function of the run's seed, the frame and the purpose it serves. The generator is
-counter-based (Philox, Salmon et al. 2011): instead of a hidden state that advances, it enciphers a counter under a key,
-so a run can seek, rewind and replay and still meet the same numbers, and two filters on the same seed watch a scene with
-the same noise (common random numbers).
+Every random number of a run is a pure function of the run's seed, the frame and the purpose it serves. The generator
+is counter-based (Philox, Salmon et al. 2011): instead of a hidden state that advances, it enciphers a counter under a
+key, so a run can seek, rewind and replay and still meet the same numbers, and two filters on the same seed watch a
+scene with the same noise (common random numbers).
 """
 
 from enum import IntEnum

@@ -1,9 +1,9 @@
 """Records: a run as one small file that computes to the same numbers again.
 
-A `.pft` file is a zip archive of `run.json` (experiment, tracker, seed, timeline, a reference to the source with its hash,
-the hash of all estimates) and `diagnostics.npz` (every frame's numbers, for a look without computing). With `states=True`
-the particles of every frame come along in `states.npz`. It is written beside its place and renamed, so that a crash leaves
-the old file or the new one, never half of one.
+A `.pft` file is a zip archive of `run.json` (experiment, tracker, seed, timeline, a reference to the source with its
+hash, the hash of all estimates) and `diagnostics.npz` (every frame's numbers, for a look without computing). With
+`states=True` the particles of every frame come along in `states.npz`. It is written beside its place and renamed, so
+that a crash leaves the old file or the new one, never half of one.
 """
 
 import io

@@ -4,9 +4,9 @@ A run is a seed and a timeline of parameter changes; everything else follows fro
 
     state_t = step(state_{t-1}, frame_t, parameters_t, random numbers of (seed, t))
 
-is pure, so it can be entered anywhere: the run keeps whole states at keyframes, and `seek` restores the nearest one and
-repeats the few steps from there, to the same numbers. A change of a parameter takes effect in the next frame; the past is
-the past, and a change to it makes a `branch`.
+is pure, so it can be entered anywhere: the run keeps whole states at keyframes, and `seek` restores the nearest one
+and repeats the few steps from there, to the same numbers. A change of a parameter takes effect in the next frame; the
+past is the past, and a change to it makes a `branch`.
 """
 
 import hashlib
@@ -207,7 +207,7 @@ class Run:
             timeline=shared + changes,
         )
         twin.diagnostics = self.diagnostics[: frame + 1]
-        twin._keyframes = self._keyframes.until(frame)  # noqa: SLF001 - a twin of the same class
+        twin._keyframes = self._keyframes.until(frame)
         twin.seek(frame)
         return twin
 

@@ -5,7 +5,7 @@ import pytest
 
 from pftrack.experiments import EXPERIMENTS, Experiment
 from pftrack.experiments.ball import RecordedBallParameters
-from pftrack.parameters import Parameters, ParameterError, declarations, flat, parameter, parse, revise
+from pftrack.parameters import ParameterError, Parameters, declarations, flat, parameter, parse, revise
 
 
 class Model(Parameters):

@@ -1,7 +1,7 @@
 """Experiments: source, tracker, parameters, drawing and measure wired together under a name.
 
-Each experiment is a module here and an entry of the registry below; everything else (command line, server, sweeps) finds
-it through `find`.
+Each experiment is a module here and an entry of the registry below; everything else (command line, server, sweeps)
+finds it through `find`.
 
 - `ball`: switching particle filters on a ball behind an occluder (document 1, ch. 3);
 - `sine`: the Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2).

@@ -48,9 +48,9 @@ def simulate() -> Setup:
 def on_video(sequence: FrameSequence, box: Box, *, start: int = 0, truth: TruthTable | None = None) -> Setup:
     """Wire a recording: the colour is fitted to the box, and lengths are scaled to it.
 
-    Real targets turn and stop, so velocity is kept for a few frames only; otherwise the particles of a hidden target fly
-    out of the picture and do not see it return. Real backgrounds differ more from the target than the document's grey
-    does, so the background level is lower. Both are starting values: every parameter is live.
+    Real targets turn and stop, so velocity is kept for a few frames only; otherwise the particles of a hidden target
+    fly out of the picture and do not see it return. Real backgrounds differ more from the target than the document's
+    grey does, so the background level is lower. Both are starting values: every parameter is live.
 
     Args:
         sequence: The pictures.
@@ -173,9 +173,9 @@ EXPERIMENT = Experiment(
     question="How wide may the pillar be before the tracker is lost?",
     document="Switching particle filters, document 1, chapter 3",
     description=(
-        "A ball swings behind a pillar, among discs of its own colour. A filter that trusts its prediction coasts through "
-        "the dark and may come out beside the ball; one that trusts the picture finds the ball again and may find a "
-        "look-alike instead. The switching filters decide by how sure they are."
+        "A ball swings behind a pillar, among discs of its own colour. A filter that trusts its prediction coasts "
+        "through the dark and may come out beside the ball; one that trusts the picture finds the ball again and may "
+        "find a look-alike instead. The switching filters decide by how sure they are."
     ),
     unit="px",
     trackers=TRACKERS,

@@ -1,7 +1,7 @@
 """The Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2).
 
-The model is linear and the noise Gaussian, so the exact answer is known, and what a particle filter loses by sampling can
-be seen: with few particles, and with more dimensions than they can fill.
+The model is linear and the noise Gaussian, so the exact answer is known, and what a particle filter loses by sampling
+can be seen: with few particles, and with more dimensions than they can fill.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ def simulate() -> Setup:
 
 
 def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
-    """Draw the first copy of the signal over time: truth, what is seen, the estimate with its band, and the particles."""
+    """Draw the first copy of the signal over time: truth, what is seen, the estimate and its band, the particles."""
     row = step.diagnostics
     first = max(row.frame - WINDOW_FRAMES, 0)
     rows = past[first : row.frame + 1]

@@ -7,12 +7,12 @@ alone (the *prediction sampler*) are those of the bootstrap filter. One step her
 What weight a particle of the observation sampler gets is the decisive choice, and document 1 does not say
 (specification 5.3). Three rules:
 
-- `corrected`: likelihood / g, the rule of Pitt and Shephard (1999). The posterior is the Bayesian one; in a mixture each
-  group is put on the common scale by the mean of g over the last posterior.
+- `corrected`: likelihood / g, the rule of Pitt and Shephard (1999). The posterior is the Bayesian one; in a mixture
+  each group is put on the common scale by the mean of g over the last posterior.
 - `balanced`: the same target, with the balance heuristic over the mixture of both samplers; lower variance.
-- `sharpened`: the likelihood alone, which reproduces document 1. The likelihood then enters twice, at the representative
-  point and at the particle. This is **not** a valid importance sampler of the posterior but a heuristic that trusts the
-  observation more than the model does; its sigma is too small and its log evidence is no evidence.
+- `sharpened`: the likelihood alone, which reproduces document 1. The likelihood then enters twice, at the
+  representative point and at the particle. This is **not** a valid importance sampler of the posterior but a heuristic
+  that trusts the observation more than the model does; its sigma is too small and its log evidence is no evidence.
 """
 
 from typing import Literal, TypeAlias
@@ -54,8 +54,8 @@ def step(
         resample: How parents are drawn.
 
     Returns:
-        The posterior, prediction_count + observation_count particles in that order. If g is zero for every particle, the
-        observation has nothing to say and all of them come from the prediction sampler.
+        The posterior, prediction_count + observation_count particles in that order. If g is zero for every particle,
+        the observation has nothing to say and all of them come from the prediction sampler.
     """
     means = dynamics.predict(particles.states)
     log_g = log_likelihood(means) if observation_count else np.zeros(0)

@@ -16,7 +16,7 @@ from pftrack.dynamics import LinearDynamics
 from pftrack.gaussian import Gaussian
 from pftrack.particles import ParticleSet
 
-__all__ = ["Lineage", "augment", "augment_dynamics", "block", "begin_lineage", "extend_lineage", "smoothed"]
+__all__ = ["Lineage", "augment", "augment_dynamics", "begin_lineage", "block", "extend_lineage", "smoothed"]
 
 
 def augment(posterior: Gaussian, lag: int) -> Gaussian:

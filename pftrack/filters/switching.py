@@ -1,9 +1,9 @@
 """Switching: how many particles each sampler should provide, judged by the last posterior.
 
-While the target is in view the posterior is narrow and the prediction can be trusted. When it widens, whether because the
-target is hidden or because the dynamics are wrong, the observation should have more say. The switching particle filters
-of document 1 compare the posterior standard deviation with thresholds; they differ in how hard the switch is. Both rules
-return the number of particles for the observation sampler of `auxiliary.step`.
+While the target is in view the posterior is narrow and the prediction can be trusted. When it widens, whether because
+the target is hidden or because the dynamics are wrong, the observation should have more say. The switching particle
+filters of document 1 compare the posterior standard deviation with thresholds; they differ in how hard the switch is.
+Both rules return the number of particles for the observation sampler of `auxiliary.step`.
 """
 
 import numpy as np
@@ -18,7 +18,9 @@ def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
 
 
 def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
-    """All particles from the observation sampler if any sigma exceeds gamma, else none (h-SPF; document 1, ch. 3 section 3).
+    """All particles from the observation sampler if any sigma exceeds gamma, else none.
+
+    This is the rule of the h-SPF (document 1, ch. 3 section 3).
 
     Args:
         sigma: (d,) posterior standard deviations of the last frame.

@@ -48,7 +48,8 @@ def step(
         resample: How parents are drawn.
 
     Returns:
-        The posterior, `count` particles. All count as drawn by the prediction sampler: parents are chosen by weight alone.
+        The posterior, `count` particles. All count as drawn by the prediction sampler: parents are chosen by weight
+        alone.
 
     Raises:
         ValueError: The noise is not of the form described.

@@ -1,17 +1,18 @@
 """Online expectation maximisation of second-order dynamics, with forgetting.
 
-While a tracker runs, its posterior means are taken as measurements y_t of the true path, as exact as its sigma says, and
-the model x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u is estimated from them (document 1, ch. 3 section 2.3 and Appendix B;
-specification 8):
+While a tracker runs, its posterior means are taken as measurements y_t of the true path, as exact as its sigma says,
+and the model x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u is estimated from them (document 1, ch. 3 section 2.3 and
+Appendix B; specification 8):
 
 - *E step*: a fixed-lag Kalman smoother with the model as it stands gives the joint posterior of three consecutive
   positions a few frames ago;
-- *statistics*: their second moments, averaged with a weight that forgets the past by a factor a frame (Sato and Ishii 2000);
-- *M step*: the regression of the newest of the three on the two older ones and a constant, with a small ridge towards the
-  initial model, which directions without any motion need.
+- *statistics*: their second moments, averaged with a weight that forgets the past by a factor a frame (Sato and Ishii
+  2000);
+- *M step*: the regression of the newest of the three on the two older ones and a constant, with a small ridge towards
+  the initial model, which directions without any motion need.
 
-A tracker with a poor first model learns from a wrong track. The guard refuses a model that is not finite or whose spectral
-radius says that it would run away; without it learning breaks Condensation (specification 9.2).
+A tracker with a poor first model learns from a wrong track. The guard refuses a model that is not finite or whose
+spectral radius says that it would run away; without it learning breaks Condensation (specification 9.2).
 
 Regression works in coordinates of order one, xi = (x - centre) / 100 px.
 """

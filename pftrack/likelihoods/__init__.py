@@ -1,7 +1,7 @@
 """Likelihoods: how well a picture agrees with a hypothesis.
 
-A likelihood is a model fitted beforehand that turns a picture and states (N, d) into log densities (N,), up to a constant
-that is the same for all states. Likelihoods know no filters. Members:
+A likelihood is a model fitted beforehand that turns a picture and states (N, d) into log densities (N,), up to a
+constant that is the same for all states. Likelihoods know no filters. Members:
 
 - `chromaticity`: the colour of the one pixel under the particle, brightness taken out.
 """

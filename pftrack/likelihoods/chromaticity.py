@@ -4,12 +4,12 @@ Document 1 weighs a particle by the redness R / (R + G + B) of the one pixel und
 
     p(z | x) ~ rho + exp(-(r - mean)^2 / (2 spread^2))
 
-where rho, relative to the kernel's peak, is what any background pixel gets. It keeps hidden targets possible and is what
-look-alikes and occluders play on. Redness is the first of the two coordinates of chromaticity, (R, G) / (R + G + B); with
-both, any colour can be followed. Spreads are standard deviations (the document says variance, an erratum).
+where rho, relative to the kernel's peak, is what any background pixel gets. It keeps hidden targets possible and is
+what look-alikes and occluders play on. Redness is the first of the two coordinates of chromaticity, (R, G) / (R + G +
+B); with both, any colour can be followed. Spreads are standard deviations (the document says variance, an erratum).
 
-The pixel of a real position (u, v) is (floor(u + 0.5), floor(v + 0.5)). Outside the picture, and on black pixels that have
-no colour, the kernel is zero.
+The pixel of a real position (u, v) is (floor(u + 0.5), floor(v + 0.5)). Outside the picture, and on black pixels that
+have no colour, the kernel is zero.
 """
 
 from dataclasses import dataclass

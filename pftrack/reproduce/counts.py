@@ -1,7 +1,8 @@
 """How many particles: the study of document 1, ch. 3 section 3.3.
 
-Sixteen cells pooled. In the document fewer particles do better until too few collapse, since more particles populate the
-tails, which then find look-alikes. Success confirms it; whether the error falls as well depends on how the scene is read.
+Sixteen cells pooled. In the document fewer particles do better until too few collapse, since more particles populate
+the tails, which then find look-alikes. Success confirms it; whether the error falls as well depends on how the scene
+is read.
 """
 
 from itertools import product

@@ -168,7 +168,7 @@ class ClutterTrial:
 
 def clutter(pool: Pool, full: bool) -> list[Finding]:
     """Success among look-alikes behind a pillar, with and without learning."""
-    seeds = 50 if full else 12
+    seeds = 50 if full else 24
     settings = SETTINGS if full else (SETTINGS[0], SETTINGS[2])
     findings = []
     for setting in settings:
@@ -237,10 +237,11 @@ def _course(work: tuple[str, int]) -> Course:
         frames=CYCLES * 2 * CYCLE_FRAMES,
         timeline=(Change(0, {**BALL, **SLOW, "amplitude_px": 80}),),
     )
-    periods = []
-    for step in run:
-        if step.diagnostics.frame % CYCLE_FRAMES == CYCLE_FRAMES - 1 and step.state.learner is not None:
-            periods.append(online_em.period_frames(online_em.dynamics(step.state.learner, np.zeros((2, 2)))))
+    periods = [
+        online_em.period_frames(online_em.dynamics(step.state.learner, np.zeros((2, 2))))
+        for step in run
+        if step.diagnostics.frame % CYCLE_FRAMES == CYCLE_FRAMES - 1 and step.state.learner is not None
+    ]
     learner = run.current.state.learner
     if learner is None:
         raise RuntimeError("the study is one of learning, but nothing was learned")

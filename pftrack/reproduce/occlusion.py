@@ -1,7 +1,8 @@
 """Success over occluder width and distracter size: the study of document 1, ch. 3 sections 3.1 and 3.2.
 
-The coarse map of specification 6.5: 25 cells, 60 frames, 800 particles, all 20 layouts of three look-alikes. Condensation and the auxiliary filter stand beside the switching filters, although the
-document leaves them out of its simulation, because the sharpened auxiliary filter beats both of them (specification 12).
+The coarse map of specification 6.5: 25 cells, 60 frames, 800 particles, all 20 layouts of three look-alikes.
+Condensation and the auxiliary filter stand beside the switching filters, although the document leaves them out of its
+simulation, because the sharpened auxiliary filter beats both of them (specification 12).
 """
 
 import math

@@ -1,8 +1,8 @@
 """One step of the ball trackers whose exact answer is known by quadrature (specification 5.3).
 
-Parents of equal weight at rest around (160, 120) with a spread of 10 px, constant velocity, process noise 3 px, and one red
-disc of radius 5 px at (170, 120). With a million particles every sampler must come within 0.05 px of the posterior that its
-weight rule aims at.
+Parents of equal weight at rest around (160, 120) with a spread of 10 px, constant velocity, process noise 3 px, and
+one red disc of radius 5 px at (170, 120). With a million particles every sampler must come within 0.05 px of the
+posterior that its weight rule aims at.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
 """Sources: random access to frames, from a camera's recording or from a simulated scene.
 
-A source answers `frame(index, history)`: what is to be seen at that instant, given what the scene's parameters were up to
-then. Simulated scenes know the truth and change their look with live parameters; a recording can wear the same overlay of
-an occluder and look-alikes. The members:
+A source answers `frame(index, history)`: what is to be seen at that instant, given what the scene's parameters were up
+to then. Simulated scenes know the truth and change their look with live parameters; a recording can wear the same
+overlay of an occluder and look-alikes. The members:
 
 - `signal`: the one-dimensional signals of document 1, ch. 2;
 - `ball`: the simulated ball behind an occluder, among distracters;

@@ -1,8 +1,9 @@
 """The simulated ball: a red disc that swings behind an occluder, among distracters of its own colour.
 
-Document 1, ch. 3 section 3.1, with the readings of specification 6.2: a sinusoid of one hertz, peak to peak 200 px, seen at
-30 frames a second in a 320 x 240 picture ("reading A"); larger pictures and amplitudes give "reading B" (6.7). Every
-parameter is live. The phase is accumulated over the history, so that a change of speed does not make the ball jump.
+Document 1, ch. 3 section 3.1, with the readings of specification 6.2: a sinusoid of one hertz, peak to peak 200 px,
+seen at 30 frames a second in a 320 x 240 picture ("reading A"); larger pictures and amplitudes give "reading B" (6.7).
+Every parameter is live. The phase is accumulated over the history, so that a change of speed does not make the ball
+jump.
 """
 
 from functools import lru_cache

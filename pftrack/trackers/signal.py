@@ -1,8 +1,8 @@
 """Trackers of a one-dimensional signal: document 1, ch. 2.
 
-Both use the second-order model X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In D
-dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the exact
-Kalman answer beside its own, since for this model it is known.
+Both use the second-order model X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In
+D dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the
+exact Kalman answer beside its own, since for this model it is known.
 """
 
 from functools import lru_cache, partial

@@ -21,14 +21,16 @@ class TrackState:
     """The posterior of one frame, immutable.
 
     Attributes:
-        posterior: Mean and covariance of the whole state (d,), of which the first `tracked` coordinates are the estimate.
+        posterior: Mean and covariance of the whole state (d,), of which the first `tracked` coordinates are the
+            estimate.
         tracked: How many coordinates are the estimate.
         particles: The posterior as particles, or None for a Gaussian filter.
         observation_count: How many of the particles, the last ones, came from the observation sampler.
         log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
         resampled: Whether parents were drawn anew in this frame.
         switched: Whether another sampler, or another process noise, was used than in the frame before.
-        alert: Whether the tracker trusts the observation more, or doubts the prediction more, than in calm times; None before the first step.
+        alert: Whether the tracker trusts the observation more, or doubts the prediction more, than in calm times; None
+            before the first step.
         learner: What has been learned of the dynamics, if it is to be learned.
         lineage: The particles' pasts, if the path is to be smoothed.
         reference: The exact posterior beside the approximate one, where it is known.

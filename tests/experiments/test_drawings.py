@@ -53,7 +53,7 @@ def test_of_many_particles_an_even_selection_is_drawn() -> None:
 
 
 def test_marks_mean_what_they_say() -> None:
-    """Truth and gate surround the true position, the trail ends at the estimate, the path through time rises backwards."""
+    """Truth and gate surround the truth, the trail ends at the estimate, the path through time rises backwards."""
     run, drawn = ball_drawing(smoothing_lag_frames=5)
     truth = run.current.frame.target.position
     assert isinstance(drawn["truth"], Ellipse)

@@ -100,7 +100,7 @@ def test_agrees_with_the_kalman_filter(step: Step) -> None:
 
 
 def test_agrees_with_a_grid_on_a_bimodal_posterior() -> None:
-    """Where the posterior has two modes the bootstrap filter comes to what a grid says (share of a mode within 0.02)."""
+    """Where the posterior has two modes the bootstrap filter comes to what a grid says (tolerance 0.02)."""
     grid = np.linspace(-12, 12, 2401)
 
     def likelihood(states: NDArray[np.float64]) -> NDArray[np.float64]:

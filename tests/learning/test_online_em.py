@@ -24,7 +24,7 @@ def learned(frames: int, settings: online_em.Settings = SETTINGS, noise_px: floa
 
 
 def test_exact_positions_give_the_exact_model() -> None:
-    """On exact sinusoidal positions A1 and A0 reach 2 cos(12 deg) and -1 within 0.001 by frame 60 (specification 13.8)."""
+    """On exact sinusoidal positions A1 and A0 reach 2 cos(12 deg) and -1 within 0.001 by frame 60."""
     model = learned(60)
     assert model.transition[0, 0] == pytest.approx(2 * np.cos(np.deg2rad(12)), abs=1e-3)
     assert model.transition[0, 2] == pytest.approx(-1.0, abs=1e-3)

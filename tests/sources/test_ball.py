@@ -22,7 +22,7 @@ def red(image: np.ndarray) -> np.ndarray:
 
 
 def test_path_is_the_document_s() -> None:
-    """u = 160 - 100 cos(2 pi t / 30), v = 120 (specification 6.2)."""
+    """U = 160 - 100 cos(2 pi t / 30), v = 120 (specification 6.2)."""
     parameters = scene()
     source = BallSource(0, parameters)
     for t in range(60):
@@ -33,7 +33,7 @@ def test_path_is_the_document_s() -> None:
 
 
 def test_occluder_covers_its_columns() -> None:
-    """Exactly the columns 160 - w/2 <= u < 160 + w/2 show the occluder, over the whole height, in front of everything."""
+    """Exactly the columns 160 - w/2 <= u < 160 + w/2 show the occluder, in front of everything."""
     for width in (0, 1, 5, 40, 100, 640):
         image = shown(7, occlusion_width_px=width, distracter_radius_px=20)
         covered = (image == 60).all(axis=(0, 2))

@@ -1,5 +1,7 @@
 """Trackers of a ball: what must be the same is the same, to the bit (specification 13.4)."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -48,9 +50,9 @@ def test_switch_follows_the_last_sigma() -> None:
     run.finish()
     rows = run.diagnostics
     assert {row.proposal for row in rows[1:]} == {"prediction", "observation"}
-    for before, row in zip(rows, rows[1:], strict=False):
+    for before, row in pairwise(rows):
         assert (row.observation_count == 800) == (max(before.sigma) > 5)
-    changed = [row.frame for before, row in zip(rows[1:], rows[2:], strict=False) if before.proposal != row.proposal]
+    changed = [row.frame for before, row in pairwise(rows[1:]) if before.proposal != row.proposal]
     assert [row.frame for row in rows[2:] if row.switched] == changed
 
 
@@ -58,7 +60,7 @@ def test_soft_switch_draws_a_share() -> None:
     """s-SPF draws the share that eqs. 3.6 and 3.7 say."""
     run = Run(BALL, BALL.simulate(), tracker="s-spf", seed=5, frames=60)
     run.finish()
-    for before, row in zip(run.diagnostics, run.diagnostics[1:], strict=False):
+    for before, row in pairwise(run.diagnostics):
         expected = round(800 * min(max((max(before.sigma) - 4) / 16, 0), 1))
         assert row.observation_count == expected
         assert row.prediction_count == 800 - expected
@@ -67,7 +69,7 @@ def test_soft_switch_draws_a_share() -> None:
 
 @pytest.mark.parametrize("tracker", BALL.trackers)
 def test_learning_goes_with_every_tracker(tracker: str) -> None:
-    """Every tracker can learn the motion of a ball in plain sight; the learned period is within two frames of the true one."""
+    """Every tracker can learn the motion of a ball in plain sight; its period comes within two frames of the truth."""
     from pftrack.learning import online_em
 
     plain = {"occlusion_width_px": 0, "distracter_radius_px": 0, "amplitude_px": 40, "learn_dynamics": True}
@@ -96,7 +98,7 @@ def test_smoothing_recalls_the_path() -> None:
 
 @pytest.mark.parametrize("tracker", BALL.trackers)
 def test_extreme_parameters_do_no_harm(tracker: str) -> None:
-    """One particle, no background level, a picture without the colour, thresholds of zero: a finite estimate each time."""
+    """One particle, no background level, a picture without the colour: a finite estimate each time."""
     for parameters in (
         {"sample_count": 1},
         {"background_level": 0.0, "occlusion_width_px": 640},
