@@ -27,11 +27,13 @@ def reproduce(
         list[str] | None, typer.Argument(metavar="[RESULT]...", help="Which results; all if none.")
     ] = None,
     full: Annotated[bool, typer.Option("--full/--quick", help="All trials of the document, or few.")] = False,
-    jobs: Annotated[str, typer.Option(metavar="N", help="Processes that compute.")] = "1",
+    jobs: Annotated[
+        str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Compute published results again and compare them within their tolerances."""
-    processes = whole("--jobs", jobs, 1, 256)
+    processes = whole("--jobs", jobs or str(os.cpu_count() or 1), 1, 256)
     from pftrack.reproduce import RESULTS
     from pftrack.reproduce import reproduce as compute
 
