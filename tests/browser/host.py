@@ -38,7 +38,9 @@ class Server:
             )
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
-        assert "http://" in line, f"the server did not start: {self.log.read_text()[-2000:]}"
+        if "http://" not in line:
+            self.stop()
+            raise AssertionError(f"the server did not start: {self.log.read_text()[-2000:]}")
         self._port = int(line.rsplit(":", 1)[1].split("/")[0])
         until(lambda: httpx.get(f"{self.url}/healthz").status_code == httpx.codes.OK, "the server answers", START_S)
 

@@ -13,7 +13,7 @@ PARTICLES = """(() => {
     return count;
 })()"""
 
-# How many columns of the picture in the scene are the occluder's grey, along a row that ball and look-alikes leave free;
+# How many columns of the picture in the scene are the occluder's grey, along a row that the ball leaves free;
 # the colours are those of the scene's defaults, and JPEG leaves a few units of doubt.
 OCCLUDER = """(() => {
     let width = 0;
