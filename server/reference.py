@@ -17,9 +17,13 @@ PAGE = """<!doctype html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>pftrack REST interface</title>
+<link rel="icon" href="/static/icon.svg" type="image/svg+xml">
 <link rel="stylesheet" href="/static/style.css">
 <style>
 main {{ max-width: 60rem; margin: 0 auto; padding: 1rem; }}
+h1 {{ font-size: 1.5rem; }}
+h2 {{ font-size: 1.2rem; }}
+h1, h2, p {{ margin: 1rem 0; }}
 summary {{ cursor: pointer; padding: .25rem 0; }}
 summary code {{ font-weight: 600; }}
 pre {{ overflow: auto; padding: .75rem; }}

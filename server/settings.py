@@ -43,7 +43,7 @@ class Settings(BaseSettings):
 
     worker_memory_bytes: int = Field(1024 * MEBIBYTE, ge=64 * MEBIBYTE, description="Memory of one worker of its own.")
     worker_cpu_seconds: int = Field(7200, ge=1, description="CPU time of one worker before its session is stopped.")
-    start_seconds: float = Field(30.0, gt=0, description="Longest start of a session.")
+    start_seconds: float = Field(60.0, gt=0, description="Longest start of a session.")
     command_seconds: float = Field(10.0, gt=0, description="Longest wait for the answer to a command.")
     seek_seconds: float = Field(120.0, gt=0, description="Longest wait for a seek that computes frames.")
     hang_seconds: float = Field(15.0, gt=0, description="Silence after which a worker counts as hung.")

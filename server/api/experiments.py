@@ -1,7 +1,6 @@
 """Experiments: what there is to try."""
 
 import asyncio
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from fastapi import APIRouter
@@ -41,7 +40,7 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
 @router.get("/{experiment}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
 async def draw_thumbnail(experiment: AnExperiment, store: AStore, errands: AnErrands) -> Response:
     """Return a picture of an experiment: a real frame of a real run."""
-    path = store.files.cache / f"{experiment.id}-{_version()}.png"
+    path = store.files.cache / f"{experiment.id}.png"
     if not path.exists():
         await asyncio.to_thread(write_whole, path, await errands.run(draw_experiment, experiment.id))
     picture = await asyncio.to_thread(path.read_bytes)
@@ -74,10 +73,3 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
         ],
         "thumbnail": f"/api/v1/experiments/{experiment.id}/thumbnail.png",
     }
-
-
-def _version() -> str:
-    try:
-        return version("pftrack")
-    except PackageNotFoundError:
-        return "development"

@@ -11,7 +11,6 @@ from server.api.dependencies import AManager, AnErrands, AnUpload, AStore, Setti
 from server.api.models import UploadView
 from server.errors import ConflictError
 from server.sessions.jobs import frame_jpeg
-from server.store.files import write_whole
 from server.store.intake import limits_of, take_in
 from server.uploading import receive
 
@@ -77,10 +76,10 @@ async def show_frame(
 ) -> Response:
     """Return a frame of an upload, decoded in a confined process."""
     path = store.files.preview(upload.id, frame)
-    if not path.exists():
+    if path.exists():
+        picture = await asyncio.to_thread(path.read_bytes)
+    else:
         where, index = str(store.files.upload(upload.id)), store.files.index(upload.id)
         picture = await errands.run(frame_jpeg, where, index, frame, limits_of(settings))
-        await asyncio.to_thread(write_whole, path, picture)
-    return Response(
-        await asyncio.to_thread(path.read_bytes), media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"}
-    )
+        await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
+    return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"})

@@ -113,6 +113,7 @@ class Manager:
             await self.keep(positions=False)
         except BaseException:
             del self._sessions[spec.id]
+            await session.close("The session could not be started.")
             raise
         return session
 

@@ -102,8 +102,8 @@ class Session:
             if self._link is not None:
                 return
             self.chronicle.become("starting")
-            link = Link(self._orders(self.spec), self._event, self._lost)
             try:
+                link = Link(self._orders(self.spec), self._event, self._lost)
                 ready = await link.start(self._settings.start_seconds)
             except BaseException as error:
                 self.chronicle.become("crashed", str(error))

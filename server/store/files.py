@@ -11,8 +11,9 @@ import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 
-__all__ = ["DataDirectory", "is_name", "new_name", "now", "write_whole"]
+__all__ = ["DataDirectory", "is_name", "new_name", "now", "settle", "write_whole"]
 
+MOST_PREVIEWS = 300
 NAME = re.compile(r"[a-z0-9]{12,32}")
 
 
@@ -51,6 +52,8 @@ class DataDirectory:
             ) from None
         # What was coming when the last server stopped is of no use to anybody.
         shutil.rmtree(self.incoming, ignore_errors=True)
+        # Pictures of experiments are drawn anew by each version of the program.
+        shutil.rmtree(self.cache, ignore_errors=True)
         for folder in (self.uploads, self.runs, self.cache, self.incoming):
             folder.mkdir(exist_ok=True, mode=0o700)
 
@@ -74,6 +77,12 @@ class DataDirectory:
     def preview(self, name: str, frame: int) -> Path:
         """Return where a frame of an upload is kept once it was drawn."""
         return self.uploads / _checked(name) / f"frame-{frame:06d}.jpg"
+
+    def keep_preview(self, name: str, frame: int, picture: bytes) -> None:
+        """Keep a frame of an upload, unless many are kept already."""
+        path = self.preview(name, frame)
+        if sum(1 for _ in path.parent.glob("frame-*.jpg")) < MOST_PREVIEWS:
+            write_whole(path, picture)
 
     def remove_upload(self, name: str) -> None:
         """Delete an upload's folder."""
@@ -101,6 +110,12 @@ def write_whole(path: Path, data: bytes) -> None:
         file.flush()
         os.fsync(file.fileno())
     part.replace(path)
+
+
+def settle(path: Path) -> None:
+    """Make sure that a file is on the disk, not only on its way there."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
 
 
 def _checked(name: str) -> str:

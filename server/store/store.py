@@ -11,7 +11,7 @@ from sqlalchemy.orm import sessionmaker
 
 from server.settings import Settings
 from server.store.database import connect
-from server.store.files import DataDirectory, now, write_whole
+from server.store.files import DataDirectory, now, settle, write_whole
 from server.store.tables import Base, RunRow, SessionRow, UploadRow
 
 __all__ = ["Store"]
@@ -78,8 +78,13 @@ class Store:
 
     def add_run(self, row: RunRow, thumbnail: bytes) -> None:
         """Keep a run whose record is in place."""
-        write_whole(self.files.thumbnail(row.id), thumbnail)
-        self._add(row)
+        try:
+            settle(self.files.record(row.id))
+            write_whole(self.files.thumbnail(row.id), thumbnail)
+            self._add(row)
+        except BaseException:
+            self.files.remove_run(row.id)
+            raise
 
     def runs(self) -> list[RunRow]:
         """Return all runs, the newest first."""
