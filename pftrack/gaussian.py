@@ -24,7 +24,7 @@ class Gaussian:
     @cached_property
     def standard_deviations(self) -> NDArray[np.float64]:
         """(d,) square roots of the variances."""
-        deviations: NDArray[np.float64] = np.sqrt(np.diag(self.covariance))
+        deviations: NDArray[np.float64] = np.sqrt(self.covariance.diagonal())
         return deviations
 
     def sample(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.compiled import compiled, compiled_sums
 
 __all__ = ["ParticleSet", "normalise"]
 
@@ -120,23 +120,30 @@ def _normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], f
     return result, log_sum
 
 
-@compiled
+@compiled_sums
 def _moments(
     states: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     count, dimension = states.shape
     mean = np.empty(dimension)
     covariance = np.empty((dimension, dimension))
+    deviations = np.empty((dimension, count))
+    weighted = np.empty(count)
     for i in range(dimension):
         total = 0.0
         for n in range(count):
+            deviations[i, n] = states[n, i]
             total += weights[n] * states[n, i]
         mean[i] = total
+        for n in range(count):
+            deviations[i, n] -= total
     for i in range(dimension):
+        for n in range(count):
+            weighted[n] = weights[n] * deviations[i, n]
         for j in range(i, dimension):
             total = 0.0
             for n in range(count):
-                total += weights[n] * (states[n, i] - mean[i]) * (states[n, j] - mean[j])
+                total += weighted[n] * deviations[j, n]
             covariance[i, j] = total
             covariance[j, i] = total
     return mean, covariance

@@ -15,6 +15,7 @@ Source: document 1, sections 3 and 5.1 (systematic, every frame); Douc, Cappe an
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -85,12 +86,15 @@ def adaptive(
         should keep their weights.
     """
 
-    def decide(rng: np.random.Generator, particles: ParticleSet, count: int) -> NDArray[np.int64] | None:
-        if count == len(particles) and threshold < 1 and particles.effective_sample_size >= threshold * count:
-            return None
-        return resample(rng, particles.log_weights, count)
+    return partial(_decide, resample, threshold)
 
-    return decide
+
+def _decide(
+    resample: Resampler, threshold: float, rng: np.random.Generator, particles: ParticleSet, count: int
+) -> NDArray[np.int64] | None:
+    if count == len(particles) and threshold < 1 and particles.effective_sample_size >= threshold * count:
+        return None
+    return resample(rng, particles.log_weights, count)
 
 
 @compiled

@@ -14,7 +14,7 @@ __all__ = ["exceeds", "hard", "soft"]
 
 def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
     """Tell whether any posterior standard deviation (d,) exceeds the threshold gamma, in the same unit."""
-    return bool((sigma > gamma).any())
+    return any(deviation > gamma for deviation in sigma.tolist())
 
 
 def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
