@@ -1,5 +1,6 @@
 """Sessions through the REST interface: start, steer, change, branch, end."""
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import httpx
@@ -105,6 +106,17 @@ class TestTransport:
         assert steer(client, session["id"], "seek", frame=80)["head"] == 80
         assert columns(client, session["id"]) == before
         assert len(before["frame"]) == 81
+
+    def test_a_pause_cuts_a_long_seek_short(self, client: httpx.Client) -> None:
+        """A seek into frames not computed yet can be cut short; it answers where it got to."""
+        session = begin(client, frames=20_000, parameters={"sample_count": 5000})
+        with ThreadPoolExecutor() as pool:
+            seeking = pool.submit(steer, client, session["id"], "seek", frame=19_999)
+            wait_for(lambda: get(client, session["id"])["head"] > 5)
+            paused = steer(client, session["id"], "pause")
+            answered = seeking.result(10)
+        assert 5 < answered["position"] <= paused["position"] < 19_999
+        assert paused["state"] == "ready"
 
     def test_end_of_the_run(self, client: httpx.Client) -> None:
         """At the last frame a run has ended; play shows it again from the start."""

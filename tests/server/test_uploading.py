@@ -1,0 +1,117 @@
+"""Taking a multipart body from the wire, however it is cut into chunks."""
+
+import asyncio
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from starlette.requests import Request
+
+from server.errors import ApiError, RefusedError, TooLargeError
+from server.uploading import Received, receive
+
+BOUNDARY = b"----a boundary"
+
+
+def body_of(files: Sequence[tuple[str, bytes]]) -> bytes:
+    parts = [
+        b"--"
+        + BOUNDARY
+        + b'\r\nContent-Disposition: form-data; name="file"; filename="'
+        + name.encode()
+        + b'"\r\nContent-Type: application/octet-stream\r\n\r\n'
+        + content
+        + b"\r\n"
+        for name, content in files
+    ]
+    return b"".join(parts) + b"--" + BOUNDARY + b"--\r\n"
+
+
+def taken(
+    chunks: Sequence[bytes], *, most_bytes: int = 100_000, most_files: int = 10, vanish: bool = False
+) -> tuple[Received, list[bytes]]:
+    """Receive chunks into a folder that lives for as long as the call, and return what came."""
+    waiting = list(chunks)
+
+    async def next_chunk() -> Any:
+        if waiting:
+            return {"type": "http.request", "body": waiting.pop(0), "more_body": bool(waiting) or vanish}
+        return {"type": "http.disconnect"}
+
+    kind = b'multipart/form-data; boundary="' + BOUNDARY + b'"'
+    request = Request({"type": "http", "method": "POST", "headers": [(b"content-type", kind)]}, next_chunk)
+    with tempfile.TemporaryDirectory() as root:
+        folder = Path(root) / "incoming"
+        try:
+            received = asyncio.run(receive(request, folder, most_bytes=most_bytes, most_files=most_files))
+        except ApiError:
+            assert not folder.exists(), "a refused upload leaves nothing"
+            raise
+        return received, [path.read_bytes() for path in received.paths]
+
+
+names = st.text(st.characters(codec="ascii", categories=["L", "N"]), min_size=1, max_size=20)
+files = st.lists(st.tuples(names, st.binary(max_size=300)), min_size=1, max_size=4)
+
+
+@settings(max_examples=60, deadline=None)
+@given(files, st.data())
+def test_any_chunks(files: list[tuple[str, bytes]], data: st.DataObject) -> None:
+    """However a body is cut, the same files come out, in order and to the byte."""
+    body = body_of(files)
+    cuts = sorted(data.draw(st.lists(st.integers(0, len(body)), max_size=8)))
+    chunks = [body[a:b] for a, b in zip([0, *cuts], [*cuts, len(body)], strict=True)]
+    received, contents = taken(chunks)
+    assert contents == [content for _, content in files]
+    assert received.names == [name for name, _ in files]
+    assert received.size_bytes == sum(len(content) for _, content in files)
+
+
+def test_content_like_a_boundary() -> None:
+    """Content that looks nearly like the boundary comes out as it is."""
+    content = b"\r\n--" + BOUNDARY[:-1] + b"\r\n--\r\n" * 20
+    _, (out,) = taken([body_of([("a", content)])])
+    assert out == content
+
+
+def test_too_many_bytes() -> None:
+    """The first byte too many ends it, though the rest never came."""
+    body = body_of([("a", b"x" * 5000)])
+    with pytest.raises(TooLargeError, match="at most"):
+        taken([body[:4000]], most_bytes=3000, vanish=True)
+
+
+def test_exactly_as_many() -> None:
+    """As many bytes as are allowed are allowed."""
+    received, _ = taken([body_of([("a", b"x" * 3000)])], most_bytes=3000)
+    assert received.size_bytes == 3000
+
+
+def test_other_fields_count() -> None:
+    """What is in other fields is read over, and counts as well."""
+    filler = b"--" + BOUNDARY + b'\r\nContent-Disposition: form-data; name="x"\r\n\r\n' + b"y" * 200_000 + b"\r\n"
+    with pytest.raises(TooLargeError):
+        taken([filler + body_of([("a", b"x")])], most_bytes=1000)
+
+
+def test_vanished() -> None:
+    """A sender that vanishes leaves nothing."""
+    with pytest.raises(ApiError, match="broke"):
+        taken([body_of([("a", b"x" * 100)])[:150]], vanish=True)
+
+
+def test_cut_off() -> None:
+    """A body that ends in the middle of a file is refused."""
+    with pytest.raises(ApiError, match="middle of a file"):
+        taken([body_of([("a", b"x" * 100)])[:-30]])
+
+
+def test_no_file() -> None:
+    """A form without a file is refused by the name of the field."""
+    with pytest.raises(RefusedError) as refusal:
+        taken([b"--" + BOUNDARY + b"--\r\n"])
+    assert refusal.value.detail["field"] == "file"
