@@ -211,9 +211,11 @@ class Book {
       this.#lines.set(branch.id, { source, glyphs, edition: history.edition, length: history.length });
     }
     const line = this.#lines.get(branch.id);
-    for (const { glyph } of line.glyphs) {
-      const width = active ? 1.8 : 1.2;
-      if (glyph.line_width !== width) Object.assign(glyph, { line_width: width, line_alpha: active ? 1 : 0.9 });
+    for (const one of line.glyphs) {
+      const [width, level] = active ? [1.8, "guide"] : [1.2, "glyph"];
+      if (one.glyph.line_width !== width) one.glyph.line_width = width;
+      // The active branch lies above the others, which share its past.
+      if (one.level !== level) one.level = level;
     }
     if (line.edition !== history.edition || history.length < line.length) line.source.data = columns(history, 0);
     else if (history.length > line.length) line.source.stream(columns(history, line.length));

@@ -56,7 +56,7 @@ export function readout(root, store) {
 function proposal(row) {
   switch (row.proposal) {
     case "mixed":
-      return `prediction ${row.prediction_count}, observation ${row.observation_count}`;
+      return `mixed ${row.prediction_count} | ${row.observation_count}`;
     case "none":
       return "none";
     default:

@@ -144,7 +144,7 @@ export function scrubber(root, store, commands) {
       ? [`from frame ${change.frame}`, ...change.lines]
       : bookmark
         ? [`frame ${bookmark.frame}`, bookmark.note || "bookmark"]
-        : words(store, axis.frame(x));
+        : [words(store, axis.frame(x)).join(" · ")];
     fill(tip, lines.map((line) => h("div", {}, line)));
     tip.hidden = false;
     const width = tip.offsetWidth;

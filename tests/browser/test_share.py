@@ -102,3 +102,20 @@ def test_bookmarks_lead_back(watch: Watch, server: Server) -> None:
     shown.stands_at(20)
     entry.locator("button[aria-label^=Remove]").click()
     entry.wait_for(state="detached")
+
+
+def test_a_downloaded_run_can_be_dropped_again(watch: Watch, server: Server, page: Any) -> None:
+    """A .pft file given to the drop zone opens as a session with the same numbers."""
+    shown = watch(tracker="s-spf")
+    server.seek(shown.id, 25)
+    shown.stands_at(25)
+    errors = server.column(shown.id, "error")
+    run = server.post("runs", {"session": shown.id})
+    page.goto("/")
+    with page.expect_download() as download:
+        page.locator(f"[data-run='{run['id']}'] >> text=Download").click()
+    page.set_input_files("#file-picker", download.value.path().rename(download.value.path().with_suffix(".pft")))
+    again = SessionPage(page, server).ready()
+    assert again.id != shown.id
+    server.seek(again.id, 25)
+    assert server.column(again.id, "error")[:26] == errors
