@@ -109,13 +109,13 @@ def test_a_downloaded_run_can_be_dropped_again(watch: Watch, server: Server, pag
     shown = watch(tracker="s-spf")
     server.seek(shown.id, 25)
     shown.stands_at(25)
-    errors = server.column(shown.id, "error")
-    run = server.post("runs", {"session": shown.id})
+    first, errors = shown.id, server.column(shown.id, "error")
+    run = server.post("runs", {"session": first})
     page.goto("/")
     with page.expect_download() as download:
         page.locator(f"[data-run='{run['id']}'] >> text=Download").click()
     page.set_input_files("#file-picker", download.value.path().rename(download.value.path().with_suffix(".pft")))
     again = SessionPage(page, server).ready()
-    assert again.id != shown.id
+    assert again.id != first
     server.seek(again.id, 25)
     assert server.column(again.id, "error")[:26] == errors
