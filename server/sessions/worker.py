@@ -36,6 +36,7 @@ from server.sessions.protocol import (
     Restart,
     Save,
     Speed,
+    Standing,
     Transport,
 )
 from server.sessions.workbench import Workbench
@@ -58,11 +59,11 @@ def main(end: socket.socket, order: Order) -> None:
     confine(memory_bytes=order.memory_bytes, cpu_seconds=order.cpu_seconds)
     pipe = WorkerEnd(end)
     try:
-        Worker(pipe, order).serve()
+        worker = _made(pipe, order)
+        if worker is not None:
+            worker.serve()
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return
-    except (LookupError, ValueError) as error:
-        _farewell(pipe, Failed(str(error), error))
     except MemoryError:
         mebibytes = order.memory_bytes >> 20
         _farewell(pipe, Failed(f"The run needed more than the {mebibytes} MiB of memory that a session may use."))
@@ -71,6 +72,18 @@ def main(end: socket.socket, order: Order) -> None:
         traceback.print_exc()
         _farewell(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
         sys.exit(1)
+
+
+def _made(pipe: WorkerEnd, order: Order) -> "Worker | None":
+    """Return the worker, or tell what of the order was refused."""
+    try:
+        return Worker(pipe, order)
+    except (ParameterError, SourceError) as error:
+        _farewell(pipe, Failed(str(error), error))
+    except LookupError as error:
+        # A session of an older version, whose experiment is no more.
+        _farewell(pipe, Failed(str(error.args[0]) if error.args else "There is no such experiment"))
+    return None
 
 
 def _farewell(pipe: WorkerEnd, failed: Failed) -> None:
@@ -168,7 +181,7 @@ class Worker:
 
     # ------------------------------------------------------------ events
 
-    def _standing(self) -> Any:  # noqa: ANN401 - see Workbench.standing
+    def _standing(self) -> Standing:
         return self._bench.standing(playing=self._playing, speed=self._speed)
 
     def _tell(self) -> None:

@@ -13,6 +13,7 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
+from server.sessions.protocol import Activate, Request
 from tests.server.host import Server, begin, error_of, steer, wait_for
 from tests.server.test_stream import hear, until
 
@@ -171,3 +172,18 @@ def test_ended_sessions_stay_ended(start_server: Any, state: str) -> None:
         client.delete(f"/api/v1/sessions/{session['id']}")
     with start_server() as (_, client):
         assert client.get("/api/v1/sessions").json() == []
+
+
+def test_a_mistake_in_a_tracker(start_server: Any) -> None:
+    """A mistake in the computation is told without its stack, which is in the log, and the session can be resumed."""
+    with start_server() as (server, client):
+        session = begin(client)
+        steer(client, session["id"], "seek", frame=5)
+        link = server.manager.get(session["id"]).link
+        # What the web process never sends, which is as good as a mistake of the worker's own.
+        link._end.send(Request(999, Activate("b9", "apf", None, 0, 0)))
+        wait_for(lambda: state(client, session["id"]) == "crashed")
+        message = client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
+        assert "Traceback" not in message
+        assert "computation failed" in message
+        assert client.post(f"/api/v1/sessions/{session['id']}/resume").json()["position"] == 5
