@@ -2,9 +2,14 @@
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
-__all__ = ["Diagnostics"]
+from pftrack.frame import Frame
+from pftrack.trackers import TrackState
+
+__all__ = ["Diagnostics", "diagnose"]
+
+Proposal: TypeAlias = Literal["prediction", "observation", "mixed", "none"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +46,7 @@ class Diagnostics:
     log_evidence: float
     prediction_count: int
     observation_count: int
-    proposal: Literal["prediction", "observation", "mixed", "none"]
+    proposal: Proposal
     resampled: bool
     switched: bool
     unique_ancestors: int
@@ -56,6 +61,49 @@ class Diagnostics:
     def as_dict(self) -> dict[str, object]:
         """Return the values by name, ready for JSON: a number that is not finite becomes None."""
         return {name: _finite(value) for name, value in asdict(self).items()}
+
+
+def diagnose(frame: Frame, state: TrackState, verdict: tuple[float | None, bool | None], step_ms: float) -> Diagnostics:
+    """Write down a frame.
+
+    Args:
+        frame: What was seen.
+        state: What is believed.
+        verdict: Error, and whether that is lost; None where unknown.
+        step_ms: Time that the tracker took, ms.
+    """
+    particles, target = state.particles, frame.target
+    count = len(particles) if particles else 0
+    error, lost = verdict
+    return Diagnostics(
+        frame=frame.index,
+        time_s=frame.time_s,
+        estimate=tuple(state.estimate.tolist()),
+        sigma=tuple(state.sigma.tolist()),
+        effective_sample_size=particles.effective_sample_size if particles else 0.0,
+        log_evidence=state.log_evidence,
+        prediction_count=count - state.observation_count,
+        observation_count=state.observation_count,
+        proposal=_proposal(count, state.observation_count),
+        resampled=state.resampled,
+        switched=state.switched,
+        unique_ancestors=particles.unique_ancestors if particles else 0,
+        truth=tuple(target.position.tolist()) if target else None,
+        observation=tuple(frame.signal.tolist()) if frame.signal is not None else None,
+        reference=tuple(state.reference.mean[: state.tracked].tolist()) if state.reference else None,
+        error=error,
+        lost=lost,
+        hidden=target.hidden if target else None,
+        step_ms=step_ms,
+    )
+
+
+def _proposal(count: int, observed: int) -> Proposal:
+    if count == 0:
+        return "none"
+    if observed == 0:
+        return "prediction"
+    return "observation" if observed == count else "mixed"
 
 
 def _finite(value: object) -> object:

@@ -4,7 +4,7 @@ from pftrack.trackers import TrackState
 
 __all__ = ["Keyframes"]
 
-BUDGET_BYTES = 64 * 1024 * 1024
+BUDGET_BYTES = 32 * 1024 * 1024
 
 
 class Keyframes:

@@ -85,7 +85,6 @@ def adaptive(
         A function of generator, particles and the number wanted that gives the ancestors, or None when the particles
         should keep their weights.
     """
-
     return partial(_decide, resample, threshold)
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.diagnostics import Diagnostics
+from pftrack.diagnostics import Diagnostics, diagnose
 from pftrack.experiments.experiment import Experiment, Setup, Step
 from pftrack.frame import Frame
 from pftrack.keyframes import Keyframes
@@ -303,48 +303,21 @@ class Run:
         step_ms = 1e3 * (perf_counter() - begun)
         if index < len(self.diagnostics):
             return self._seen(index, state, frame)
-        self.diagnostics.append(self._diagnose(frame, state, parameters, step_ms))
+        self.diagnostics.append(diagnose(frame, state, self._judge(frame, state, parameters), step_ms))
         self._keyframes.offer(index, state)
         return Step(frame, state, self.diagnostics[index], parameters, name)
+
+    def _judge(self, frame: Frame, state: TrackState, parameters: Parameters) -> tuple[float | None, bool | None]:
+        """Return error and verdict of a frame, None where the truth is unknown or there is no notion of lost."""
+        if frame.target is None:
+            return None, None
+        error = self.experiment.error(state.estimate, frame.target.position)
+        return error, self.experiment.lost(error, frame.target, parameters) if self.experiment.lost else None
 
     def _seen(self, index: int, state: TrackState, frame: Frame | None = None) -> Step:
         segment = self._segment(index)
         row = self.diagnostics[index]
         return Step(frame or self._frame(index), state, row, segment.parameters, segment.tracker)
-
-    def _diagnose(self, frame: Frame, state: TrackState, parameters: Parameters, step_ms: float) -> Diagnostics:
-        particles, target = state.particles, frame.target
-        count = len(particles) if particles else 0
-        observed = state.observation_count
-        error = self.experiment.error(state.estimate, target.position) if target else None
-        judge = self.experiment.lost
-        return Diagnostics(
-            frame=frame.index,
-            time_s=frame.time_s,
-            estimate=tuple(state.estimate.tolist()),
-            sigma=tuple(state.sigma.tolist()),
-            effective_sample_size=particles.effective_sample_size if particles else 0.0,
-            log_evidence=state.log_evidence,
-            prediction_count=count - observed,
-            observation_count=observed,
-            proposal="none"
-            if not count
-            else "prediction"
-            if not observed
-            else "observation"
-            if observed == count
-            else "mixed",
-            resampled=state.resampled,
-            switched=state.switched,
-            unique_ancestors=particles.unique_ancestors if particles else 0,
-            truth=tuple(target.position.tolist()) if target else None,
-            observation=tuple(frame.signal.tolist()) if frame.signal is not None else None,
-            reference=tuple(state.reference.mean[: state.tracked].tolist()) if state.reference else None,
-            error=error,
-            lost=judge(error, target, parameters) if judge and target and error is not None else None,
-            hidden=target.hidden if target else None,
-            step_ms=step_ms,
-        )
 
 
 def _check_live(parameters: Parameters, values: Mapping[str, object]) -> None:
