@@ -96,6 +96,7 @@ def on_video(sequence: FrameSequence, box: Box, *, start: int = 0, truth: TruthT
         "sha256": sequence.sha256,
         "box": list(box),
         "start": start,
+        "truth": {str(frame): list(known) for frame, known in truth.boxes.items()} if truth else {},
     }
     return Setup(open_source, parameters, reference)
 
