@@ -1,0 +1,57 @@
+"""Published results, computed again; the cheap ones always, the others in `make test-all`."""
+
+import math
+
+import pytest
+
+from pftrack.reproduce import RESULTS, reproduce
+from pftrack.reproduce.finding import claim, compare
+
+CHEAP = ("kalman-sine", "one-step")
+
+
+@pytest.mark.parametrize("name", CHEAP)
+def test_cheap_results_hold(name: str) -> None:
+    """Every finding of the study lies within its tolerance."""
+    findings = reproduce([name])
+    assert findings
+    assert [finding for finding in findings if finding.status != "pass"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("name", [name for name in RESULTS if name not in CHEAP])
+def test_quick_results_hold(name: str) -> None:
+    """No finding of the study, run with fewer trials, is outside its tolerance."""
+    findings = reproduce([name], jobs=2)
+    assert [finding for finding in findings if finding.status == "fail"] == []
+
+
+def test_jobs_do_not_change_results() -> None:
+    """Spread over processes the findings are the same as in one."""
+    assert reproduce(["one-step"], jobs=2) == reproduce(["one-step"])
+
+
+def test_progress_is_told() -> None:
+    """Every piece of work done is told, out of those known so far."""
+    told: list[tuple[int, int]] = []
+    reproduce(["one-step"], progress=lambda done, known: told.append((done, known)))
+    assert told == [(done, 6) for done in range(1, 7)]
+
+
+def test_unknown_results_are_refused() -> None:
+    """A result that there is not is refused with those that there are."""
+    with pytest.raises(LookupError, match="no result 'cold-fusion'; there are kalman-sine"):
+        reproduce(["cold-fusion"])
+
+
+def test_findings_are_judged_honestly() -> None:
+    """Outside the tolerance fails, no number fails, and an unconfirmed claim that does not hold is a known negative."""
+    assert compare("x", 1.04, 1.0, 0.05, "here").status == "pass"
+    assert compare("x", 1.06, 1.0, 0.05, "here").status == "fail"
+    nothing = compare("x", math.nan, 1.0, 0.05, "here")
+    assert nothing.status == "fail"
+    assert nothing.as_dict()["ours"] is None
+    assert claim("x", 1.0, holds=False, source="here").status == "fail"
+    assert claim("x", 1.0, holds=False, source="here", confirmed=False).status == "known-negative"
+    assert claim("x", 1.0, holds=True, source="here", confirmed=False).status == "pass"
