@@ -94,30 +94,26 @@ def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], fl
     Returns:
         (N,) logarithms of normalised weights, and the logarithm of the sum of the weights given.
     """
-    return _normalise(log_weights)
+    shifted, top = _shifted(log_weights)
+    if top == -np.inf:
+        return np.full(len(log_weights), -np.log(len(log_weights))), -np.inf
+    # NumPy computes exp of whole arrays several times faster than a compiled loop does one by one.
+    log_sum = float(np.log(np.exp(shifted).sum()))
+    return shifted - log_sum, top + log_sum
 
 
 @compiled
-def _normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def _shifted(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Return the weights relative to the greatest, what is impossible as -inf, and the greatest."""
     count = log_weights.shape[0]
     top = -np.inf
     for n in range(count):
         if top < log_weights[n] < np.inf:
             top = log_weights[n]
-    result = np.empty(count)
-    if top == -np.inf:
-        result[:] = -np.log(count)
-        return result, -np.inf
-    total = 0.0
+    shifted = np.empty(count)
     for n in range(count):
-        value = log_weights[n]
-        if -np.inf < value < np.inf:
-            total += np.exp(value - top)
-    log_sum = top + np.log(total)
-    for n in range(count):
-        value = log_weights[n]
-        result[n] = value - log_sum if -np.inf < value < np.inf else -np.inf
-    return result, log_sum
+        shifted[n] = log_weights[n] - top if log_weights[n] < np.inf else -np.inf
+    return shifted, top
 
 
 @compiled_sums

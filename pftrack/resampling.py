@@ -37,22 +37,22 @@ def systematic(rng: np.random.Generator, log_weights: NDArray[np.float64], count
         log_weights: (N,) logarithms of weights, up to a common constant; not all -inf.
         count: How many to draw.
     """
-    return _systematic(log_weights, rng.random(), count)
+    return _systematic(_relative(log_weights), rng.random(), count)
 
 
 def stratified(rng: np.random.Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw (count,) parents with an independent uniform number in each stratum; arguments as for `systematic`."""
-    return _inverse(log_weights, (np.arange(count) + rng.random(count)) / count)
+    return _inverse(_relative(log_weights), (np.arange(count) + rng.random(count)) / count)
 
 
 def multinomial(rng: np.random.Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw (count,) parents independently; arguments as for `systematic`."""
-    return _inverse(log_weights, np.sort(rng.random(count)))
+    return _inverse(_relative(log_weights), np.sort(rng.random(count)))
 
 
 def residual(rng: np.random.Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw floor(count * w_n) copies of each parent, the rest by fractions; arguments as for `systematic`."""
-    weights = np.exp(log_weights - np.max(log_weights))
+    weights = _relative(log_weights)
     expected = count * weights / weights.sum()
     whole = np.floor(expected).astype(np.int64)
     certain = np.repeat(np.arange(len(weights)), whole)
@@ -96,14 +96,17 @@ def _decide(
     return resample(rng, particles.log_weights, count)
 
 
+def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the weights (N,) relative to the greatest."""
+    weights: NDArray[np.float64] = np.exp(log_weights - log_weights.max())
+    return weights
+
+
 @compiled
-def _systematic(log_weights: NDArray[np.float64], offset: float, count: int) -> NDArray[np.int64]:
-    size = log_weights.shape[0]
-    top = np.max(log_weights)
-    weights = np.empty(size)
+def _systematic(weights: NDArray[np.float64], offset: float, count: int) -> NDArray[np.int64]:
+    size = weights.shape[0]
     total = 0.0
     for n in range(size):
-        weights[n] = np.exp(log_weights[n] - top)
         total += weights[n]
     # Rounding must not carry the last draws past the last particle that has any weight.
     last = size - 1
@@ -123,8 +126,8 @@ def _systematic(log_weights: NDArray[np.float64], offset: float, count: int) -> 
 
 
 @compiled
-def _inverse(log_weights: NDArray[np.float64], quantiles: NDArray[np.float64]) -> NDArray[np.int64]:
-    cumulative = np.cumsum(np.exp(log_weights - np.max(log_weights)))
+def _inverse(weights: NDArray[np.float64], quantiles: NDArray[np.float64]) -> NDArray[np.int64]:
+    cumulative = np.cumsum(weights)
     total = cumulative[-1]
     last = np.searchsorted(cumulative, total)
     ancestors = np.empty(quantiles.shape[0], dtype=np.int64)
