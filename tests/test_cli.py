@@ -183,6 +183,17 @@ def test_a_saved_run_replays_to_the_same_numbers(call: Call, tmp_path: Path) -> 
     assert replayed == ran
 
 
+def test_a_clip_begins_at_its_first_frame_with_truth(call: Call, clip: Path, tmp_path: Path) -> None:
+    """Without `--start` the box is taken to be drawn on the first frame whose truth is known."""
+    rows = clip.with_name("truth.csv").read_text().splitlines()
+    late = tmp_path / "late.csv"
+    late.write_text("\n".join([rows[0], "0,,,,,", "1,,,,,", *rows[4:]]))
+    box = ("--box", "26,30,10,8")
+    summary = json.loads(call("run", "ball", "--video", clip, *box, "--truth", late, "--json")[1])
+    assert summary["frames"] == FRAMES - 3
+    assert summary["hit_rate"] == 1.0
+
+
 def test_a_run_on_a_clip_replays_with_its_truth_and_moves_with_its_clip(call: Call, clip: Path, tmp_path: Path) -> None:
     """The saved run finds the video beside it and keeps the table; a video that was moved can be pointed out."""
     here = tmp_path / "here"
