@@ -182,7 +182,7 @@ class Run:
             raise PastError(f"frame {self.position + 1} has been computed already; branch there to change it")
         if self.position + 1 >= self.frames:
             raise EndOfRun(f"the run ends at frame {self.frames - 1}; go back to change what leads there, or restart")
-        return self._append(Change(self.position + 1, dict(values)))  # type: ignore[arg-type] # checked within
+        return self._insert(Change(self.position + 1, dict(values)))  # type: ignore[arg-type] # checked within
 
     def branch(self, frame: int, values: Mapping[str, object] | None = None) -> "Run":
         """Return a new run that shares this one's past up to a frame and stands there.
@@ -259,8 +259,23 @@ class Run:
                 return segment
         raise IndexError(f"a run begins at frame 0, got {frame}")
 
+    def _insert(self, change: Change) -> Change:
+        """Write a change at its place on the timeline, or refuse it whole; what is to change later stays."""
+        before = self._timeline, self._segments
+        later = [other for other in self._timeline if other.frame > change.frame]
+        self._timeline = [other for other in self._timeline if other.frame <= change.frame]
+        self._segments = [segment for segment in self._segments if segment.start <= change.frame]
+        try:
+            written = self._append(change)
+            for other in later:
+                self._append(other)
+        except ParameterError:
+            self._timeline, self._segments = before
+            raise
+        return written
+
     def _append(self, change: Change) -> Change:
-        """Write a change on the timeline, or refuse it whole."""
+        """Write a change at the end of the timeline, or refuse it whole."""
         if change.frame < 0:
             raise ParameterError("frame", change.frame, "a whole number, not negative")
         parameters, tracker = self._segments[-1].parameters, self._segments[-1].tracker

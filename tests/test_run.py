@@ -50,6 +50,28 @@ def test_changes_as_one_goes_equal_a_given_timeline(tracker: str) -> None:
     assert run.estimates_sha256 == finished(tracker=tracker, timeline=CHANGES).estimates_sha256
 
 
+def test_change_before_one_to_come_keeps_the_timeline_in_order() -> None:
+    """A change made while others are still to come does not bring them forward, and replays to the same numbers."""
+    run = ball(timeline=(Change(20, {"sample_count": 100}),))
+    run.seek(4)
+    run.change({"gamma_px": 9})
+    assert run.parameters_at(5).sample_count == 800
+    assert (run.parameters_at(20).sample_count, run.parameters_at(20).gamma_px) == (100, 9)
+    run.finish()
+    assert run.timeline == (Change(5, {"gamma_px": 9}), Change(20, {"sample_count": 100}))
+    assert run.estimates_sha256 == finished(timeline=run.timeline).estimates_sha256
+
+
+def test_change_at_odds_with_one_to_come_is_refused_whole() -> None:
+    """A change that would make a later one invalid is refused, and nothing has changed."""
+    to_come = (Change(20, {"gamma_max_px": 5.0}),)
+    run = ball(timeline=to_come)
+    with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
+        run.change({"gamma_min_px": 6})
+    assert run.timeline == to_come
+    assert run.parameters_at(1).gamma_min_px == 4
+
+
 @settings(max_examples=25)
 @given(frames=st.lists(st.integers(0, 44), min_size=1, max_size=6))
 def test_seeking_anywhere_gives_the_same_states(frames: list[int]) -> None:
