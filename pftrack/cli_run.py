@@ -76,7 +76,10 @@ def run(
         _note_unread(setup, values, made.tracker)
         summary = _compute(made, video_out, frames=made.frames)
         if out is not None:
-            save(made, out)
+            try:
+                save(made, out)
+            except OSError as error:  # it speaks of the file beside, which nobody asked for
+                raise CommandError(f"{out} cannot be written: {error.strerror}") from None
     _print(summary, json=json)
 
 

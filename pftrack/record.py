@@ -163,6 +163,8 @@ def rebuild(record: Record, *, open_sequence: OpenSequence | None = None) -> Run
 def _setup(experiment: Experiment, reference: Mapping[str, Any], open_sequence: OpenSequence | None) -> Setup:
     if reference.get("kind") == "simulated":
         return experiment.simulate()
+    if reference.get("kind") != "recording":
+        raise RecordError("the saved run does not say what it was made on: a simulated scene or a recording")
     name = reference.get("name", "a recording")
     if experiment.on_video is None or open_sequence is None:
         raise RecordError(f"the run was made on {name}, which has to be given along with it")

@@ -20,6 +20,7 @@ __all__ = ["serve"]
 
 LARGEST_MESSAGE = 64 * 1024
 GRACE_S = 5
+FAILED, WRONG_USE = 1, 2
 
 
 class AnnouncingServer(uvicorn.Server):
@@ -53,7 +54,8 @@ def serve(
         _fail(
             f"{name}: {first['msg'].removeprefix('Value error, ')}"
             if name
-            else first["msg"].removeprefix("Value error, ")
+            else first["msg"].removeprefix("Value error, "),
+            WRONG_USE,
         )
     _log_to_stderr()
     _claim(settings)
@@ -114,9 +116,9 @@ def _name(error: OSError) -> str:
     return errno.errorcode.get(error.errno or 0, "")
 
 
-def _fail(message: str) -> NoReturn:
+def _fail(message: str, status: int = FAILED) -> NoReturn:
     print(message, file=sys.stderr)  # noqa: T201
-    sys.exit(1)
+    sys.exit(status)
 
 
 def _log_to_stderr() -> None:

@@ -54,7 +54,8 @@ async def receive(request: Request, folder: Path, *, most_bytes: int, most_files
     await asyncio.to_thread(folder.mkdir, mode=0o700)
     parts = _Parts(folder, most_bytes, most_files)
     try:
-        await _read(request, MultipartParser(boundary, parts.callbacks()), parts, most_bytes + overhead)  # type: ignore[arg-type]  # its own table
+        parser = MultipartParser(boundary, parts.callbacks(), max_header_size=LONGEST_HEADER)  # type: ignore[arg-type]  # its own table
+        await _read(request, parser, parts, most_bytes + overhead)
     except BaseException:
         parts.close()
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
@@ -75,7 +76,10 @@ async def _read(request: Request, parser: MultipartParser, parts: "_Parts", most
     except ClientDisconnect:
         raise ApiError("The connection broke during the upload") from None
     except MultipartParseError:
-        raise ApiError("The request is not well-formed multipart/form-data") from None
+        raise ApiError(
+            "The request is not well-formed multipart/form-data, or the name of a file is longer than"
+            f" {LONGEST_HEADER} bytes"
+        ) from None
     if parts.open:
         raise ApiError("The request ended in the middle of a file")
     if not parts.received.paths:
@@ -126,15 +130,9 @@ class _Parts:
 
     def _header_name(self, data: bytes, start: int, end: int) -> None:
         self._name += data[start:end]
-        self._check_header()
 
     def _header_value(self, data: bytes, start: int, end: int) -> None:
         self._value += data[start:end]
-        self._check_header()
-
-    def _check_header(self) -> None:
-        if len(self._name) + len(self._value) > LONGEST_HEADER:
-            raise ApiError(f"A header of a part may have at most {LONGEST_HEADER} bytes")
 
     def _header_end(self) -> None:
         if self._name.lower() == b"content-disposition":

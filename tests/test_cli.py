@@ -353,6 +353,13 @@ def test_places_that_cannot_be_written_are_refused_before_anything_is_computed(c
         refused(call("run", "ball", option, tmp_path / name), 1, "is a folder")
 
 
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a file system that takes no files, even of root")
+def test_a_run_that_cannot_be_saved_is_told_by_the_name_given(call: Call) -> None:
+    """What fails only when the file is written names the file that was asked for, not the one written beside it."""
+    status, _, err = call("run", "ball", "--frames", 2, "--out", "/proc/run.pft")
+    assert (status, "/proc/run.pft cannot be written" in err, ".part" in err) == (1, True, False), err
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_a_read_only_folder_is_refused(call: Call, tmp_path: Path) -> None:
     """A folder that may not be written to is said to be read-only."""

@@ -119,7 +119,7 @@ def test_foreign_files_are_refused(run: Run, tmp_path: Path) -> None:
         ({"timeline": [{"frame": 3, "values": {"sample_count": 0}}]}, "between 1 and"),
         ({"frames": -5}, "frames must be"),
         ({"reference": {"kind": "recording", "name": "clip.mp4"}}, "clip.mp4"),
-        ({"reference": {}}, "given along"),
+        ({"reference": {}}, "does not say what it was made on"),
     ],
 )
 def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[str, object], word: str) -> None:

@@ -36,11 +36,11 @@ def serving(arguments: str) -> Iterator[subprocess.Popen[str]]:
             process.kill()
 
 
-def failing(arguments: str) -> str:
+def failing(arguments: str, status: int = 1) -> str:
     """Return what a server that cannot start says."""
     with serving(arguments) as process:
         out, err = process.communicate(timeout=60)
-    assert process.returncode == 1
+    assert process.returncode == status
     assert out == ""
     assert len(err.strip().splitlines()) == 1, err
     return err
@@ -99,7 +99,7 @@ def test_a_data_directory_in_use(tmp_path: Path) -> None:
 
 def test_other_wrong_wishes(tmp_path: Path) -> None:
     """What else is wrong is told in one sentence, too."""
-    assert "port" in failing("port=70000")
+    assert "port" in failing("port=70000", status=2)
     assert "address" in failing(f"host='203.0.113.7', port=0, data_dir=Path({str(tmp_path)!r})")
     (tmp_path / "file").write_text("")
     assert "--data-dir" in failing(f"port=0, data_dir=Path({str(tmp_path / 'file')!r})")
