@@ -36,6 +36,39 @@ from websockets.asyncio.client import ClientConnection, connect  # noqa: E402
 from websockets.typing import Origin  # noqa: E402
 
 RATE_HZ = 30.0
+EXPERIMENT = "ball"
+READING_MS = 1_500  # how long a person looks at the gallery before choosing
+
+# Notes on the page's own clock when a card was clicked, when a picture of the run could first be seen in the scene's
+# place, and when that was viser's scene. What lies at the middle of the place is what a person sees there.
+WITNESS = """(() => {
+    const now = () => performance.timeOrigin + performance.now();
+    addEventListener('click', (event) => {
+        sessionStorage.setItem('clicked', performance.timeOrigin + event.timeStamp);
+    }, true);
+    if (top !== window || !location.pathname.startsWith('/session/')) return;
+    const drawn = (scene) => {
+        let found = false;
+        scene?.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
+            found ||= Boolean(item.isMesh && item.material.map?.image);
+        });
+        return found;
+    };
+    const since = Number(sessionStorage.getItem('clicked'));
+    const seen = window.__seen = {};
+    const look = () => {
+        const place = document.querySelector('.scene')?.getBoundingClientRect();
+        if (place) {
+            const middle = document.elementFromPoint(place.x + place.width / 2, place.y + place.height / 2);
+            const still = middle instanceof HTMLImageElement && middle.naturalWidth > 0;
+            const scene = middle instanceof HTMLIFrameElement && drawn(middle.contentWindow);
+            if (still || scene) seen.picture ??= (now() - since) / 1000;
+            if (scene) seen.scene ??= (now() - since) / 1000;
+        }
+        if (!seen.scene) requestAnimationFrame(look);
+    };
+    look();
+})()"""
 
 
 def visible(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
@@ -59,6 +92,30 @@ def visible(server: Server, browser: Any, repeats: int) -> dict[str, list[float]
             server.end(session)
     if context is not None:
         context.close()
+    return times
+
+
+def clicked(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
+    """Time from the click on an experiment in the gallery to the run's first picture, and to its scene."""
+    times: dict[str, list[float]] = {"first picture": [], "scene": []}
+    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    context.add_init_script(WITNESS)
+    for _ in range(repeats + 1):
+        page = context.new_page()
+        page.goto(server.url)
+        card = page.locator(f"[data-experiment={EXPERIMENT}] h3 a")
+        card.wait_for()
+        page.wait_for_timeout(READING_MS)
+        card.click(no_wait_after=True)
+        page.wait_for_url("**/session/*", wait_until="commit")
+        until(page, "() => window.__seen?.scene > 0")
+        seen = page.evaluate("() => window.__seen")
+        times["first picture"].append(seen["picture"])
+        times["scene"].append(seen["scene"])
+        page.close()
+        for session in server.ask("GET", "/api/v1/sessions"):
+            server.end(session["id"])
+    context.close()
     return times
 
 
@@ -141,6 +198,11 @@ def seen(server: Server) -> Iterator[dict[str, object]]:
             if times:
                 yield row(f"first session, {where}, s", times[0], None)
                 yield row(f"new session visible, {where}, s", median(times[1:]), max(times[1:]), 0.5)
+        if browser is not None:
+            for what, times in clicked(server, browser, 5).items():
+                yield row(f"first click to {what}, s", times[0], None)
+                goal = 0.5 if what == "first picture" else None
+                yield row(f"click to {what}, s", median(times[1:]), max(times[1:]), goal)
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 /** The experiments as cards. */
 
 import { h } from "./dom.js";
-import { linkTo } from "./share.js";
+import { linkTo } from "./wish.js";
 
 /** @param {object} experiment */
 export function experimentCard(experiment) {

@@ -1,5 +1,6 @@
 /** The gallery: what there is to try, a place for one's own video, what is running and what was saved. */
 
+import { ahead } from "./ahead.js";
 import { api } from "./api.js";
 import { experimentCard, skeletonCard } from "./cards.js";
 import { fill, h } from "./dom.js";
@@ -44,6 +45,7 @@ async function load() {
     clearTimeout(slow);
   }
   await Promise.all([section("sessions", sessionList), section("runs", runList), target()]);
+  await ahead();
 }
 
 async function section(name, list) {

@@ -48,3 +48,14 @@ export function latest(send) {
     }
   };
 }
+
+/** Resolves after a while. */
+export function after(milliseconds) {
+  return new Promise((resolve) => setTimeout(resolve, milliseconds));
+}
+
+/** Resolves when the browser has nothing better to do, or after a while. */
+export function idle() {
+  const wait = globalThis.requestIdleCallback ?? setTimeout;
+  return new Promise((resolve) => wait(() => resolve(), globalThis.requestIdleCallback ? { timeout: 1000 } : 0));
+}

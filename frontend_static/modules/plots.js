@@ -3,23 +3,26 @@
  * branch is a line in its colour. Data comes in about ten times a second at the most.
  */
 
+import { loadBokeh } from "./bokeh.js";
 import { h, setText } from "./dom.js";
 import { number, quantity, smallestSpan, unitOf } from "./format.js";
 import { curve } from "./history.js";
-import { throttle } from "./pace.js";
+import { after, idle, throttle } from "./pace.js";
 import { onTheme, tokens } from "./theme.js";
 import { thresholds } from "./timeline.js";
 
-const SCRIPTS = ["/static/bokeh/bokeh.min.js", "/static/bokeh/bokeh-api.min.js"];
 const REDRAW_MS = 100;
+const PATIENCE_MS = 8000;
 const BORDER = 38;
 const INKS = ["ink", "muted", "line", "lost", "hidden", "prediction", "observation"];
 
 /**
  * @param {HTMLElement} root
  * @param {import("./store.js").Store} store
+ * @param {Promise<void>} picture Resolves when the scene is drawn: it goes first, then come the plots, into the place
+ *     that is kept for them.
  */
-export async function plots(root, store) {
+export async function plots(root, store, picture) {
   const panels = {
     error: panel(root, "error"),
     sigma: panel(root, "sigma | gamma"),
@@ -29,13 +32,16 @@ export async function plots(root, store) {
   const labels = throttle(() => label(panels, store), REDRAW_MS);
   store.on("session position history branches", labels);
 
+  await Promise.race([picture, after(PATIENCE_MS)]);
+  if (store.session === null) await new Promise((resolve) => store.on("session", resolve));
+  await idle();
+  let Bokeh;
   try {
-    for (const source of SCRIPTS) await script(source);
+    Bokeh = await loadBokeh();
   } catch {
     root.append(h("p", { class: "hint" }, "The plots could not be loaded; the scrubber below shows the same curves."));
     return;
   }
-  const { Bokeh } = globalThis;
   Bokeh.set_log_level("error");
   const book = new Book(Bokeh, panels);
   await book.show();
@@ -282,13 +288,4 @@ function staircase(gammas, last) {
     data.value.push(NaN);
   }
   return data;
-}
-
-function script(source) {
-  return new Promise((resolve, reject) => {
-    const element = h("script", { src: source });
-    element.addEventListener("load", resolve);
-    element.addEventListener("error", () => reject(new Error(source)));
-    document.head.append(element);
-  });
 }

@@ -1,6 +1,7 @@
 /** The session page: finds or starts its session, and puts the parts together. */
 
 import { api } from "./api.js";
+import { begun, isNew, scene } from "./begin.js";
 import { bookmarkMenu } from "./bookmarks.js";
 import { branchDialog, branchLegend } from "./branches.js";
 import { Commands } from "./commands.js";
@@ -10,22 +11,22 @@ import { icon } from "./icons.js";
 import { listen } from "./keys.js";
 import { plots } from "./plots.js";
 import { readout } from "./readout.js";
-import { Scene } from "./scene.js";
 import { scrubber } from "./scrubber.js";
-import { decode, linkTo, shareDialog } from "./share.js";
+import { shareDialog } from "./share.js";
 import { Store } from "./store.js";
 import { Stream } from "./stream.js";
 import { themeButton } from "./theme.js";
 import { trackerTitle } from "./timeline.js";
 import { toast } from "./toast.js";
 import { transport } from "./transport.js";
+import { linkTo } from "./wish.js";
 
+const ENDED = "It may have been ended. What was saved of it is in the gallery.";
 const GALLERY = { label: "Back to the gallery", href: "/" };
 
 const part = (name) => document.querySelector(`[data-part="${name}"]`);
 const store = new Store();
 const commands = new Commands(store);
-const scene = new Scene(part("scene"), store, commands);
 let experiment = { presets: [] };
 
 const actions = {
@@ -52,24 +53,18 @@ store.on("connection", () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
 store.on("refused", ({ message }) => toast(message, { kind: "error" }));
-plots(part("plots"), store);
+scene.follow(store, commands);
+plots(part("plots"), store, scene.drawn);
 begin();
 
 async function begin() {
-  const id = decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1));
   let session = null;
   let wish = null;
   try {
-    if (id === "new") {
-      wish = readWish();
-      const { play, ...start } = wish;
-      session = await api.start(start);
-      history.replaceState(null, "", session.page);
-    } else {
-      session = await api.session(id);
-    }
+    ({ session, wish } = await begun);
   } catch (error) {
-    scene.fail(id === "new" ? "This session could not be started" : "There is no such session", error.message, GALLERY);
+    if (error.status === 404 && !isNew) scene.fail("There is no such session", ENDED, GALLERY);
+    else scene.fail(isNew ? "This session could not be started" : "This session cannot be shown", error.message, GALLERY);
     return;
   }
   new Stream(session.id, {
@@ -82,16 +77,8 @@ async function begin() {
   });
   api.experiment(session.experiment).then((found) => (experiment = found), () => {});
   if (wish?.play) {
-    await scene.ready;
+    await scene.seen;
     await whenOpen(() => commands.toggle());
-  }
-}
-
-function readWish() {
-  try {
-    return decode(location.hash);
-  } catch {
-    throw new Error("The link is incomplete; it must hold an experiment after the # sign");
   }
 }
 
@@ -128,7 +115,7 @@ function openPreset(preset) {
 function header() {
   const title = h("h1", {});
   const tool = (name, text, hint, run) =>
-    h("button", { type: "button", title: hint, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
+    h("button", { type: "button", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
   const tools = [
     tool("branch", "Branch", "Branch from this frame (N)", actions.branch),
     tool("save", "Save", "Save this run", () => commands.save()),

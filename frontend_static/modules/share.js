@@ -6,25 +6,7 @@
 import { openDialog } from "./dialog.js";
 import { h } from "./dom.js";
 import { toast } from "./toast.js";
-
-/** Link to a new session that does what `wish` says (the body of POST sessions, and where to stand or to play). */
-export function linkTo(wish) {
-  return `/session/new#${encode(wish)}`;
-}
-
-/** base64url of JSON, in UTF-8. */
-export function encode(wish) {
-  const raw = String.fromCharCode(...new TextEncoder().encode(JSON.stringify(wish)));
-  return btoa(raw).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
-}
-
-/** Read a fragment; throws when it holds no wish. */
-export function decode(fragment) {
-  const raw = atob(fragment.replace(/^#/, "").replaceAll("-", "+").replaceAll("_", "/"));
-  const wish = JSON.parse(new TextDecoder().decode(Uint8Array.from(raw, (letter) => letter.charCodeAt(0))));
-  if (typeof wish !== "object" || wish === null || typeof wish.experiment !== "string") throw new Error("no experiment");
-  return wish;
-}
+import { linkTo } from "./wish.js";
 
 /** What makes this session again, up to the frame that is shown. */
 export function wishOf(session) {

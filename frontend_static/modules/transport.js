@@ -46,9 +46,8 @@ export function transport(root, store, commands, extras) {
   let shown = "";
   const draw = coalesce(() => {
     const session = store.session;
-    if (session === null) return;
-    const able = commands.able && store.connection === "open";
-    const look = session.playing ? "pause" : session.position >= session.frames - 1 ? "replay" : "play";
+    const able = session !== null && commands.able && store.connection === "open";
+    const look = session === null ? "play" : session.playing ? "pause" : session.position >= session.frames - 1 ? "replay" : "play";
     if (look !== shown) {
       shown = look;
       const label = { pause: "Pause", replay: "Play again", play: "Play" }[look];
@@ -57,10 +56,12 @@ export function transport(root, store, commands, extras) {
     }
     for (const element of [...moves, speed]) element.disabled = !able;
     loss.disabled = !able || beforeLoss(store.history, session.position) === null;
-    if (document.activeElement !== speed) choose(speed, session.speed);
+    if (document.activeElement !== speed) choose(speed, session?.speed ?? 1);
+    if (session === null) return;
     setText(counter, `frame ${session.position} / ${session.frames}`);
   });
   store.on("session position connection history", draw);
+  draw();
 }
 
 function choose(select, value) {

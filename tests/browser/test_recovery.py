@@ -86,3 +86,15 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
     assert own_server.column(shown.id, "error")[:21] == errors
     assert page.evaluate("window.notReloaded")
     context.close()
+
+
+def test_without_a_session_nothing_can_be_pressed(page: Any, complaints: Any) -> None:
+    """Where there is no session the transport and the tools are switched off, and no empty plots are drawn."""
+    complaints.expected = ("the server responded with a status of 404",)
+    page.goto("/session/0123456789abcdef")
+    page.locator(".notice").wait_for()
+    assert page.locator(".transport .group button:enabled").count() == 0
+    assert page.locator(".top button:enabled", has_text="Save").count() == 0
+    assert page.locator(".play").inner_text() == "Play"
+    page.wait_for_timeout(1_500)
+    assert page.locator(".plot > *").count() == 0

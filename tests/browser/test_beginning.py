@@ -1,0 +1,115 @@
+"""The beginning: a new run is seen at once, long before the scene that it is watched in has been loaded."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import PARTICLES, Gallery, SessionPage
+
+Watch = Callable[..., SessionPage]
+MODULES = Path(__file__).parents[2] / "frontend_static" / "modules"
+
+PLACES = "[...document.querySelectorAll('.plot, .deck')].map((it) => it.getBoundingClientRect().toJSON())"
+NAMED = "[...document.querySelectorAll('link[rel=modulepreload]')].map((it) => new URL(it.href).pathname)"
+
+# Where the picture lies in the page, by the library's drawing and by the scene: [left, top, width, height].
+STILL = """(() => {
+    const image = document.querySelector('.scene-still img');
+    if (!image?.naturalWidth) return null;
+    const box = image.getBoundingClientRect();
+    const scale = Math.min(box.width / image.naturalWidth, box.height / image.naturalHeight);
+    const [width, height] = [image.naturalWidth * scale, image.naturalHeight * scale];
+    return [box.x + (box.width - width) / 2, box.y + (box.height - height) / 2, width, height];
+})()"""
+SCENE = """(() => {
+    const { camera, nodeRefFromName } = window.__viserMutable;
+    let plane = null;
+    nodeRefFromName['/picture'].traverse((item) => { if (item.isMesh && item.material.map?.image) plane = item; });
+    const box = document.querySelector('canvas[data-engine]').getBoundingClientRect();
+    const corner = (i, j) => {
+        const place = camera.position.clone().set(i, j, 0);
+        place.multiply({ x: plane.material.map.image.width / 2, y: plane.material.map.image.height / 2, z: 0 });
+        const seen = plane.parent.getWorldPosition(camera.position.clone()).add(place).project(camera);
+        return [box.x + (seen.x + 1) * box.width / 2, box.y + (1 - seen.y) * box.height / 2];
+    };
+    const [[ax, ay], [bx, by]] = [corner(-1, 1), corner(1, -1)];  // whichever way viser's world lies
+    return [Math.min(ax, bx), Math.min(ay, by), Math.abs(bx - ax), Math.abs(by - ay)];
+})()"""
+
+
+@pytest.fixture
+def held(page: Any) -> list[Any]:
+    """Hold the scene back; what was asked for lies in the list and can go on from there."""
+    waiting: list[Any] = []
+    page.route("**/viz/**", lambda route: waiting.append(route))  # noqa: PLW0108 - Playwright marks what it calls
+    return waiting
+
+
+def still(page: Any) -> Any:
+    return page.evaluate(STILL)
+
+
+def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, held: list[Any], server: Server) -> None:
+    """A click in the gallery shows the library's own picture, which goes on with the run, and has the plots wait."""
+    page = gallery.page
+    gallery.card("ball").locator("h3 a").click()
+    gallery.until(lambda: still(page), "the run's picture is in the scene's place")
+    first = page.evaluate("document.querySelector('.scene-still img').src")
+    gallery.until(lambda: page.evaluate("document.querySelector('.scene-still img').src") != first, "it goes on")
+    shown = SessionPage(page, server)
+    gallery.until(lambda: (shown.position or 0) > 5, "the run plays")
+    gallery.until(lambda: held, "the scene was asked for")
+    assert page.locator("script[src*=bokeh]").count() == 0
+    assert not page.locator(".skeleton-scene").is_visible()
+    for route in held:
+        route.continue_()
+    page.locator(".scene-still").wait_for(state="detached")
+    assert shown.in_scene(PARTICLES, 0) > 0
+    gallery.until(lambda: any(name.startswith("error") for name in shown.lines), "the plots are drawn afterwards")
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (800, 700), (400, 800)])
+def test_the_scene_takes_over_where_the_picture_was(
+    page: Any, held: list[Any], server: Server, size: tuple[int, int]
+) -> None:
+    """The picture stays at its place and of its size; the plots come into a place that was kept for them."""
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    session = server.start_session()
+    page.goto(session["page"], wait_until="commit")
+    shown = SessionPage(page, server)
+    shown.until(lambda: still(page), "the run's picture is in the scene's place")
+    shown.until(lambda: held, "the scene was asked for")
+    before = still(page)
+    places = page.evaluate(PLACES)
+    for route in held:
+        route.continue_()
+    page.locator(".scene-still").wait_for(state="detached")
+    frame = page.evaluate("document.querySelector('.scene-frame').getBoundingClientRect().toJSON()")
+    left, top, width, height = shown.in_scene(SCENE, None)
+    after = [frame["x"] + left, frame["y"] + top, width, height]
+    assert after == pytest.approx(before, abs=4)
+    assert shown.in_scene("getComputedStyle(document.querySelector('canvas[data-engine]')).opacity", "0") == "1"
+    if size[0] > 500:
+        shown.until(lambda: shown.lines, "the plots are drawn")
+    again = page.evaluate(PLACES)
+    assert again == places
+
+
+def test_all_modules_of_the_page_are_asked_for_at_once(watch: Watch) -> None:
+    """What the page imports is named in it, so that no import has to be found out from another one."""
+    page = watch().page
+    used = set(page.evaluate("performance.getEntriesByType('resource').map((it) => new URL(it.name).pathname)"))
+    named = set(page.evaluate(NAMED))
+    assert {path for path in used if path.startswith("/static/modules/")} == named
+    assert {Path(path).name for path in named} <= {path.name for path in MODULES.glob("*.js")}
+
+
+def test_the_gallery_fetches_ahead(gallery: Gallery) -> None:
+    """Script of the session's page is there before somebody clicks."""
+    page = gallery.page
+    fetched = "[...document.querySelectorAll('link[rel=prefetch]')].map((it) => new URL(it.href).pathname)"
+    gallery.until(lambda: "/static/modules/begin.js" in page.evaluate(fetched), "the page's first module is fetched")
+    assert "/static/bokeh/bokeh.min.js" in page.evaluate(fetched)
