@@ -6,7 +6,6 @@ import { after } from "./pace.js";
 
 const LOOK_EVERY_MS = 40;
 const PATIENCE_MS = 3000;
-const FRAME_MS = 1000;
 /** The free space that the scene leaves around the picture, and how exactly it has to stand there. */
 const MARGIN = 1.03;
 const EXACT = 0.02;
@@ -25,7 +24,6 @@ export async function drawn(frame, isWanted) {
     if (found !== null) since ??= performance.now();
     // The camera is put in place by a message of its own; it is not when somebody has already turned it.
     if (found === "in place" || (since !== null && performance.now() - since > PATIENCE_MS)) {
-      await frames(frame.contentWindow, 2);
       return isWanted();
     }
     await after(LOOK_EVERY_MS);
@@ -62,14 +60,4 @@ function look(window) {
 function isOpaque(window) {
   const canvas = window.document.querySelector("canvas[data-engine]");
   return canvas === null || Number(window.getComputedStyle(canvas).opacity) > 0.99;
-}
-
-/** Let a window draw so many times; one that is out of sight draws nothing, and nobody sees it. */
-async function frames(window, count) {
-  for (let i = 0; i < count; i += 1) {
-    await new Promise((resolve) => {
-      window.requestAnimationFrame(resolve);
-      setTimeout(resolve, FRAME_MS);
-    });
-  }
 }
