@@ -29,6 +29,54 @@
     dispatchEvent(new Event(document.visibilityState === "visible" ? "focus" : "blur"));
   });
 
+  // ---- Picture and particles of the same frame. viser hands points to the graphics card at once, but unpacks a picture
+  // in the background, from an address of its own that it gives back afterwards; a newer picture even cancels it. So
+  // nothing is drawn, and no newer frame taken (viser does that before it draws), until the picture hangs in the scene.
+  const PATIENCE_MS = 500;
+  const unpacking = new Map();
+  const create = URL.createObjectURL.bind(URL);
+  URL.createObjectURL = (object) => {
+    const address = create(object);
+    if (object instanceof Blob && object.type.startsWith("image/")) unpacking.set(address, performance.now());
+    return address;
+  };
+  const hangs = (address) => {
+    let found = false;
+    window.__viserMutable?.scene?.traverse((item) => (found ||= item.material?.map?.image?.src === address));
+    return found;
+  };
+  const isUnpacking = () => {
+    for (const [address, since] of unpacking) {
+      // One that nobody hangs up (it was hidden or removed meanwhile) must not stop the scene for good.
+      if (performance.now() - since > PATIENCE_MS || hangs(address)) unpacking.delete(address);
+    }
+    return unpacking.size > 0;
+  };
+  const draw = window.requestAnimationFrame.bind(window);
+  const undraw = window.cancelAnimationFrame.bind(window);
+  const due = new Map();
+  let drawing = { time: -1, held: false };
+  let last = 0;
+  window.requestAnimationFrame = (callback) => {
+    const request = ++last;
+    const run = (time) => {
+      // All callbacks of one frame run or wait together: the first of them may well have begun to unpack the next picture.
+      if (drawing.time !== time) drawing = { time, held: isUnpacking() };
+      if (drawing.held) {
+        due.set(request, draw(run));
+        return;
+      }
+      due.delete(request);
+      callback(time);
+    };
+    due.set(request, draw(run));
+    return request;
+  };
+  window.cancelAnimationFrame = (request) => {
+    undraw(due.get(request));
+    due.delete(request);
+  };
+
   // ---- Keys that steer the run go to the page around.
   const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "[", "]", "?", ..."bBlLnNcC123456789"]);
   const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);

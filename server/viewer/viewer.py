@@ -18,7 +18,7 @@ from viser import _messages
 from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration, Value
 from server.viewer.camera import Box, Cameras
-from server.viewer.pacing import Pacer
+from server.viewer.pacing import FASTEST_S, Pacer
 from server.viewer.panel import Panel
 from server.viewer.scene import Scene
 
@@ -27,6 +27,8 @@ __all__ = ["Viewer"]
 PANEL_WIDTH_PX = 300
 TIME_LAYER = "path through time"
 FLAT_LAYER = "trail"
+HELD_S = 0.1
+"""How often to look again while a browser does not keep up; its answer ends the wait at once."""
 UNWATCHED_S = 1.0
 """Time between two frames while nobody watches: just enough for whoever comes next."""
 BRAND = (0, 76, 118)
@@ -85,7 +87,7 @@ class Viewer:
             )
             server.gui.main_panel.dock_right()
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
-            self._pacer = Pacer()
+            self._pacer = Pacer(self._notify)
             self._scene = Scene(server, layers)
             self._cameras = Cameras(server, self._draw_again)
             self._panel = Panel(
@@ -104,12 +106,8 @@ class Viewer:
             )
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
-        self._threads = [
-            threading.Thread(target=self._work, name=f"viewer-{self.port}", daemon=True),
-            threading.Thread(target=self._pacer.watch, args=(server,), name=f"viewer-{self.port}-echo", daemon=True),
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._thread = threading.Thread(target=self._work, name=f"viewer-{self.port}", daemon=True)
+        self._thread.start()
 
     @property
     def clients(self) -> int:
@@ -148,14 +146,14 @@ class Viewer:
             self._changed.notify()
         self._panel.close()
         self._pacer.close()
-        self._threads[0].join(timeout=5.0)
+        self._thread.join(timeout=5.0)
         with _quiet():
             self._server.stop()
-        # The one that waits for an echo notices now that the browser has gone.
-        self._threads[1].join(timeout=1.0)
+        self._pacer.join()
 
     def _join(self, client: viser.ClientHandle) -> None:
         self._cameras.join(client)
+        self._pacer.watch(client)
         with self._changed:
             self._due = 0.0
             self._changed.notify()
@@ -180,6 +178,10 @@ class Viewer:
             self._redraw = True
             self._changed.notify()
 
+    def _notify(self) -> None:
+        with self._changed:
+            self._changed.notify()
+
     def _wake(self) -> None:
         with self._changed:
             self._woken = True
@@ -199,15 +201,20 @@ class Viewer:
                 if not (self._newest or self._redraw):
                     continue
                 # The pause comes before taking the drawing, so that what is sent after it is the newest.
-                while not self._closed.is_set() and (rest := self._due - time.monotonic()) > 0.0:
+                while not self._closed.is_set() and (rest := self._pause_s()) > 0.0:
                     self._changed.wait(rest)
                 if self._closed.is_set():
                     return
-                self._due = time.monotonic() + (self._pacer.interval_s if self.clients else UNWATCHED_S)
+                self._due = time.monotonic() + (FASTEST_S if self.clients else UNWATCHED_S)
                 self._redraw = False
                 self._shown, self._newest = self._newest or self._shown, None
             if self._shown is not None:
                 self._draw(*self._shown)
+
+    def _pause_s(self) -> float:
+        """How long to wait before the next drawing may be sent; not positive if it may be."""
+        rest = self._due - time.monotonic()
+        return max(rest, HELD_S) if self._pacer.held else rest
 
     def _draw(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
         try:
@@ -216,6 +223,7 @@ class Viewer:
                 self._scene.apply(drawing, self._cameras.relief)
                 self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")
             self._server.flush()
+            self._pacer.sent()
         except Exception:
             # One drawing that cannot be shown must not end the picture for good.
             logger.exception("a drawing could not be shown")

@@ -188,6 +188,8 @@ class Peer:
         self.camera: dict[str, Any] = {}
         self.notes: list[str] = []
         self.echo = True
+        self.asked = 0
+        self._question = ""
         self.batches = 0
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
@@ -227,6 +229,10 @@ class Peer:
         uuid = next(uuid for uuid, item in self.controls.items() if item["kind"] == "GuiButtonGroupMessage")
         self.send("GuiUpdateMessage", uuid=uuid, updates={"value": title})
 
+    def answer(self) -> None:
+        """Give the echo that was asked for last."""
+        self.send("LocalStorageGetItemResponseMessage", request_uuid=self._question, value=None, error=None)
+
     def uuid(self, label: str) -> str:
         wait_for(lambda: any(item["label"] == label for item in list(self.controls.values())))
         return next(uuid for uuid, item in self.controls.items() if item["label"] == label)
@@ -243,7 +249,7 @@ class Peer:
                 for message in _decode(data):
                     self._take(message)
 
-    def _take(self, message: dict[str, Any]) -> None:
+    def _take(self, message: dict[str, Any]) -> None:  # noqa: C901 - one branch a kind of message
         kind = message["type"]
         props = message.get("props")
         if kind.startswith("Gui") and isinstance(props, dict) and "uuid" in message:
@@ -260,10 +266,11 @@ class Peer:
             self.nodes.pop(message["name"], None)
         elif kind.startswith("SetCamera") and not message.get("initial"):
             self.camera[kind.removeprefix("SetCamera").removesuffix("Message")] = message
-        elif kind == "LocalStorageGetItemRequestMessage" and self.echo:
-            self.send(
-                "LocalStorageGetItemResponseMessage", request_uuid=message["request_uuid"], value=None, error=None
-            )
+        elif kind == "LocalStorageGetItemRequestMessage":
+            self.asked += 1
+            self._question = message["request_uuid"]
+            if self.echo:
+                self.answer()
         elif isinstance(props, dict) and "name" in message:
             self.nodes[message["name"]] = {"kind": kind, **props}
 

@@ -4,39 +4,14 @@ Software rendering is slow, so content is awaited and never counted by the secon
 """
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing, wait_for
 
-playwright = pytest.importorskip("playwright.sync_api")
-
-CHROMIUM = Path("/usr/bin/chromium")
-FLAGS = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-]
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(not CHROMIUM.exists(), reason="needs Debian's chromium at /usr/bin/chromium"),
-]
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
-        yield browser
-        browser.close()
+pytestmark = NEEDS_CHROMIUM
 
 
 @pytest.fixture(scope="module")
@@ -84,15 +59,6 @@ def page(session: Session, opened: tuple[Any, list[str]]) -> Any:
 @pytest.fixture
 def scene(page: Any) -> Any:
     return page.frame(url="**/viz/one/**")
-
-
-def until(scene: Any, expression: str, seconds: float = 30.0) -> None:
-    """Await an expression by asking again and again: the page's policy forbids to evaluate text in it."""
-    for _ in range(int(seconds * 20)):
-        if scene.evaluate(expression):
-            return
-        scene.wait_for_timeout(50)
-    raise AssertionError(f"waited in vain for {expression}")
 
 
 COUNT = """(() => {
