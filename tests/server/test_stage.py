@@ -11,6 +11,7 @@ import server.viewer
 from pftrack.drawing import Drawing
 from server.sessions.protocol import Card
 from server.sessions.stage import Stage
+from tests.server.apart import run
 
 CARD = Card("ball", "Ball", [], {"apf": "APF"}, {}, 320, 240, 30.0, 100)
 
@@ -71,7 +72,7 @@ def act(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Theatre], Corout
         async def whole() -> None:
             await scene(Theatre())
 
-        asyncio.run(whole())
+        run(whole())
 
     return play
 

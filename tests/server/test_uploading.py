@@ -1,6 +1,5 @@
 """Taking a multipart body from the wire, however it is cut into chunks."""
 
-import asyncio
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from starlette.requests import Request
 
 from server.errors import ApiError, RefusedError, TooLargeError
 from server.uploading import Received, receive
+from tests.server.apart import run
 
 BOUNDARY = b"----a boundary"
 
@@ -47,7 +47,7 @@ def taken(
     with tempfile.TemporaryDirectory() as root:
         folder = Path(root) / "incoming"
         try:
-            received = asyncio.run(receive(request, folder, most_bytes=most_bytes, most_files=most_files))
+            received = run(receive(request, folder, most_bytes=most_bytes, most_files=most_files))
         except ApiError:
             assert not folder.exists(), "a refused upload leaves nothing"
             raise

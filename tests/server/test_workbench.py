@@ -11,6 +11,7 @@ from pftrack.run import Change
 from server.sessions.pipe import WebEnd, WorkerEnd, pair
 from server.sessions.protocol import Beat, Credit, Order, Picture, Reply, Request
 from server.sessions.workbench import Workbench
+from tests.server.apart import run
 
 
 def order(**more: Any) -> Order:
@@ -119,7 +120,7 @@ class TestPipe:
                 worker.receive(5)
             theirs.close()
 
-        asyncio.run(talk())
+        run(talk())
 
     def test_half_a_message(self) -> None:
         """A worker that stops in the middle of a message stops nobody else."""
@@ -135,7 +136,7 @@ class TestPipe:
             await asyncio.sleep(0)
             theirs.close()
 
-        asyncio.run(talk())
+        run(talk())
 
     def test_an_absurd_length(self) -> None:
         """A length that cannot be closes the pipe rather than fill the memory."""
@@ -148,7 +149,7 @@ class TestPipe:
             await asyncio.wait_for(lost.wait(), 5)
             theirs.close()
 
-        asyncio.run(talk())
+        run(talk())
 
     def test_ends_are_sockets(self) -> None:
         """The two ends are what a forkserver can hand to a child."""
