@@ -213,7 +213,9 @@ class Worker:
     # ------------------------------------------------------------ commands
 
     def _answer(self, request: Request) -> None:
-        if self._goal is not None:
+        # A look at the picture interrupts nothing; any other command ends a seek that is under way.
+        looks = isinstance(request.command, Picture)
+        if self._goal is not None and not looks:
             waiting, self._goal = self._goal[1], None
             if waiting is not None:
                 self._reply(waiting)
@@ -224,7 +226,7 @@ class Worker:
                 self._report()
             self._pipe.send(Reply(request.number, error=error))
             return
-        if self._goal is None:
+        if self._goal is None or looks:
             self._reply(request.number, result)
 
     def _obey(self, command: Command, number: int) -> object:  # noqa: C901 - one case a command
@@ -308,7 +310,7 @@ class Worker:
     def _picture(self) -> bytes:
         run = self._bench.run
         drawing = self._bench.experiment.draw(run.current, run.diagnostics[: run.position + 1])
-        return png(render(drawing, scale=_scale(drawing.width)))
+        return png(render(drawing, layers=run.experiment.layers, scale=_scale(drawing.width), caption=False))
 
 
 def _scale(width: int) -> float:

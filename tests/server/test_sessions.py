@@ -390,3 +390,14 @@ def test_unknown_session(server: Server, client: httpx.Client) -> None:
         ("POST", "/bookmarks"),
     ]:
         error_of(client.request(method, f"/api/v1/sessions/0123456789abcdef{path}"), 404)
+
+
+def test_a_look_at_the_picture_interrupts_nothing(client: httpx.Client) -> None:
+    """Asking for the picture while a seek is under way neither ends the seek nor waits for it."""
+    session = begin(client, frames=2000, parameters={"sample_count": 20_000})
+    place = f"/api/v1/sessions/{session['id']}"
+    with ThreadPoolExecutor(1) as pool:
+        seeking = pool.submit(client.post, f"{place}/transport", json={"action": "seek", "frame": 150})
+        for _ in range(5):
+            assert client.get(f"{place}/frame.png").status_code == 200
+        assert seeking.result().json()["position"] == 150
