@@ -20,10 +20,10 @@ serve: $(VENV)/.serve-stamp  ## Install what is needed, serve the pages and prin
 	@$(BIN)/pftrack serve --host $(HOST) --port $(PORT) $(if $(DATA),--data-dir $(DATA))
 
 test: lint  ## Install what the tests need, check style, types and walls, run the fast tests
-	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --reruns 2
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 
 test-all: lint  ## The same with the slow tests
-	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --reruns 2 -m ""
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m ""
 
 lint: $(VENV)/.test-stamp  ## Check style, types and import walls
 	$(BIN)/ruff check

@@ -129,20 +129,9 @@ class Pacer:
             thread.join(timeout=1.0)
 
     def _ask(self, client: viser.ClientHandle) -> None:
-        def has_left() -> bool:
-            return self._closed or client.client_id not in self._browsers
-
         asked_after = 0
-
-        def is_due() -> bool:
-            return has_left() or self._sent > asked_after
-
-        while True:
-            with self._changed:
-                self._changed.wait_for(is_due)
-                asked_after = self._sent
-                if has_left():
-                    return
+        while (sent := self._next(client.client_id, asked_after)) is not None:
+            asked_after = sent
             begun = time.monotonic()
             self.asks(client.client_id)
             # A browser that blocks its storage answers with an error, which is as good an echo as any. One that leaves
@@ -152,4 +141,14 @@ class Pacer:
             self.answered(client.client_id, time.monotonic() - begun)
             self._on_answer()
             with self._changed:
-                self._changed.wait_for(has_left, timeout=max(begun + ECHO_EVERY_S - time.monotonic(), 0.0))
+                rest = begun + ECHO_EVERY_S - time.monotonic()
+                self._changed.wait_for(lambda: self._has_left(client.client_id), timeout=max(rest, 0.0))
+
+    def _next(self, client: int, asked_after: int) -> int | None:
+        """Wait for a frame after those already asked about; return how many there are, or None for the end."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._sent > asked_after or self._has_left(client))
+            return None if self._has_left(client) else self._sent
+
+    def _has_left(self, client: int) -> bool:
+        return self._closed or client not in self._browsers

@@ -233,6 +233,12 @@ class Peer:
         """Give the echo that was asked for last."""
         self.send("LocalStorageGetItemResponseMessage", request_uuid=self._question, value=None, error=None)
 
+    def _hear(self, question: str) -> None:
+        self.asked += 1
+        self._question = question
+        if self.echo:
+            self.answer()
+
     def uuid(self, label: str) -> str:
         wait_for(lambda: any(item["label"] == label for item in list(self.controls.values())))
         return next(uuid for uuid, item in self.controls.items() if item["label"] == label)
@@ -249,7 +255,7 @@ class Peer:
                 for message in _decode(data):
                     self._take(message)
 
-    def _take(self, message: dict[str, Any]) -> None:  # noqa: C901 - one branch a kind of message
+    def _take(self, message: dict[str, Any]) -> None:
         kind = message["type"]
         props = message.get("props")
         if kind.startswith("Gui") and isinstance(props, dict) and "uuid" in message:
@@ -267,10 +273,7 @@ class Peer:
         elif kind.startswith("SetCamera") and not message.get("initial"):
             self.camera[kind.removeprefix("SetCamera").removesuffix("Message")] = message
         elif kind == "LocalStorageGetItemRequestMessage":
-            self.asked += 1
-            self._question = message["request_uuid"]
-            if self.echo:
-                self.answer()
+            self._hear(message["request_uuid"])
         elif isinstance(props, dict) and "name" in message:
             self.nodes[message["name"]] = {"kind": kind, **props}
 

@@ -50,7 +50,6 @@ def coded(frame: int) -> Drawing:
     lights = [255 * (frame >> bit & 1) for bit in range(BITS)]
     for bit, light in enumerate(lights):
         picture[UPPER - RADIUS : UPPER + RADIUS, _column(bit) - RADIUS : _column(bit) + RADIUS] = light
-    # Many small points a spot, as a cloud of particles has.
     spread = np.random.default_rng(1).uniform(-RADIUS, RADIUS, (100, 2))
     positions = np.zeros((BITS * 100, 3), dtype=np.float32)
     for bit in range(BITS):
