@@ -12,7 +12,17 @@ from typing import Any, Literal, Self, TypeAlias, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-__all__ = ["Declaration", "ParameterError", "Parameters", "declarations", "flat", "parameter", "parse", "revise"]
+__all__ = [
+    "Declaration",
+    "ParameterError",
+    "Parameters",
+    "allowed",
+    "declarations",
+    "flat",
+    "parameter",
+    "parse",
+    "revise",
+]
 
 Value: TypeAlias = bool | int | float | str
 
@@ -142,7 +152,7 @@ def parse(model: type[Parameters], name: str, text: str) -> Value:
             try:
                 return int(text) if known[name].kind == "integer" else float(text)
             except ValueError:
-                raise ParameterError(name, text, _allowed(known[name])) from None
+                raise ParameterError(name, text, allowed(known[name])) from None
         case _:
             return text
 
@@ -170,7 +180,7 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
         if isinstance(cause, ParameterError):
             raise cause from None
         name = str(first["loc"][0])
-        raise ParameterError(name, first["input"], _allowed(known[name])) from None
+        raise ParameterError(name, first["input"], allowed(known[name])) from None
 
 
 def flat(parameters: Parameters) -> dict[str, Value]:
@@ -202,7 +212,8 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
     )
 
 
-def _allowed(declaration: Declaration) -> str:
+def allowed(declaration: Declaration) -> str:
+    """Return in words what a parameter may be, as messages say it: "a finite number between 0 and 640 px"."""
     unit = f" {declaration.unit}" if declaration.unit else ""
     match declaration.kind:
         case "boolean":

@@ -1,0 +1,171 @@
+"""Statistics of success and error: intervals, tests of two methods against each other, and what many tests cost.
+
+Every function says under which conditions its answer means something; where they do not hold the answer is NaN, "not
+applicable", rather than a number that looks like one. The tests are those of document 1 (ch. 3 section 3.2, eq. 3.11),
+and what one should have beside them: intervals, Fisher's exact test for small counts, effect sizes, and Holm's
+correction for a map of hundreds of tests, of which one in a hundred would otherwise come out at 1 % by chance alone.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+__all__ = ["RankSum", "chi_square", "fisher_exact", "holm", "rank_sum", "wilson"]
+
+SMALLEST_EXPECTED = 5.0
+"""Below this expected count the chi-square distribution is a poor approximation (specification 6.3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class RankSum:
+    """What a rank-sum test found.
+
+    Attributes:
+        p_value: Two-sided; NaN where the test is not applicable.
+        superiority: Probability that a value of the first sample is smaller than one of the second, ties counted half.
+        rank_biserial: 2 superiority - 1: 1 if all of the first are smaller, 0 if neither tends to be, -1 if all larger.
+    """
+
+    p_value: float
+    superiority: float
+    rank_biserial: float
+
+
+def wilson(
+    successes: ArrayLike, runs: ArrayLike, level: float = 0.95
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return Wilson's score interval of a success rate (Wilson 1927).
+
+    Conditions of use: independent runs of the same success probability. It holds its level well for few runs and for
+    rates near 0 and 1, where the textbook interval (rate +- 1.96 standard errors) collapses to nothing. A pool of cells
+    with different probabilities gives an interval that is somewhat too wide.
+
+    Args:
+        successes: Counts, any shape.
+        runs: Counts of the same shape; NaN is returned where they are 0.
+        level: Of confidence, between 0 and 1.
+
+    Returns:
+        Lower and upper ends, between 0 and 1.
+
+    Raises:
+        ValueError: A count is negative, successes exceed runs, or the level is not between 0 and 1.
+    """
+    k, n = np.broadcast_arrays(np.asarray(successes, dtype=np.float64), np.asarray(runs, dtype=np.float64))
+    if not 0 < level < 1:
+        raise ValueError(f"the level must be between 0 and 1, got {level}")
+    if (k < 0).any() or (k > n).any():
+        raise ValueError("successes must be between 0 and the number of runs")
+    z = float(stats.norm.ppf(0.5 + level / 2))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rate = k / n
+        middle = (rate + z * z / (2 * n)) / (1 + z * z / n)
+        half = z * np.sqrt(rate * (1 - rate) / n + z * z / (4 * n * n)) / (1 + z * z / n)
+    low, high = np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)
+    none = n == 0
+    return np.where(none, np.nan, low), np.where(none, np.nan, high)
+
+
+def chi_square(
+    successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLike, other_runs: ArrayLike
+) -> NDArray[np.float64]:
+    """Return p-values of Pearson's chi-square test on 2 x 2 tables, successes and failures of two methods.
+
+    One degree of freedom, no continuity correction (document 1, eq. 3.11; specification 6.3).
+
+    Conditions of use: independent runs, also between the methods (on common random numbers the methods' successes are
+    positively correlated, which makes the test conservative), and all four expected counts at least 5; NaN where one is
+    less, which is so in every cell where both methods nearly always succeed or fail.
+
+    Args:
+        successes: Of the first method, any shape.
+        runs: Of the first method, same shape.
+        other_successes: Of the second method, same shape.
+        other_runs: Of the second method, same shape.
+    """
+    a, n, c, m = np.broadcast_arrays(
+        *(np.asarray(count, dtype=np.float64) for count in (successes, runs, other_successes, other_runs))
+    )
+    total = n + m
+    with np.errstate(invalid="ignore", divide="ignore"):
+        succeeded, failed = (a + c) / total, 1 - (a + c) / total
+        expected = np.minimum(np.minimum(n * succeeded, n * failed), np.minimum(m * succeeded, m * failed))
+        difference = a - n * succeeded
+        statistic = difference**2 * (1 / n + 1 / m) / (succeeded * failed)
+    applicable = expected >= SMALLEST_EXPECTED
+    p_values: NDArray[np.float64] = np.where(applicable, stats.chi2.sf(np.where(applicable, statistic, 0.0), 1), np.nan)
+    return p_values
+
+
+def fisher_exact(
+    successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLike, other_runs: ArrayLike
+) -> NDArray[np.float64]:
+    """Return two-sided p-values of Fisher's exact test on 2 x 2 tables, successes and failures of two methods.
+
+    Conditions of use: independent runs; exact for any counts, and conservative for small ones. NaN where a method has
+    no runs. Use it where the chi-square test is not applicable (specification 6.3 leaves such cells out).
+
+    Args:
+        successes: Of the first method, any shape.
+        runs: Of the first method, same shape.
+        other_successes: Of the second method, same shape.
+        other_runs: Of the second method, same shape.
+    """
+    counts = (np.asarray(count, dtype=np.int64) for count in (successes, runs, other_successes, other_runs))
+    a, n, c, m = np.broadcast_arrays(*counts)
+    p_values = np.full(a.shape, np.nan)
+    known: dict[tuple[int, int, int, int], float] = {}
+    for place in np.ndindex(a.shape):
+        key = int(a[place]), int(n[place]), int(c[place]), int(m[place])
+        if key[1] and key[3]:
+            if key not in known:
+                table = [[key[0], key[1] - key[0]], [key[2], key[3] - key[2]]]
+                known[key] = float(stats.fisher_exact(table).pvalue)
+            p_values[place] = known[key]
+    return p_values
+
+
+def rank_sum(first: ArrayLike, second: ArrayLike) -> RankSum:
+    """Return the Wilcoxon rank-sum (Mann-Whitney) test of two samples of errors, with its effect size.
+
+    Exact for small samples without ties, by the normal approximation with tie correction otherwise (SciPy's rule).
+
+    Conditions of use: independent values within and between the samples. It asks whether values of one sample tend to
+    be smaller than those of the other, not whether the means differ. Errors of successful runs only (document 1, ch. 3
+    section 3.2; specification 6.3) compare different runs where the methods differ in success: a method that survives
+    harder runs shows larger errors. NaN, not applicable, where a sample is empty.
+
+    Args:
+        first: (n,) errors of the first method; NaN is left out.
+        second: (m,) errors of the second method; NaN is left out.
+    """
+    x, y = (values[~np.isnan(values)] for values in (np.asarray(it, dtype=np.float64) for it in (first, second)))
+    if not (len(x) and len(y)):
+        return RankSum(np.nan, np.nan, np.nan)
+    found = stats.mannwhitneyu(x, y, alternative="two-sided")
+    superiority = 1.0 - float(found.statistic) / (len(x) * len(y))
+    return RankSum(float(found.pvalue), superiority, 2 * superiority - 1)
+
+
+def holm(p_values: ArrayLike) -> NDArray[np.float64]:
+    """Return p-values adjusted by Holm's step-down procedure (Holm 1979), the shape kept.
+
+    An adjusted value below the level is significant with that probability of any false alarm in the whole map, however
+    the tests depend on each other. Conditions of use: one family of tests, decided before looking; cells that are not
+    applicable, NaN, are no tests and are left out.
+
+    Args:
+        p_values: Of all tests of the family, any shape.
+    """
+    given = np.asarray(p_values, dtype=np.float64)
+    adjusted = np.full(given.shape, np.nan)
+    tested = ~np.isnan(given)
+    values = given[tested]
+    order = np.argsort(values, kind="stable")
+    factors = np.arange(len(values), 0, -1)
+    stepped = np.empty(len(values))
+    stepped[order] = np.minimum(np.maximum.accumulate(factors * values[order]), 1.0)
+    adjusted[tested] = stepped
+    return adjusted

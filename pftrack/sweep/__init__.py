@@ -1,0 +1,45 @@
+"""Sweeps: an experiment over a grid of conditions and trials, one row a run.
+
+A *plan* says what is computed: an experiment, *axes* (declared parameters and the values they take), trackers, trials,
+a seed. It is cut into *chunks* of about a second, which a pool of processes or a cluster computes in an order that
+fills every map evenly. A *journal* keeps each finished chunk on disk, so that a sweep goes on where it was when it was
+stopped, by whatever. The *result* is one Parquet file; its *cells* are what a map shows, and each row opens as a live
+run that comes to the same numbers.
+
+In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_result`, `cells`, `significance`.
+"""
+
+from pftrack.sweep.axis import MOST_RUNS, Axis, parse_axis
+from pftrack.sweep.cells import CellMap, Code, Counts, Significance, cells, count, error_significance, significance
+from pftrack.sweep.errors import SweepError, SweepStopped
+from pftrack.sweep.journal import Journal, begin, partial_of, resume
+from pftrack.sweep.plan import Plan, Single
+from pftrack.sweep.result import Result, csv_pieces, read_chunk, read_result, rows_of, summary
+
+__all__ = [
+    "MOST_RUNS",
+    "Axis",
+    "CellMap",
+    "Code",
+    "Counts",
+    "Journal",
+    "Plan",
+    "Result",
+    "Significance",
+    "Single",
+    "SweepError",
+    "SweepStopped",
+    "begin",
+    "cells",
+    "count",
+    "csv_pieces",
+    "error_significance",
+    "parse_axis",
+    "partial_of",
+    "read_chunk",
+    "read_result",
+    "resume",
+    "rows_of",
+    "significance",
+    "summary",
+]

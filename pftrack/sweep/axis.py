@@ -1,0 +1,168 @@
+"""Axes: which parameter a sweep varies, and over which values.
+
+An axis is a declared parameter of the scene or of the tracker, live or not, or `tracker`. It is written as
+`name=start:stop:step`, both ends included where they fall on the grid, or as `name=a,b,c`. Numbers are read as
+decimals, so that the fourth value of `0:1:0.1` is 0.3 and not a neighbour of it: a value means the same however it was
+reached.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from difflib import get_close_matches
+from math import inf
+
+from pftrack.experiments import Experiment
+from pftrack.parameters import Declaration, ParameterError, Value, allowed, declarations, parse
+from pftrack.sweep.errors import SweepError
+
+__all__ = ["MOST_RUNS", "TRACKER", "Axis", "checked", "declared", "parse_axis"]
+
+MOST_RUNS = 2_000_000
+"""The largest sweep; an axis alone cannot have more values than that."""
+
+TRACKER = "tracker"
+
+FORMS = "name=start:stop:step or name=a,b,c"
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """A parameter and the values that a sweep gives it, in the order in which a map shows them."""
+
+    name: str
+    values: tuple[Value, ...]
+
+    @property
+    def numerical(self) -> bool:
+        """Whether the values are numbers, so that a map or plot can have a scale."""
+        return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in self.values)
+
+
+def parse_axis(experiment: Experiment, text: str) -> Axis:
+    """Read an axis from text, as a command line gives it.
+
+    Args:
+        experiment: Whose parameters and trackers can be varied.
+        text: `name=start:stop:step` or `name=a,b,c`.
+
+    Raises:
+        SweepError: There is no such parameter, or a value is of the wrong kind, out of bounds or given twice.
+    """
+    name, separator, given = text.partition("=")
+    name, given = name.strip(), given.strip()
+    if not (separator and name):
+        raise SweepError(f"an axis is {FORMS}, got {text!r}")
+    declaration = None if name == TRACKER else declared(experiment, name)
+    if not given:
+        raise SweepError(f"the axis {name} is empty; an axis is {FORMS}")
+    if ":" in given and declaration is not None and declaration.kind in {"integer", "number"}:
+        return checked(experiment, Axis(name, _stepped(declaration, given)))
+    parts = [part.strip() for part in given.split(",")]
+    if not all(parts):
+        raise SweepError(f"the axis {name} has an empty value: {_short(given)}")
+    if declaration is None:
+        return checked(experiment, Axis(name, tuple(parts)))
+    model = type(experiment.simulate().parameters)
+    try:
+        return checked(experiment, Axis(name, tuple(parse(model, name, part) for part in parts)))
+    except ParameterError as error:
+        raise SweepError(f"the axis {error}") from None
+
+
+def checked(experiment: Experiment, axis: Axis) -> Axis:
+    """Return an axis with its values in the parameter's own kind, or refuse it.
+
+    Raises:
+        SweepError: As for `parse_axis`.
+    """
+    if not axis.values:
+        raise SweepError(f"the axis {axis.name} is empty; it needs at least one value")
+    if len(axis.values) > MOST_RUNS:
+        raise SweepError(
+            f"a sweep has at most {MOST_RUNS:,} runs; the axis {axis.name} has {len(axis.values):,} values"
+        )
+    if axis.name == TRACKER:
+        values: Sequence[Value] = [_tracker(experiment, value) for value in axis.values]
+    else:
+        declaration = declared(experiment, axis.name)
+        values = [value_of(declaration, value) for value in axis.values]
+    seen: set[Value] = set()
+    for value in values:
+        if value in seen:
+            raise SweepError(f"the axis {axis.name} has the value {value} twice")
+        seen.add(value)
+    return Axis(axis.name, tuple(values))
+
+
+def declared(experiment: Experiment, name: str) -> Declaration:
+    """Return the declaration of a parameter of an experiment's simulated scene or trackers.
+
+    Raises:
+        SweepError: There is none; the sentence names near matches.
+    """
+    known = {it.name: it for it in declarations(type(experiment.simulate().parameters))}
+    if name not in known:
+        near = get_close_matches(name, [*known, TRACKER], n=3)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"`pftrack show {experiment.id}` lists them"
+        raise SweepError(f"{experiment.id} has no parameter {_short(name)}; {hint}")
+    return known[name]
+
+
+def value_of(declaration: Declaration, value: object) -> Value:
+    """Return a value in a parameter's own kind.
+
+    Raises:
+        SweepError: It is of another kind or out of bounds.
+    """
+    match declaration.kind, value:
+        case "boolean", bool():
+            return value
+        case "choice", str() if value in declaration.choices:
+            return value
+        case "colour", str() if re.fullmatch("#[0-9a-fA-F]{6}", value):
+            return value
+        case ("integer" | "number") as kind, int() | float() if not isinstance(value, bool):
+            low = -inf if declaration.minimum is None else declaration.minimum
+            inside = low <= value <= (inf if declaration.maximum is None else declaration.maximum)
+            if inside and (kind == "number" or float(value).is_integer()):
+                return float(value) if kind == "number" else int(value)
+    raise SweepError(f"{declaration.name} must be {allowed(declaration)}, got {_short(value)}")
+
+
+def _stepped(declaration: Declaration, text: str) -> tuple[Value, ...]:
+    """Return the values of start:stop:step; the count is checked before they are made."""
+    name, parts = declaration.name, text.split(":")
+    if len(parts) != 3:
+        raise SweepError(f"the axis {name} is start:stop:step, 3 numbers, got {len(parts)}: {_short(text)}")
+    try:
+        start, stop, step = (Decimal(part.strip()) for part in parts)
+    except InvalidOperation:
+        raise SweepError(f"the axis {name} is start:stop:step, 3 numbers, got {_short(text)}") from None
+    if not (start.is_finite() and stop.is_finite() and step.is_finite()):
+        raise SweepError(f"the axis {name} is start:stop:step, 3 finite numbers, got {_short(text)}")
+    if step == 0:
+        raise SweepError(f"the step of the axis {name} must not be 0")
+    if (stop - start) * step < 0:
+        raise SweepError(f"the axis {name} never comes from {start} to {stop} in steps of {step}")
+    for end in (start, stop):
+        value_of(declaration, float(end) if declaration.kind == "number" or end != int(end) else int(end))
+    steps = (stop - start) / step
+    if steps >= MOST_RUNS:
+        raise SweepError(f"a sweep has at most {MOST_RUNS:,} runs; the axis {name} has {int(steps) + 1:,} values")
+    values = (start + index * step for index in range(int(steps) + 1))
+    if declaration.kind == "number":
+        return tuple(float(value) for value in values)
+    return tuple(int(value) if value == int(value) else float(value) for value in values)
+
+
+def _tracker(experiment: Experiment, name: object) -> str:
+    if not isinstance(name, str) or name not in experiment.trackers:
+        raise SweepError(f"a tracker of {experiment.id} is one of {', '.join(experiment.trackers)}, got {_short(name)}")
+    return name
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

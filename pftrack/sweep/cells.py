@@ -1,0 +1,302 @@
+"""Cells: what a map shows.
+
+A map spans two axes; all other axes and the trials are pooled in its cells. Counts add up, so that a map can be filled
+chunk by chunk: `count` one table, add, and `cells` makes rates, intervals and means of the sums.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Literal, TypeAlias
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+
+from pftrack.statistics import chi_square, fisher_exact, holm, rank_sum, wilson
+from pftrack.sweep.axis import Axis
+from pftrack.sweep.errors import SweepError
+from pftrack.sweep.plan import Plan
+from pftrack.sweep.result import Result
+
+__all__ = ["CellMap", "Code", "Counts", "Significance", "cells", "count", "error_significance", "significance"]
+
+CONFIDENCE = 0.95
+
+Correction: TypeAlias = Literal["none", "holm"]
+Test: TypeAlias = Literal["chi-square", "fisher"]
+
+SUMS = ("runs", "judged", "successes", "measured", "error", "lost", "counted", "problems")
+"""What is added up: runs; runs with a verdict and those that succeeded; runs whose error counts and their errors; lost
+frames and the runs that know them; runs with a problem."""
+
+COLUMNS = ("tracker", "success", "mean_error", "lost_frames", "problem")
+
+
+class Code(IntEnum):
+    """The four colours of a significance map (document 1, Fig. 3.6; specification 6.3)."""
+
+    NOT_APPLICABLE = 0
+    NOT_SIGNIFICANT = 1
+    FIRST_BETTER = 2
+    SECOND_BETTER = 3
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Sums over runs by tracker and cell.
+
+    Attributes:
+        plan: Of the sweep.
+        x: Axis across, or None for a single column.
+        y: Axis down, or None for a single row.
+        sums: (sums, trackers, values of y, values of x), in the order of `SUMS`.
+    """
+
+    plan: Plan
+    x: Axis | None
+    y: Axis | None
+    sums: NDArray[np.float64]
+
+    def __add__(self, other: "Counts") -> "Counts":
+        return Counts(self.plan, self.x, self.y, self.sums + other.sums)
+
+
+@dataclass(frozen=True)
+class CellMap:
+    """One tracker's cells; every array is (values of y, values of x).
+
+    Attributes:
+        x: Axis across, or None for a single column.
+        y: Axis down, or None for a single row.
+        runs: How many runs there are.
+        judged: How many of them have a verdict, success or not.
+        successes: How many succeeded.
+        rate: Of success, NaN where there is no verdict.
+        low: Lower end of its 95 % Wilson interval.
+        high: Upper end.
+        mean_error: Of the successful runs, or of all where there are no verdicts; NaN where there are none.
+        mean_lost_frames: Of all runs.
+        problems: How many runs could not be computed.
+    """
+
+    x: Axis | None
+    y: Axis | None
+    runs: NDArray[np.int64]
+    judged: NDArray[np.int64]
+    successes: NDArray[np.int64]
+    rate: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    mean_error: NDArray[np.float64]
+    mean_lost_frames: NDArray[np.float64]
+    problems: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Significance:
+    """Which of two trackers is better in which cell; arrays (values of y, values of x).
+
+    Attributes:
+        codes: Of `Code`.
+        p_values: As tested, adjusted if a correction was asked for; NaN where not applicable.
+        effect: Difference of the success rates, or rank-biserial correlation; positive where the first is better.
+    """
+
+    codes: NDArray[np.uint8]
+    p_values: NDArray[np.float64]
+    effect: NDArray[np.float64]
+
+
+def count(plan: Plan, table: pa.Table | None, x: str | None, y: str | None = None) -> Counts:
+    """Add up the runs of a table by tracker and cell.
+
+    Args:
+        plan: Of the sweep.
+        table: Some of its rows; none gives sums of zero to begin with.
+        x: Name of the axis across; all values are pooled if None.
+        y: Name of the axis down; all values are pooled if None.
+
+    Raises:
+        SweepError: The sweep has no such axis, or both are the same.
+    """
+    if x is not None and x == y:
+        raise SweepError(f"a map needs two different axes, got {x} twice")
+    across, down = (None if name is None else plan.axis(name) for name in (x, y))
+    shape = len(plan.trackers), len(down.values) if down else 1, len(across.values) if across else 1
+    sums = np.zeros((len(SUMS), *shape))
+    if table is not None and len(table):
+        place = _places(plan, table, across, down)
+        success = table["success"]
+        judged, succeeded = (~_nulls(table, "success")).astype(float), _floats(pc.cast(success, pa.float64()))
+        error = _floats(table["mean_error"])
+        matters = ~_nulls(table, "mean_error") & ((succeeded > 0) | (judged == 0))
+        weights = (
+            np.ones(len(table)),
+            judged,
+            succeeded,
+            matters.astype(float),
+            np.where(matters, error, 0.0),
+            _floats(pc.cast(table["lost_frames"], pa.float64())),
+            (~_nulls(table, "lost_frames")).astype(float),
+            (~_nulls(table, "problem")).astype(float),
+        )
+        size = int(np.prod(shape))
+        for index, weight in enumerate(weights):
+            sums[index] = np.bincount(place, weight, size).reshape(shape)
+    return Counts(plan, across, down, sums)
+
+
+def cells(source: Result | Counts, x: str | None = None, y: str | None = None) -> dict[str, CellMap]:
+    """Return each tracker's cells.
+
+    Args:
+        source: A result, or counts that were added up already (then `x` and `y` are theirs).
+        x: Name of the axis across; all values are pooled if None.
+        y: Name of the axis down; all values are pooled if None.
+
+    Raises:
+        SweepError: The sweep has no such axis, or both are the same.
+    """
+    counts = source if isinstance(source, Counts) else _counted(source, x, y)
+    return {name: _map(counts, place) for place, name in enumerate(counts.plan.trackers)}
+
+
+def significance(
+    first: CellMap, second: CellMap, *, level: float = 0.01, correction: Correction = "none", test: Test = "chi-square"
+) -> Significance:
+    """Say in which cells one tracker succeeds more often than another (specification 6.3).
+
+    Args:
+        first: Cells of one.
+        second: Cells of the other, on the same axes.
+        level: Of significance.
+        correction: "holm" for the whole map at the level, "none" for every cell by itself, as in the document.
+        test: "chi-square" as in the document, "fisher" for small counts too.
+    """
+    tested = chi_square if test == "chi-square" else fisher_exact
+    p_values = tested(first.successes, first.judged, second.successes, second.judged)
+    return _coded(p_values, first.rate - second.rate, level, correction)
+
+
+def error_significance(
+    result: Result,
+    first: str,
+    second: str,
+    x: str | None,
+    y: str | None = None,
+    *,
+    level: float = 0.01,
+    correction: Correction = "none",
+) -> Significance:
+    """Say in which cells one tracker's errors are smaller, by the rank-sum test on successful runs (specification 6.3).
+
+    Args:
+        result: Of the sweep.
+        first: Name of one tracker.
+        second: Name of the other.
+        x: Name of the axis across.
+        y: Name of the axis down.
+        level: Of significance.
+        correction: See `significance`.
+
+    Raises:
+        SweepError: The sweep has no such axis or tracker.
+    """
+    plan = result.plan
+    for name in (first, second):
+        if name not in plan.trackers:
+            raise SweepError(f"the sweep has no tracker {name!r}; it has {', '.join(plan.trackers)}")
+    shape = count(plan, None, x, y).sums.shape[2:]
+    errors = errors_by_cell(result, x, y)
+    p_values, effect = np.full(shape, np.nan), np.full(shape, np.nan)
+    for place in np.ndindex(shape):
+        index = int(np.ravel_multi_index(place, shape))
+        found = rank_sum(errors[first][index], errors[second][index])
+        p_values[place], effect[place] = found.p_value, found.rank_biserial
+    return _coded(p_values, effect, level, correction)
+
+
+def errors_by_cell(result: Result, x: str | None, y: str | None = None) -> dict[str, list[NDArray[np.float64]]]:
+    """Return for each tracker the errors of each cell's successful runs (of all runs where there are no verdicts).
+
+    Cells are in row-major order, y before x.
+    """
+    plan = result.plan
+    empty = count(plan, None, x, y)
+    size = empty.sums[0].size
+    places, errors = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
+    for piece in result.pieces(_columns(x, y)):
+        accepted = _nulls(piece, "success") | (_floats(pc.cast(piece["success"], pa.float64())) > 0)
+        matters = accepted & ~_nulls(piece, "mean_error")
+        places.append(_places(plan, piece, empty.x, empty.y)[matters])
+        errors.append(_floats(piece["mean_error"])[matters])
+    place, error = np.concatenate(places), np.concatenate(errors)
+    order = np.argsort(place, kind="stable")
+    edges = np.searchsorted(place[order], np.arange(size + 1))
+    split = [error[order[edges[index] : edges[index + 1]]] for index in range(size)]
+    width = size // len(plan.trackers)
+    return {name: split[index * width : (index + 1) * width] for index, name in enumerate(plan.trackers)}
+
+
+def _counted(result: Result, x: str | None, y: str | None) -> Counts:
+    total = count(result.plan, None, x, y)
+    for piece in result.pieces(_columns(x, y)):
+        total += count(result.plan, piece, x, y)
+    return total
+
+
+def _columns(x: str | None, y: str | None) -> list[str]:
+    return [*COLUMNS, *(name for name in (x, y) if name is not None)]
+
+
+def _map(counts: Counts, tracker: int) -> CellMap:
+    sums: Mapping[str, NDArray[np.float64]] = dict(zip(SUMS, counts.sums[:, tracker], strict=True))
+    low, high = wilson(sums["successes"], sums["judged"], CONFIDENCE)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rate = sums["successes"] / sums["judged"]
+        mean_error, mean_lost = sums["error"] / sums["measured"], sums["lost"] / sums["counted"]
+    runs, judged, successes, problems = (
+        sums[name].astype(np.int64) for name in ("runs", "judged", "successes", "problems")
+    )
+    return CellMap(counts.x, counts.y, runs, judged, successes, rate, low, high, mean_error, mean_lost, problems)
+
+
+def _coded(
+    p_values: NDArray[np.float64], effect: NDArray[np.float64], level: float, correction: Correction
+) -> Significance:
+    if correction == "holm":
+        p_values = holm(p_values)
+    codes = np.full(p_values.shape, Code.NOT_SIGNIFICANT, dtype=np.uint8)
+    codes[np.isnan(p_values)] = Code.NOT_APPLICABLE
+    significant = p_values < level
+    codes[significant & (effect > 0)] = Code.FIRST_BETTER
+    codes[significant & (effect < 0)] = Code.SECOND_BETTER
+    return Significance(codes, p_values, effect)
+
+
+def _places(plan: Plan, table: pa.Table, x: Axis | None, y: Axis | None) -> NDArray[np.int64]:
+    """Return for each row its flat index among tracker, y and x."""
+    place = _index(table["tracker"], pa.array(plan.trackers, pa.string()))
+    for axis in (y, x):
+        if axis is not None:
+            column = table[axis.name]
+            place = place * len(axis.values) + _index(column, pa.array(axis.values, column.type))
+    return place
+
+
+def _index(column: pa.ChunkedArray, values: pa.Array) -> NDArray[np.int64]:
+    found: NDArray[np.int64] = pc.index_in(column, value_set=values).to_numpy().astype(np.int64)
+    return found
+
+
+def _nulls(table: pa.Table, name: str) -> NDArray[np.bool_]:
+    missing: NDArray[np.bool_] = pc.is_null(table[name]).to_numpy()
+    return missing
+
+
+def _floats(column: pa.ChunkedArray) -> NDArray[np.float64]:
+    """Return a column as numbers, 0 where there is none."""
+    numbers: NDArray[np.float64] = pc.fill_null(column, 0.0).to_numpy()
+    return numbers

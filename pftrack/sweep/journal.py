@@ -1,0 +1,225 @@
+"""Journals: what a sweep has on disk, so that nothing computed is ever lost.
+
+While a sweep runs, a folder `OUT.partial` stands beside its result `OUT`: `plan.json` says what is computed,
+`chunks.json` how it was cut, and each finished chunk is one file `000123.parquet`. Every file is written beside its
+place and renamed, so it is whole or not there. At the end the chunks are copied one after the other into `OUT`, which
+is renamed into place in its turn, and the folder is removed. The plan travels in the metadata of every Parquet file.
+"""
+
+import json
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from pftrack import __version__
+from pftrack.sweep.chunks import Chunk, Chunks
+from pftrack.sweep.errors import SweepError
+from pftrack.sweep.plan import Plan
+from pftrack.sweep.table import schema
+
+__all__ = ["Journal", "begin", "plan_of", "resume"]
+
+FORMAT, VERSION = "pftrack-sweep", 1
+METADATA = b"pftrack-sweep"
+PARTIAL = ".partial"
+PLAN, CUT, WHOLE = "plan.json", "chunks.json", "whole.parquet.part"
+
+ROWS_A_GROUP = 65_536
+"""Rows of a Parquet row group: few enough to hold, enough to compress and to skip."""
+
+
+class Journal:
+    """The files of one sweep.
+
+    Attributes:
+        plan: What is computed.
+        out: Where the result goes.
+        folder: Where the chunks are until then.
+    """
+
+    def __init__(self, plan: Plan, out: Path) -> None:
+        self.plan = plan
+        self.out = out
+        self.folder = partial_of(out)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the result is there."""
+        return self.out.exists()
+
+    def chunks(self) -> Chunks | None:
+        """Return how the plan was cut, or None if it has not been yet.
+
+        Raises:
+            SweepError: The file that says so is no longer whole.
+        """
+        try:
+            cut = json.loads((self.folder / CUT).read_text())
+            return Chunks(self.plan, int(cut["conditions"]), int(cut["trials"]))
+        except FileNotFoundError:
+            return None
+        except (ValueError, KeyError, TypeError):
+            raise SweepError(f"{self.folder / CUT} does not say how the sweep was cut; it was cut short") from None
+
+    def cut(self, chunks: Chunks) -> None:
+        """Write down how the plan is cut; this holds from now on."""
+        _write(self.folder / CUT, json.dumps({"conditions": chunks.conditions, "trials": chunks.trials}).encode())
+
+    def keep(self, chunk: Chunk, data: bytes) -> None:
+        """Keep a finished chunk: the bytes of its Parquet file."""
+        _write(self.folder / f"{chunk.number:06d}.parquet", data)
+
+    def kept(self, chunks: Chunks) -> set[int]:
+        """Return the numbers of the chunks that are there; one that is damaged is not.
+
+        Raises:
+            SweepError: A file in the folder belongs to another sweep.
+        """
+        kept = set()
+        for path in chunk_files(self.folder):
+            number = int(path.stem)
+            plan, rows = _look(path, self.plan)
+            if plan != self.plan or number >= len(chunks):
+                raise SweepError(f"{path} belongs to another sweep; move it away to go on")
+            if rows == chunks[number].runs:
+                kept.add(number)
+        return kept
+
+    def finish(self) -> None:
+        """Put the result together out of the chunks, all of which are there, and remove them."""
+        part = self.folder / WHOLE
+        with pq.ParquetWriter(part, schema(self.plan).with_metadata(metadata(self.plan)), compression="zstd") as writer:
+            pending: list[pa.Table] = []
+            for path in chunk_files(self.folder):
+                pending.append(pq.read_table(path, partitioning=None).replace_schema_metadata(metadata(self.plan)))
+                if sum(len(table) for table in pending) >= ROWS_A_GROUP:
+                    writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)
+                    pending = []
+            if pending:
+                writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)
+        part.replace(self.out)
+        self.clear()
+
+    def clear(self) -> None:
+        """Remove the folder's own files, and the folder unless somebody put another file there."""
+        for path in (*chunk_files(self.folder), *self.folder.glob("*.part"), self.folder / PLAN, self.folder / CUT):
+            path.unlink(missing_ok=True)
+        with suppress(OSError):
+            self.folder.rmdir()
+
+
+def begin(plan: Plan, out: Path) -> Journal:
+    """Make the folder of a new sweep; nothing is computed yet.
+
+    Args:
+        plan: What is to be computed.
+        out: Where the result is to go.
+
+    Raises:
+        SweepError: There is a file or a begun sweep already; nothing is overwritten.
+        OSError: The folder cannot be written.
+    """
+    journal = Journal(plan, out)
+    if out.exists():
+        raise SweepError(f"{out} exists already; a sweep overwrites nothing, so name another file or remove it")
+    if journal.folder.exists():
+        raise SweepError(f"{out} was begun already; go on with --resume {out}, or remove {journal.folder}")
+    journal.folder.mkdir()
+    _write(journal.folder / PLAN, json.dumps(_described(plan), indent=1).encode())
+    return journal
+
+
+def resume(out: Path) -> Journal:
+    """Return the journal of a sweep that was begun, as far as it came.
+
+    Args:
+        out: Its result, or the folder beside that.
+
+    Raises:
+        SweepError: None was begun there, or it is foreign, cut short or of another version; nothing is touched.
+    """
+    if out.name.endswith(PARTIAL):
+        out = out.with_name(out.name.removesuffix(PARTIAL))
+    if out.exists():
+        return Journal(plan_of(out), out)
+    if not partial_of(out).is_dir():
+        raise SweepError(f"there is no sweep {out}, neither finished nor begun")
+    return Journal(plan_of(partial_of(out)), out)
+
+
+def plan_of(path: Path) -> Plan:
+    """Return the plan of a result, of a folder of chunks or of a single chunk.
+
+    Raises:
+        SweepError: It is foreign, cut short or of another version.
+    """
+    if path.is_dir():
+        try:
+            raw = json.loads((path / PLAN).read_text())
+        except FileNotFoundError:
+            raise SweepError(f"{path} is no folder of a sweep: it has no {PLAN}") from None
+        except ValueError:
+            raise SweepError(f"{path / PLAN} was cut short") from None
+        return _plan(raw, path)
+    return _look(path, None)[0]
+
+
+def metadata(plan: Plan) -> dict[bytes, bytes]:
+    """Return what every Parquet file of a sweep says of it."""
+    return {METADATA: json.dumps(_described(plan)).encode()}
+
+
+def partial_of(out: Path) -> Path:
+    """Return the folder of chunks that belongs to a result."""
+    return out.with_name(out.name + PARTIAL)
+
+
+def chunk_files(folder: Path) -> list[Path]:
+    """Return the files of finished chunks, by number."""
+    return sorted(path for path in folder.glob("*.parquet") if path.stem.isdecimal())
+
+
+def _look(path: Path, expected: Plan | None) -> tuple[Plan, int]:
+    """Return plan and number of rows of a Parquet file; a damaged chunk of the plan expected has none."""
+    try:
+        with pq.ParquetFile(path) as file:
+            found, rows = file.schema_arrow.metadata or {}, file.metadata.num_rows
+    except FileNotFoundError:
+        raise SweepError(f"there is no file {path}") from None
+    except (pa.ArrowException, OSError):
+        if expected is not None:
+            return expected, 0
+        raise SweepError(f"{path} is no Parquet file, or was cut short") from None
+    if METADATA not in found:
+        raise SweepError(f"{path} is a Parquet file, but none that a sweep wrote")
+    if expected is not None and found == metadata(expected):
+        return expected, rows
+    try:
+        raw = json.loads(found[METADATA])
+    except ValueError:
+        raise SweepError(f"{path} does not say what was computed: its description is damaged") from None
+    return _plan(raw, path), rows
+
+
+def _plan(raw: Any, path: Path) -> Plan:  # noqa: ANN401 - JSON of anybody
+    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+        raise SweepError(f"{path} describes no sweep")
+    if raw.get("version") != VERSION:
+        raise SweepError(f"{path} is of format {raw.get('version')}, this version of pftrack reads format {VERSION}")
+    try:
+        return Plan.from_dict(raw.get("plan", {}))
+    except SweepError as error:
+        raise SweepError(f"{path} does not fit this version of pftrack: {error}") from None
+
+
+def _described(plan: Plan) -> dict[str, object]:
+    return {"format": FORMAT, "version": VERSION, "pftrack": __version__, "plan": plan.as_dict()}
+
+
+def _write(path: Path, data: bytes) -> None:
+    part = path.with_suffix(".part")
+    part.write_bytes(data)
+    part.replace(path)

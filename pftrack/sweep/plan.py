@@ -1,0 +1,268 @@
+"""Plans: what a sweep computes, and which run has which number.
+
+The runs of a plan are numbered: conditions in the order of the axes, the last axis fastest; within a condition trial by
+trial, and within a trial tracker by tracker. So a number alone says everything of a run, and no order of computing can
+change it. The seed is a hash of the plan's seed, the condition and the trial: other axis values, other workers or other
+chunks do not move it. Trackers are not part of it, so that all of them meet the same scenes (common random numbers).
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from hashlib import blake2b
+from math import prod
+from typing import Any, Self
+
+from pftrack.experiments import Experiment, find
+from pftrack.parameters import ParameterError, Value, revise
+from pftrack.random import MAXIMUM_SEED
+from pftrack.run import LONGEST_RUN, Change, Run
+from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, checked, declared, value_of
+from pftrack.sweep.errors import SweepError
+
+__all__ = ["Plan", "Single"]
+
+SEED_BYTES = 6
+"""Of a run's seed: 48 bits, which JSON and JavaScript hold exactly."""
+
+LOOKED_AT = 64
+"""Conditions looked at, spread over the plan, before all of them are called impossible."""
+
+
+@dataclass(frozen=True, slots=True)
+class Single:
+    """One run of a plan, as it can be opened live.
+
+    Attributes:
+        number: Its place in the plan.
+        tracker: Name of the tracker.
+        trial: Which trial of its condition, from 0.
+        seed: Of all its random numbers.
+        frames: Its length.
+        values: Of all parameters that differ from the experiment's defaults, fixed ones and axes.
+    """
+
+    number: int
+    tracker: str
+    trial: int
+    seed: int
+    frames: int
+    values: Mapping[str, Value]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """An experiment over a grid of conditions.
+
+    Attributes:
+        experiment: Its name.
+        axes: What is varied; they multiply. An axis named `tracker` stands for `trackers`.
+        trackers: Names of the trackers; the experiment's own default if empty.
+        trials: Runs of each tracker in each condition.
+        seed: Of all seeds.
+        frames: Length of a run; 0 stands for the experiment's own.
+        values: Parameters that differ from the defaults in every run.
+
+    Raises:
+        SweepError: Anything of it is unknown, out of bounds, given twice or too much.
+    """
+
+    experiment: str
+    axes: tuple[Axis, ...] = ()
+    trackers: tuple[str, ...] = ()
+    trials: int = 1
+    seed: int = 0
+    frames: int = 0
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        try:
+            experiment = find(self.experiment)
+        except LookupError as error:
+            raise SweepError(str(error.args[0])) from None
+        axes, trackers = _axes(experiment, self.axes, self.trackers)
+        changed = {
+            "axes": axes,
+            "trackers": trackers,
+            "frames": self.frames or experiment.frames,
+            "values": _values(experiment, self.values, axes),
+        }
+        for name, value in changed.items():
+            object.__setattr__(self, name, value)
+        _whole("trials", self.trials, 1, MOST_RUNS)
+        _whole("seed", self.seed, 0, MAXIMUM_SEED)
+        _whole("frames", self.frames, 1, LONGEST_RUN)
+        if self.runs > MOST_RUNS:
+            sizes = " x ".join(f"{len(axis.values):,} {axis.name}" for axis in self.axes) or "1 condition"
+            raise SweepError(
+                f"a sweep has at most {MOST_RUNS:,} runs; {sizes} x {len(self.trackers)} trackers x {self.trials:,} "
+                f"trials are {self.runs:,}"
+            )
+        self._check_possible()
+
+    @cached_property
+    def wiring(self) -> Experiment:
+        """The experiment itself."""
+        return find(self.experiment)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each axis."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def conditions(self) -> int:
+        """Number of conditions; each is met by all trackers and trials."""
+        return prod(self.shape)
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return self.conditions * self.trials * len(self.trackers)
+
+    def axis(self, name: str) -> Axis:
+        """Return an axis by name.
+
+        Raises:
+            SweepError: The plan has none of that name.
+        """
+        for axis in self.axes:
+            if axis.name == name:
+                return axis
+        names = ", ".join(axis.name for axis in self.axes) or "none"
+        raise SweepError(f"the sweep has no axis {name!r}; its axes are {names}")
+
+    def condition(self, index: int) -> dict[str, Value]:
+        """Return the axes' values of a condition, 0..conditions-1, by name."""
+        values: dict[str, Value] = {}
+        for axis in reversed(self.axes):
+            index, place = divmod(index, len(axis.values))
+            values[axis.name] = axis.values[place]
+        return {axis.name: values[axis.name] for axis in self.axes}
+
+    def seeds(self, condition: Mapping[str, Value], start: int, stop: int) -> list[int]:
+        """Return the seeds of the trials start..stop-1 of a condition."""
+        known = blake2b(json.dumps([self.seed, sorted(condition.items())]).encode(), digest_size=SEED_BYTES)
+        seeds = []
+        for trial in range(start, stop):
+            hashed = known.copy()
+            hashed.update(b"/%d" % trial)
+            seeds.append(int.from_bytes(hashed.digest(), "big"))
+        return seeds
+
+    def single(self, number: int) -> Single:
+        """Return one run by its number, 0..runs-1.
+
+        Raises:
+            SweepError: There is no such run.
+        """
+        if not 0 <= number < self.runs:
+            raise SweepError(f"a run of this sweep is a whole number between 0 and {self.runs - 1}, got {number}")
+        index, rest = divmod(number, self.trials * len(self.trackers))
+        trial, tracker = divmod(rest, len(self.trackers))
+        condition = self.condition(index)
+        (seed,) = self.seeds(condition, trial, trial + 1)
+        values = {**self.values, **condition}
+        return Single(number, self.trackers[tracker], trial, seed, self.frames, values)
+
+    def live(self, number: int) -> Run:
+        """Return one run, to be stepped through, at its frame 0; it comes to the row's `estimates_sha256`.
+
+        Raises:
+            SweepError: There is no such run.
+            ParameterError: Its values are at odds with each other; its row names the problem.
+        """
+        single = self.single(number)
+        return Run(
+            self.wiring,
+            self.wiring.simulate(),
+            tracker=single.tracker,
+            seed=single.seed,
+            frames=single.frames,
+            timeline=(Change(0, single.values),),
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plan as JSON values."""
+        return {
+            "experiment": self.experiment,
+            "axes": [{"name": axis.name, "values": list(axis.values)} for axis in self.axes],
+            "trackers": list(self.trackers),
+            "trials": self.trials,
+            "seed": self.seed,
+            "frames": self.frames,
+            "values": dict(self.values),
+        }
+
+    @classmethod
+    def from_dict(cls, raw: Mapping[str, Any]) -> Self:
+        """Return the plan that JSON values describe.
+
+        Raises:
+            SweepError: They describe none, or one that is impossible here.
+        """
+        try:
+            return cls(
+                experiment=str(raw["experiment"]),
+                axes=tuple(Axis(str(axis["name"]), tuple(axis["values"])) for axis in raw["axes"]),
+                trackers=tuple(raw["trackers"]),
+                trials=raw["trials"],
+                seed=raw["seed"],
+                frames=raw["frames"],
+                values=dict(raw["values"]),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            if isinstance(error, SweepError):
+                raise
+            raise SweepError("the description of a sweep lacks something or has it in another form") from None
+
+    def _check_possible(self) -> None:
+        """Refuse a plan all of whose conditions are impossible; those of which some are get rows that say so."""
+        parameters = self.wiring.simulate().parameters
+        last: ParameterError | None = None
+        looked_at = min(self.conditions, LOOKED_AT)
+        for step in range(looked_at):
+            condition = self.condition(step * self.conditions // looked_at)
+            try:
+                revise(parameters, {**self.values, **condition})
+            except ParameterError as error:
+                last = error
+            else:
+                return
+        if last is not None and looked_at == self.conditions:
+            raise SweepError(f"every condition of the sweep is impossible: {last}") from None
+
+
+def _axes(
+    experiment: Experiment, given: tuple[Axis, ...], trackers: tuple[str, ...]
+) -> tuple[tuple[Axis, ...], tuple[str, ...]]:
+    """Return the axes without that of trackers, and the trackers."""
+    axes: list[Axis] = []
+    for axis in given:
+        if axis.name in {other.name for other in axes} or (axis.name == TRACKER and trackers):
+            what = "the trackers" if axis.name == TRACKER else f"the axis {axis.name}"
+            raise SweepError(f"{what} can be given only once")
+        if axis.name == TRACKER:
+            trackers = tuple(str(value) for value in checked(experiment, axis).values)
+        else:
+            axes.append(checked(experiment, axis))
+    named = checked(experiment, Axis(TRACKER, trackers or (experiment.default_tracker,)))
+    return tuple(axes), tuple(str(value) for value in named.values)
+
+
+def _values(experiment: Experiment, given: Mapping[str, Value], axes: tuple[Axis, ...]) -> dict[str, Value]:
+    varied = {axis.name for axis in axes}
+    values = {}
+    for name, value in given.items():
+        if name == TRACKER:
+            raise SweepError("tracker is no fixed value of a sweep; name the trackers as such")
+        if name in varied:
+            raise SweepError(f"{name} is an axis of the sweep and cannot have a fixed value ({value}) as well")
+        values[name] = value_of(declared(experiment, name), value)
+    return values
+
+
+def _whole(name: str, value: object, low: int, high: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise SweepError(f"{name} must be a whole number between {low} and {high}, got {value!r}")

@@ -1,0 +1,159 @@
+"""Results: what a sweep computed, finished or as far as it came.
+
+A result is read in pieces, so that two million rows need no more memory than a few.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from pftrack.parameters import Value
+from pftrack.sweep.errors import SweepError
+from pftrack.sweep.journal import chunk_files, partial_of, plan_of
+from pftrack.sweep.plan import Plan
+from pftrack.sweep.table import schema
+
+__all__ = ["Result", "csv_pieces", "read_chunk", "read_result", "rows_of", "summary"]
+
+ROWS_A_PIECE = 65_536
+FAILURES_FIRST = {False: 0, None: 1, True: 2}
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a sweep computed.
+
+    Attributes:
+        plan: What was to be computed.
+        files: Parquet files that hold the rows, by run number.
+        complete: Whether all runs are there.
+    """
+
+    plan: Plan
+    files: tuple[Path, ...]
+    complete: bool
+
+    @property
+    def path(self) -> Path:
+        """The result file, or the folder of the chunks that are there so far."""
+        return self.files[0] if self.complete else self.files[0].parent
+
+    @property
+    def table(self) -> pa.Table:
+        """All rows at once."""
+        return pa.concat_tables([schema(self.plan).empty_table(), *self.pieces()])
+
+    def pieces(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
+        """Yield the rows in pieces, in the order of their numbers.
+
+        Args:
+            columns: Those wanted, all if None.
+        """
+        for path in self.files:
+            try:
+                with pq.ParquetFile(path) as file:
+                    for batch in file.iter_batches(ROWS_A_PIECE, columns=columns):
+                        yield pa.Table.from_batches([batch]).replace_schema_metadata(None)
+            except (pa.ArrowException, OSError):
+                if self.complete:
+                    raise SweepError(f"{path} is damaged: its description is whole, its rows are not") from None
+
+
+def read_result(path: Path) -> Result:
+    """Return the result of a sweep: finished, or what is there so far.
+
+    Args:
+        path: The result file, or the folder of chunks beside it.
+
+    Raises:
+        SweepError: It is not there, foreign, cut short or of another version.
+    """
+    if not path.exists() and partial_of(path).is_dir():
+        path = partial_of(path)
+    if path.is_dir():
+        return Result(plan_of(path), tuple(chunk_files(path)), complete=False)
+    return Result(plan_of(path), (path,), complete=True)
+
+
+def read_chunk(path: Path) -> pa.Table:
+    """Return the rows of one chunk's file.
+
+    Raises:
+        SweepError: It is damaged.
+    """
+    try:
+        return pq.read_table(path, partitioning=None).replace_schema_metadata(None)
+    except (pa.ArrowException, OSError):
+        raise SweepError(f"{path} is no Parquet file, or was cut short") from None
+
+
+def rows_of(
+    result: Result, where: Mapping[str, Value], *, limit: int = 200, failures_first: bool = True
+) -> list[dict[str, Any]]:
+    """Return rows as values that JSON can hold, failures first, then by run number.
+
+    Args:
+        result: Where they are.
+        where: What columns must be equal to, such as axes and `tracker`.
+        limit: The most to return.
+        failures_first: Whether runs that failed come before those that succeeded.
+
+    Raises:
+        SweepError: There is no such column.
+    """
+    known = schema(result.plan).names
+    for name in where:
+        if name not in known:
+            raise SweepError(f"the sweep has no column {name!r}; it has {', '.join(known)}")
+    found: list[dict[str, Any]] = []
+    for piece in result.pieces():
+        mask = None
+        for name, value in where.items():
+            same = pc.equal(piece[name], pa.scalar(value, piece.schema.field(name).type))
+            mask = same if mask is None else pc.and_(mask, same)
+        found += (piece if mask is None else piece.filter(mask)).to_pylist()
+        found.sort(key=lambda row: (FAILURES_FIRST[row["success"]] if failures_first else 0, row["run"]))
+        del found[limit:]
+    for row in found:
+        row["estimates_sha256"] = row["estimates_sha256"].hex() if row["estimates_sha256"] else None
+    return found
+
+
+def csv_pieces(result: Result) -> Iterator[bytes]:
+    """Yield a result as CSV, piece by piece, the header first; hashes as hexadecimal digits."""
+    options = pa.csv.WriteOptions(include_header=False, quoting_style="needed")
+    yield (",".join(schema(result.plan).names) + "\n").encode()
+    for piece in result.pieces():
+        place = piece.schema.get_field_index("estimates_sha256")
+        digits = [None if it is None else it.hex() for it in piece.column(place).to_pylist()]
+        shown = piece.set_column(place, "estimates_sha256", pa.array(digits, pa.string()))
+        sink = pa.BufferOutputStream()
+        pa.csv.write_csv(shown, sink, options)
+        yield sink.getvalue().to_pybytes()
+
+
+def summary(result: Result) -> dict[str, Any]:
+    """Return the runs, those with a problem, and the success rate over all and by tracker; rates null if not judged."""
+    runs = problems = 0
+    judged = dict.fromkeys(result.plan.trackers, 0)
+    successes = dict.fromkeys(result.plan.trackers, 0)
+    for piece in result.pieces(["tracker", "success", "problem"]):
+        runs += len(piece)
+        problems += len(piece) - piece["problem"].null_count
+        counted = piece.group_by("tracker").aggregate([("success", "count"), ("success", "sum")])
+        for row in counted.to_pylist():
+            judged[row["tracker"]] += row["success_count"]
+            successes[row["tracker"]] += row["success_sum"] or 0
+    total = sum(judged.values())
+    return {
+        "runs": runs,
+        "problems": problems,
+        "success_rate": sum(successes.values()) / total if total else None,
+        "success_rate_by_tracker": {name: successes[name] / count if count else None for name, count in judged.items()},
+    }

@@ -1,0 +1,160 @@
+"""Rows: what a sweep keeps of its runs, one row each, as Arrow tables.
+
+| column | what it is |
+|---|---|
+| `run` | number of the run in the plan, the row's name |
+| one an axis | the condition |
+| `tracker`, `trial`, `seed` | which run of the condition |
+| `success` | whether few enough frames were lost; null where the experiment has no notion of lost |
+| `mean_error` | over the frames whose truth is known, in the experiment's unit |
+| `lost_frames`, `first_lost_frame` | how many frames were lost, and the first of them |
+| `labelled_frames` | frames whose truth is known |
+| `observation_share` | mean share of the particles that came from the observation sampler |
+| `switches` | how often the sampler or the process noise changed |
+| `step_ms` | mean time of a step; the one column that differs from time to time |
+| `estimates_sha256` | hash of all estimates, as of a live run, 32 bytes |
+| `problem` | why the run was not computed; then the columns of its outcome are null |
+"""
+
+from collections.abc import Sequence
+from itertools import chain
+
+import numpy as np
+import pyarrow as pa
+
+from pftrack.batch import Outcome, outcomes
+from pftrack.experiments import Setup
+from pftrack.parameters import ParameterError, Value
+from pftrack.sweep.chunks import Chunk, Piece
+from pftrack.sweep.plan import Plan
+
+__all__ = ["TIMING", "compute", "schema"]
+
+TIMING = "step_ms"
+"""The column that is measured, not computed: it is no part of what is reproducible."""
+
+OUTCOME = (
+    ("success", pa.bool_()),
+    ("mean_error", pa.float64()),
+    ("lost_frames", pa.int32()),
+    ("first_lost_frame", pa.int32()),
+    ("labelled_frames", pa.int32()),
+    ("observation_share", pa.float64()),
+    ("switches", pa.int32()),
+    (TIMING, pa.float64()),
+)
+
+Results = Sequence[Outcome | None]
+
+
+def schema(plan: Plan) -> pa.Schema:
+    """Return the columns of a plan's rows."""
+    axes = [(axis.name, _kind(axis.values[0])) for axis in plan.axes]
+    which = [("tracker", pa.string()), ("trial", pa.int32()), ("seed", pa.int64())]
+    witness = [("estimates_sha256", pa.binary(32)), ("problem", pa.string())]
+    return pa.schema([("run", pa.int64()), *axes, *which, *OUTCOME, *witness])
+
+
+def compute(plan: Plan, chunk: Chunk) -> pa.Table:
+    """Carry out the runs of a chunk and return their rows, by run number.
+
+    A combination of values that the parameters refuse gives rows with the refusal as their problem, and so does a run
+    that fails; the others of its condition are computed all the same.
+    """
+    setup = plan.wiring.simulate()
+    seeds: list[int] = []
+    results: list[Outcome | None] = []
+    problems: list[str | None] = []
+    for piece in chunk.pieces:
+        condition = plan.condition(piece.condition)
+        of_trials = plan.seeds(condition, piece.start, piece.stop)
+        seeds += of_trials
+        found, wrong = _carry_out(plan, setup, {**plan.values, **condition}, of_trials)
+        results += found
+        problems += wrong
+    return _table(plan, chunk, np.repeat(np.array(seeds, dtype=np.int64), len(plan.trackers)), results, problems)
+
+
+def _carry_out(
+    plan: Plan, setup: Setup, values: dict[str, Value], seeds: list[int]
+) -> tuple[Results, list[str | None]]:
+    """Return outcome or problem of all runs of a condition, trial by trial."""
+    width = len(plan.trackers)
+    try:
+        found = outcomes(plan.wiring, setup, values=values, trackers=plan.trackers, seeds=seeds, frames=plan.frames)
+    except ParameterError as error:
+        return [None] * (len(seeds) * width), [str(error)] * (len(seeds) * width)
+    except MemoryError:
+        raise
+    except Exception as error:  # noqa: BLE001 - whatever it is belongs into the row of the run that it ended
+        if len(seeds) * width == 1:
+            return [None], [f"failed: {type(error).__name__}: {error}"]
+        return _one_by_one(plan, setup, values, seeds)
+    return list(chain.from_iterable(found)), [None] * (len(seeds) * width)
+
+
+def _one_by_one(
+    plan: Plan, setup: Setup, values: dict[str, Value], seeds: list[int]
+) -> tuple[Results, list[str | None]]:
+    """Find out which runs of a condition fail, and keep the others."""
+    results: list[Outcome | None] = []
+    problems: list[str | None] = []
+    for seed in seeds:
+        for tracker in plan.trackers:
+            try:
+                ((outcome,),) = outcomes(
+                    plan.wiring, setup, values=values, trackers=[tracker], seeds=[seed], frames=plan.frames
+                )
+            except Exception as error:  # noqa: BLE001 - see above
+                results.append(None)
+                problems.append(f"failed: {type(error).__name__}: {error}")
+            else:
+                results.append(outcome)
+                problems.append(None)
+    return results, problems
+
+
+def _table(
+    plan: Plan,
+    chunk: Chunk,
+    seeds: np.ndarray[tuple[int], np.dtype[np.int64]],
+    results: Results,
+    problems: list[str | None],
+) -> pa.Table:
+    """Put rows together column by column."""
+    width, columns = len(plan.trackers), schema(plan)
+    by_piece = np.array([(piece.stop - piece.start) * width for piece in chunk.pieces])
+    trials = np.concatenate([np.arange(piece.start, piece.stop, dtype=np.int32) for piece in chunk.pieces])
+    names = pa.array(plan.trackers, pa.string())
+    arrays: dict[str, pa.Array] = {
+        "run": pa.array(np.arange(chunk.first, chunk.first + chunk.runs)),
+        "tracker": names.take(pa.array(np.tile(np.arange(width), chunk.runs // width))),
+        "trial": pa.array(np.repeat(trials, width)),
+        "seed": pa.array(seeds),
+        "problem": pa.array(problems, pa.string()),
+        "estimates_sha256": pa.array(
+            [None if it is None else bytes.fromhex(it.estimates_sha256) for it in results], pa.binary(32)
+        ),
+    }
+    for name, places in _places(plan, chunk.pieces).items():
+        values = pa.array(plan.axis(name).values, columns.field(name).type)
+        arrays[name] = values.take(pa.array(np.repeat(places, by_piece)))
+    for name, kind in OUTCOME:
+        arrays[name] = pa.array([None if it is None else getattr(it, name) for it in results], kind)
+    return pa.table([arrays[name] for name in columns.names], schema=columns)
+
+
+def _places(plan: Plan, pieces: Sequence[Piece]) -> dict[str, np.ndarray[tuple[int], np.dtype[np.intp]]]:
+    """Return for each axis which of its values each piece has."""
+    if not plan.axes:
+        return {}
+    places = np.unravel_index(np.array([piece.condition for piece in pieces]), plan.shape)
+    return {axis.name: place for axis, place in zip(plan.axes, places, strict=True)}
+
+
+def _kind(value: Value) -> pa.DataType:
+    if isinstance(value, bool):
+        return pa.bool_()
+    if isinstance(value, int):
+        return pa.int64()
+    return pa.float64() if isinstance(value, float) else pa.string()
