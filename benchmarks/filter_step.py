@@ -27,7 +27,7 @@ from pftrack.dynamics import constant_velocity  # noqa: E402
 from pftrack.filters import bootstrap, kalman  # noqa: E402
 from pftrack.gaussian import Gaussian  # noqa: E402
 from pftrack.particles import ParticleSet  # noqa: E402
-from pftrack.random import Purpose, generator  # noqa: E402
+from pftrack.random import Purpose, Stream  # noqa: E402
 
 Array = NDArray[np.float64]
 Step = Callable[[int], Array]  # measurement number -> estimate
@@ -74,7 +74,7 @@ def ours(count: int, measured: Array) -> Step:
 
     def step(t: int) -> Array:
         nonlocal particles
-        rng = generator(0, t, Purpose.TRACK)
+        rng = Stream(0, t, Purpose.TRACK)
         weigh = partial(log_likelihood, measurement=measured[t])
         particles = bootstrap.step(particles, DYNAMICS, weigh, rng).particles
         mean: Array = particles.weights @ particles.states

@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
+from pftrack.random import Generator
 
 __all__ = [
     "Dynamics",
     "LinearDynamics",
     "autoregression",
     "constant_velocity",
+    "diffuse",
+    "predict",
     "random_walk",
 ]
 
@@ -31,9 +34,7 @@ class Dynamics(Protocol):
     def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the means (N, d) of the next states, given states (N, d)."""
 
-    def diffuse(
-        self, rng: np.random.Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
+    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
         """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
 
 
@@ -53,14 +54,12 @@ class LinearDynamics:
 
     def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the means (N, d) of the next states, given states (N, d)."""
-        return _predict(states, self.transition, self.offset)
+        return predict(states, self.transition, self.offset)
 
-    def diffuse(
-        self, rng: np.random.Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
+    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
         """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
-        normals = rng.standard_normal((len(ancestors), self.noise.shape[1]))
-        return _diffuse(means, ancestors, self.noise, normals)
+        normals = rng.standard_normal((self.noise.shape[1], len(ancestors)))
+        return diffuse(means, ancestors, self.noise, normals)
 
     @property
     def noise_covariance(self) -> NDArray[np.float64]:
@@ -114,38 +113,47 @@ def autoregression(
 
 
 @compiled
-def _predict(
+def predict(
     states: NDArray[np.float64], transition: NDArray[np.float64], offset: NDArray[np.float64]
 ) -> NDArray[np.float64]:
+    """Return A x + d of states (N, d); each coordinate of the result lies together in memory."""
     count, dimension = states.shape
-    means = np.empty((count, dimension))
+    means = np.empty((dimension, count))
     for i in range(dimension):
-        means[:, i] = offset[i]
+        means[i] = offset[i]
         for j in range(dimension):
             factor = transition[i, j]
             # Most entries of the usual models are zero.
             if factor != 0.0:
                 for n in range(count):
-                    means[n, i] += factor * states[n, j]
-    return means
+                    means[i, n] += factor * states[n, j]
+    return means.T
 
 
 @compiled
-def _diffuse(
+def diffuse(
     means: NDArray[np.float64],
     ancestors: NDArray[np.int64],
     noise: NDArray[np.float64],
     normals: NDArray[np.float64],
 ) -> NDArray[np.float64]:
+    """Return the means (N, d) of the ancestors (n,) plus B u.
+
+    Args:
+        means: (N, d).
+        ancestors: (n,) which of them.
+        noise: B, (d, k).
+        normals: u, (k, n).
+    """
     count = ancestors.shape[0]
     dimension = means.shape[1]
-    states = np.empty((count, dimension))
+    states = np.empty((dimension, count))
     for i in range(dimension):
         for n in range(count):
-            states[n, i] = means[ancestors[n], i]
-        for j in range(normals.shape[1]):
+            states[i, n] = means[ancestors[n], i]
+        for j in range(normals.shape[0]):
             factor = noise[i, j]
             if factor != 0.0:
                 for n in range(count):
-                    states[n, i] += factor * normals[n, j]
-    return states
+                    states[i, n] += factor * normals[j, n]
+    return states.T

@@ -6,6 +6,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.random import Generator
+
 __all__ = ["Gaussian", "log_density", "symmetrised"]
 
 
@@ -27,7 +29,7 @@ class Gaussian:
         deviations: NDArray[np.float64] = np.sqrt(self.covariance.diagonal())
         return deviations
 
-    def sample(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+    def sample(self, rng: Generator, count: int) -> NDArray[np.float64]:
         """Draw (count, d) samples; the covariance may be singular."""
         values, vectors = np.linalg.eigh(self.covariance)
         root = vectors * np.sqrt(np.clip(values, 0.0, None))

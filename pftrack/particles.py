@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled, compiled_sums
+from pftrack.elementary import exponentials
 
-__all__ = ["ParticleSet", "normalise"]
+__all__ = ["ParticleSet", "moments", "normalise"]
 
 
 @dataclass(frozen=True)
@@ -43,8 +44,7 @@ class ParticleSet:
     @cached_property
     def weights(self) -> NDArray[np.float64]:
         """(N,) normalised weights."""
-        weights: NDArray[np.float64] = np.exp(self.log_weights)
-        return weights
+        return exponentials(self.log_weights)
 
     @cached_property
     def moments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -53,7 +53,7 @@ class ParticleSet:
         The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that document 1 prints (eq.
         3.5, an erratum: the weights are normalised already).
         """
-        return _moments(self.states, self.weights)
+        return moments(self.states, self.weights)
 
     @property
     def mean(self) -> NDArray[np.float64]:
@@ -82,6 +82,7 @@ class ParticleSet:
         return int(_count_unique(self.ancestors))
 
 
+@compiled
 def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """Scale weights so that they sum to one.
 
@@ -94,32 +95,27 @@ def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], fl
     Returns:
         (N,) logarithms of normalised weights, and the logarithm of the sum of the weights given.
     """
-    shifted, top = _shifted(log_weights)
-    if top == -np.inf:
-        return np.full(len(log_weights), -np.log(len(log_weights))), -np.inf
-    # NumPy computes exp of whole arrays several times faster than a compiled loop does one by one.
-    log_sum = float(np.log(np.exp(shifted).sum()))
-    return shifted - log_sum, top + log_sum
-
-
-@compiled
-def _shifted(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Return the weights relative to the greatest, what is impossible as -inf, and the greatest."""
     count = log_weights.shape[0]
     top = -np.inf
     for n in range(count):
         if top < log_weights[n] < np.inf:
             top = log_weights[n]
-    shifted = np.empty(count)
+    if top == -np.inf:
+        return np.full(count, -np.log(count)), -np.inf
+    scaled = np.empty(count)
     for n in range(count):
-        shifted[n] = log_weights[n] - top if log_weights[n] < np.inf else -np.inf
-    return shifted, top
+        scaled[n] = log_weights[n] - top if log_weights[n] < np.inf else -np.inf
+    log_sum = np.log(_sum(exponentials(scaled)))
+    for n in range(count):
+        scaled[n] -= log_sum
+    return scaled, top + log_sum
 
 
 @compiled_sums
-def _moments(
+def moments(
     states: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the weighted mean (d,) and covariance (d, d) of states (N, d), given weights (N,) that sum to one."""
     count, dimension = states.shape
     mean = np.empty(dimension)
     covariance = np.empty((dimension, dimension))
@@ -143,6 +139,14 @@ def _moments(
             covariance[i, j] = total
             covariance[j, i] = total
     return mean, covariance
+
+
+@compiled_sums
+def _sum(values: NDArray[np.float64]) -> float:
+    total = 0.0
+    for n in range(values.shape[0]):
+        total += values[n]
+    return total
 
 
 @compiled

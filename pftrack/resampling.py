@@ -22,46 +22,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
+from pftrack.elementary import exponentials
 from pftrack.particles import ParticleSet
+from pftrack.random import Generator, uniforms
 
-__all__ = ["RESAMPLERS", "Resampler", "adaptive", "multinomial", "residual", "stratified", "systematic"]
+__all__ = ["RESAMPLERS", "Resampler", "adaptive", "multinomial", "parents", "residual", "stratified", "systematic"]
 
-Resampler: TypeAlias = Callable[[np.random.Generator, NDArray[np.float64], int], NDArray[np.int64]]
+Resampler: TypeAlias = Callable[[Generator, NDArray[np.float64], int], NDArray[np.int64]]
 
 
-def systematic(rng: np.random.Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def systematic(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw (count,) parents with one uniform offset for all strata.
 
     Args:
-        rng: Source of one uniform number.
+        rng: Source of uniform numbers.
         log_weights: (N,) logarithms of weights, up to a common constant; not all -inf.
         count: How many to draw.
     """
     return _systematic(_relative(log_weights), rng.random(), count)
 
 
-def stratified(rng: np.random.Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def stratified(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw (count,) parents with an independent uniform number in each stratum; arguments as for `systematic`."""
-    return _inverse(_relative(log_weights), (np.arange(count) + rng.random(count)) / count)
+    return _stratified(_relative(log_weights), rng.random(count))
 
 
-def multinomial(rng: np.random.Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def multinomial(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw (count,) parents independently; arguments as for `systematic`."""
-    return _inverse(_relative(log_weights), np.sort(rng.random(count)))
+    return _multinomial(_relative(log_weights), rng.random(count))
 
 
-def residual(rng: np.random.Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def residual(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw floor(count * w_n) copies of each parent, the rest by fractions; arguments as for `systematic`."""
-    weights = _relative(log_weights)
-    expected = count * weights / weights.sum()
-    whole = np.floor(expected).astype(np.int64)
-    certain = np.repeat(np.arange(len(weights)), whole)
-    missing = count - len(certain)
-    if missing == 0:
-        return certain
-    with np.errstate(divide="ignore"):
-        fractions = np.log(expected - whole)
-    return np.sort(np.concatenate([certain, multinomial(rng, fractions, missing)]))
+    return _residual(_relative(log_weights), rng.random(count))
 
 
 RESAMPLERS: dict[str, Resampler] = {
@@ -72,9 +65,35 @@ RESAMPLERS: dict[str, Resampler] = {
 }
 
 
+@compiled
+def parents(
+    kind: int, log_weights: NDArray[np.float64], count: int, seed: int, frame: int, purpose: int, draw: int
+) -> NDArray[np.int64]:
+    """Draw (count,) parents inside a compiled loop, with the numbers that a `Stream` gives in its draw `draw`.
+
+    Args:
+        kind: Place of the resampler in `RESAMPLERS`.
+        log_weights: (N,) logarithms of weights, up to a common constant; not all -inf.
+        count: How many to draw.
+        seed: Of the run.
+        frame: Index of the frame.
+        purpose: What the numbers are for.
+        draw: Number of the draw.
+    """
+    weights = _relative(log_weights)
+    if kind == 0:
+        return _systematic(weights, uniforms(seed, frame, purpose, draw, 1)[0], count)
+    numbers = uniforms(seed, frame, purpose, draw, count)
+    if kind == 1:
+        return _stratified(weights, numbers)
+    if kind == 2:
+        return _residual(weights, numbers)
+    return _multinomial(weights, numbers)
+
+
 def adaptive(
     resample: Resampler, threshold: float
-) -> Callable[[np.random.Generator, ParticleSet, int], NDArray[np.int64] | None]:
+) -> Callable[[Generator, ParticleSet, int], NDArray[np.int64] | None]:
     """Wrap a resampler so that it acts only when it must.
 
     Args:
@@ -89,17 +108,17 @@ def adaptive(
 
 
 def _decide(
-    resample: Resampler, threshold: float, rng: np.random.Generator, particles: ParticleSet, count: int
+    resample: Resampler, threshold: float, rng: Generator, particles: ParticleSet, count: int
 ) -> NDArray[np.int64] | None:
     if count == len(particles) and threshold < 1 and particles.effective_sample_size >= threshold * count:
         return None
     return resample(rng, particles.log_weights, count)
 
 
+@compiled
 def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the weights (N,) relative to the greatest."""
-    weights: NDArray[np.float64] = np.exp(log_weights - log_weights.max())
-    return weights
+    return exponentials(log_weights - log_weights.max())
 
 
 @compiled
@@ -123,6 +142,33 @@ def _systematic(weights: NDArray[np.float64], offset: float, count: int) -> NDAr
             reached += weights[parent]
         ancestors[i] = parent
     return ancestors
+
+
+@compiled
+def _stratified(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
+    count = numbers.shape[0]
+    return _inverse(weights, (np.arange(count) + numbers) / count)
+
+
+@compiled
+def _multinomial(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
+    return _inverse(weights, np.sort(numbers))
+
+
+@compiled
+def _residual(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
+    count = numbers.shape[0]
+    expected = weights * (count / weights.sum())
+    whole = np.floor(expected)
+    ancestors = np.empty(count, dtype=np.int64)
+    certain = 0
+    for n in range(weights.shape[0]):
+        for _ in range(int(whole[n])):
+            ancestors[certain] = n
+            certain += 1
+    if certain < count:
+        ancestors[certain:] = _inverse(expected - whole, np.sort(numbers[: count - certain]))
+    return np.sort(ancestors)
 
 
 @compiled

@@ -9,7 +9,6 @@ and repeats the few steps from there, to the same numbers. A change of a paramet
 past is the past, and a change to it makes a `branch`.
 """
 
-import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from statistics import median
@@ -23,9 +22,10 @@ from pftrack.experiments.experiment import Experiment, Setup, Step
 from pftrack.frame import Frame
 from pftrack.keyframes import Keyframes
 from pftrack.parameters import ParameterError, Parameters, Value, declarations, flat, revise
-from pftrack.random import MAXIMUM_SEED, Purpose, generator
+from pftrack.random import MAXIMUM_SEED, Purpose, Stream
 from pftrack.sources.source import History
 from pftrack.trackers import TrackState
+from pftrack.verdict import estimates_hash, judge
 
 __all__ = ["Change", "EndOfRun", "PastError", "Run", "Timeline"]
 
@@ -220,21 +220,18 @@ class Run:
 
     @property
     def estimates_sha256(self) -> str:
-        """Hash of all estimates up to the head, as little-endian float64: equal if and only if they are to the bit."""
-        estimates = np.array([row.estimate for row in self.diagnostics], dtype="<f8")
-        return hashlib.sha256(estimates.tobytes()).hexdigest()
+        """Hash of all estimates up to the head: equal if and only if they are to the bit."""
+        return estimates_hash(np.array([row.estimate for row in self.diagnostics]))
 
     def summary(self) -> dict[str, Any]:
         """Return what came of the run so far, as JSON values.
 
         Success and the hit rate count the frames whose truth is known; both are None where there are none.
         """
-        labelled = [row for row in self.diagnostics if row.error is not None]
-        errors = [row.error for row in labelled if row.error is not None]
-        lost = [row.frame for row in labelled if row.lost]
         parameters = self.parameters_at(self.head)
-        judged = bool(labelled) and self.experiment.lost is not None
-        mean_error = float(np.mean(errors)) if errors else None
+        errors = np.array([np.nan if row.error is None else row.error for row in self.diagnostics])
+        lost = np.array([bool(row.lost) for row in self.diagnostics]) if self.experiment.lost else None
+        verdict = judge(errors, lost, parameters.lost_share if self.experiment.lost else 0.0)
         return {
             "experiment": self.experiment.id,
             "tracker": self.tracker,
@@ -242,13 +239,13 @@ class Run:
             "frames": len(self.diagnostics),
             "parameters": flat(self.parameters_at(0)),
             "changes": [{"frame": change.frame, "values": dict(change.values)} for change in self._timeline],
-            "success": len(lost) <= parameters.lost_share * len(labelled) if judged else None,
-            "mean_error": mean_error,
-            "mean_error_px": mean_error if self.experiment.unit == "px" else None,
-            "lost_frames": len(lost) if judged else None,
-            "first_lost_frame": lost[0] if lost else None,
-            "labelled_frames": len(labelled),
-            "hit_rate": 1.0 - len(lost) / len(labelled) if judged else None,
+            "success": verdict.success,
+            "mean_error": verdict.mean_error,
+            "mean_error_px": verdict.mean_error if self.experiment.unit == "px" else None,
+            "lost_frames": verdict.lost_frames,
+            "first_lost_frame": verdict.first_lost_frame,
+            "labelled_frames": verdict.labelled_frames,
+            "hit_rate": None if verdict.lost_frames is None else 1.0 - verdict.lost_frames / verdict.labelled_frames,
             "step_ms_median": median(row.step_ms for row in self.diagnostics[1:]) if self.head else None,
             "estimates_sha256": self.estimates_sha256,
         }
@@ -310,10 +307,10 @@ class Run:
         frame = self._frame(index)
         begun = perf_counter()
         if previous is None:
-            rng = generator(self.seed, index, Purpose.START)
+            rng = Stream(self.seed, index, Purpose.START)
             state = tracker.start(self.source.start, self.source.size, parameters, rng)
         else:
-            rng = generator(self.seed, index, Purpose.TRACK)
+            rng = Stream(self.seed, index, Purpose.TRACK)
             state = tracker.step(previous, frame, parameters, rng)
         step_ms = 1e3 * (perf_counter() - begun)
         if index < len(self.diagnostics):
@@ -326,8 +323,9 @@ class Run:
         """Return error and verdict of a frame, None where the truth is unknown or there is no notion of lost."""
         if frame.target is None:
             return None, None
-        error = self.experiment.error(state.estimate, frame.target.position)
-        return error, self.experiment.lost(error, frame.target, parameters) if self.experiment.lost else None
+        error = float(self.experiment.error(state.estimate, frame.target.position))
+        judged = self.experiment.lost
+        return error, bool(judged(error, frame.target.size, parameters)) if judged else None
 
     def _seen(self, index: int, state: TrackState, frame: Frame | None = None) -> Step:
         segment = self._segment(index)

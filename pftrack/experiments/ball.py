@@ -15,7 +15,6 @@ from pftrack.drawing import COLOURS, Drawing, Links, Picture, Polyline, Primitiv
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import at_height, circle, particle_clouds, uncertainty
 from pftrack.filters.fixed_lag import smoothed
-from pftrack.frame import Target
 from pftrack.likelihoods import chromaticity
 from pftrack.parameters import revise
 from pftrack.sources.ball import BallSceneParameters, BallSource
@@ -160,12 +159,13 @@ def _cross(position: NDArray[np.float64], radius: float) -> Links:
     return Links(segments, COLOURS["estimate"], 3.0, "estimate")
 
 
-def _distance(estimate: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
-    return float(np.hypot(*(estimate - truth)))
+def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+    off = estimates - truths
+    return np.hypot(off[..., 0], off[..., 1])
 
 
-def _lost(error: float, target: Target, parameters: Any) -> bool:  # noqa: ANN401 - either of the two models above
-    return bool(error > parameters.lost_radii * target.size / 2)
+def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
+    return errors > parameters.lost_radii * sizes / 2
 
 
 EXPERIMENT = Experiment(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.diagnostics import Diagnostics
 from pftrack.drawing import Drawing
-from pftrack.frame import Frame, Target
+from pftrack.frame import Frame
 from pftrack.parameters import Parameters, Value
 from pftrack.sources.recording import Box
 from pftrack.sources.sequence import FrameSequence
@@ -116,8 +116,9 @@ class Experiment:
         simulate: Wire the simulated scene.
         on_video: Wire a recording, where the experiment takes one.
         draw: (step, diagnostics so far, size of the picture) -> what is to be seen.
-        error: (estimate, true position) -> distance.
-        lost: (error, target, parameters) -> whether that is lost, where the notion makes sense.
+        error: (estimates (..., d), true positions (..., d)) -> distances (...).
+        lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
+            makes sense.
     """
 
     id: str
@@ -133,8 +134,8 @@ class Experiment:
     layers: Mapping[str, bool]
     simulate: Callable[[], Setup]
     draw: Callable[[Step, Sequence[Diagnostics]], Drawing]
-    error: Callable[[NDArray[np.float64], NDArray[np.float64]], float]
-    lost: Callable[[float, Target, Any], bool] | None = None
+    error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
+    lost: Callable[[Any, Any, Any], Any] | None = None
     on_video: OnVideo | None = None
 
     @property

@@ -6,6 +6,7 @@ can be seen: with few particles, and with more dimensions than they can fill.
 
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -96,8 +97,8 @@ def _paper() -> NDArray[np.uint8]:
     return paper
 
 
-def _mean_distance(estimate: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
-    return float(np.abs(estimate - truth).mean())
+def _mean_distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+    return np.abs(estimates - truths).mean(axis=-1)
 
 
 EXPERIMENT = Experiment(

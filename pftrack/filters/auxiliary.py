@@ -20,12 +20,15 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.compiled import compiled
 from pftrack.dynamics import Dynamics
+from pftrack.elementary import exponentials, logarithms
 from pftrack.filters.posterior import LogLikelihood, Posterior
 from pftrack.particles import ParticleSet, normalise
+from pftrack.random import Generator
 from pftrack.resampling import Resampler, systematic
 
-__all__ = ["WeightRule", "step"]
+__all__ = ["WeightRule", "correction", "step"]
 
 WeightRule: TypeAlias = Literal["sharpened", "corrected", "balanced"]
 
@@ -34,7 +37,7 @@ def step(
     particles: ParticleSet,
     dynamics: Dynamics,
     log_likelihood: LogLikelihood,
-    rng: np.random.Generator,
+    rng: Generator,
     *,
     weights: WeightRule,
     prediction_count: int,
@@ -71,20 +74,29 @@ def step(
     states = dynamics.diffuse(rng, means, ancestors)
     log_weights = log_likelihood(states)
     if observation_count and weights != "sharpened":
-        log_weights = log_weights + _correction(log_g[ancestors], log_mean_g, prediction_count, weights)
+        log_weights = log_weights + correction(log_g[ancestors], log_mean_g, prediction_count, weights == "balanced")
     log_weights, log_sum = normalise(log_weights)
     log_evidence = log_sum - float(np.log(len(ancestors)))
     return Posterior(ParticleSet(states, log_weights, ancestors), log_evidence, observation_count, resampled=True)
 
 
-def _correction(
-    log_g_parent: NDArray[np.float64], log_mean_g: float, prediction_count: int, rule: WeightRule
+@compiled
+def correction(
+    log_g_parent: NDArray[np.float64], log_mean_g: float, prediction_count: int, balanced: bool
 ) -> NDArray[np.float64]:
-    """Return what to add to the log likelihood so that both groups target the posterior (specification 5.3)."""
+    """Return what to add to the log likelihood so that both groups target the posterior (specification 5.3).
+
+    Args:
+        log_g_parent: (N,) log g of each particle's parent; those of the prediction sampler come first.
+        log_mean_g: Logarithm of the mean of g over the last posterior.
+        prediction_count: How many came from the prediction sampler.
+        balanced: By the balance heuristic, or each group by its own sampler.
+    """
+    count = log_g_parent.shape[0]
     relative = log_g_parent - log_mean_g
-    if rule == "corrected":
-        correction = -relative
-        correction[:prediction_count] = 0.0
-        return correction
-    share = 1.0 - prediction_count / len(log_g_parent)
-    return -np.log((1.0 - share) + share * np.exp(relative))
+    if balanced:
+        share = 1.0 - prediction_count / count
+        return -logarithms((1.0 - share) + share * exponentials(relative))
+    for n in range(count):
+        relative[n] = 0.0 if n < prediction_count else -relative[n]
+    return relative

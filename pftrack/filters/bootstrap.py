@@ -10,6 +10,7 @@ import numpy as np
 from pftrack.dynamics import Dynamics
 from pftrack.filters.posterior import LogLikelihood, Posterior
 from pftrack.particles import ParticleSet, normalise
+from pftrack.random import Generator
 from pftrack.resampling import Resampler, adaptive, systematic
 
 __all__ = ["step"]
@@ -19,7 +20,7 @@ def step(
     particles: ParticleSet,
     dynamics: Dynamics,
     log_likelihood: LogLikelihood,
-    rng: np.random.Generator,
+    rng: Generator,
     *,
     count: int | None = None,
     resample: Resampler = systematic,

@@ -9,14 +9,18 @@ Both rules return the number of particles for the observation sampler of `auxili
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.compiled import compiled
+
 __all__ = ["exceeds", "hard", "soft"]
 
 
+@compiled
 def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
     """Tell whether any posterior standard deviation (d,) exceeds the threshold gamma, in the same unit."""
-    return any(deviation > gamma for deviation in sigma.tolist())
+    return bool((sigma > gamma).any())
 
 
+@compiled
 def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
     """All particles from the observation sampler if any sigma exceeds gamma, else none.
 
@@ -30,6 +34,7 @@ def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
     return count if exceeds(sigma, gamma) else 0
 
 
+@compiled
 def soft(sigma: NDArray[np.float64], gamma_min: float, gamma_max: float, count: int) -> int:
     """A share that rises linearly from none at gamma_min to all at gamma_max (s-SPF; document 1, eqs. 3.6 and 3.7).
 
@@ -41,7 +46,7 @@ def soft(sigma: NDArray[np.float64], gamma_min: float, gamma_max: float, count: 
         gamma_max: Above this all are; not less than gamma_min. If both are equal, the switch is hard.
         count: N.
     """
-    widest = float(sigma.max())
+    widest = sigma.max()
     if gamma_max <= gamma_min:
         return count if widest > gamma_max else 0
-    return round(count * min(max((widest - gamma_min) / (gamma_max - gamma_min), 0.0), 1.0))
+    return int(np.rint(count * min(max((widest - gamma_min) / (gamma_max - gamma_min), 0.0), 1.0)))

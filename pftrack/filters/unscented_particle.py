@@ -17,6 +17,7 @@ from pftrack.filters.posterior import LogLikelihood, Posterior
 from pftrack.filters.unscented import Function, update_batch
 from pftrack.gaussian import log_density
 from pftrack.particles import ParticleSet, normalise
+from pftrack.random import Generator
 from pftrack.resampling import Resampler, systematic
 
 __all__ = ["step"]
@@ -26,7 +27,7 @@ def step(
     particles: ParticleSet,
     dynamics: LinearDynamics,
     log_likelihood: LogLikelihood,
-    rng: np.random.Generator,
+    rng: Generator,
     *,
     measurement: NDArray[np.float64] | None,
     observe: Function,
@@ -65,9 +66,9 @@ def step(
     prior_covariance = dynamics.noise_covariance[:driven, :driven]
     proposed, covariances, _ = update_batch(means[:, :driven], prior_covariance, measurement, observe, noise_covariance)
     roots = np.linalg.cholesky(covariances)
-    normals = rng.standard_normal((count, driven))
+    normals = rng.standard_normal((driven, count))
     states = means.copy()
-    states[:, :driven] = proposed + np.einsum("nij,nj->ni", roots, normals)
+    states[:, :driven] = proposed + np.einsum("nij,jn->ni", roots, normals)
     log_weights = (
         log_likelihood(states)
         + log_density(states[:, :driven], means[:, :driven], prior_covariance)

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
+from pftrack.elementary import exponentials, logarithms
 
-__all__ = ["ColourModel", "centroid", "displayed", "fit", "log_likelihood"]
+__all__ = ["ColourModel", "centroid", "displayed", "fit", "log_kernel", "log_likelihood"]
 
 SMALLEST_SPREAD = 0.01
 """Eight-bit pictures resolve chromaticity to about 1/255; a narrower kernel would follow rounding."""
@@ -54,12 +55,7 @@ def log_likelihood(
         model: Colour of the target.
         background_level: rho, relative to the kernel's peak; at 0 a particle off the target has the likelihood 0.
     """
-    exponents = _exponents(image_rgb, states, *model.mean, *model.precision)
-    if background_level == 0.0:
-        return exponents
-    # NumPy computes exp and log of whole arrays several times faster than a compiled loop does one by one.
-    log_likelihoods: NDArray[np.float64] = np.log(background_level + np.exp(exponents))
-    return log_likelihoods
+    return log_kernel(image_rgb, states, model.mean, model.precision, background_level)
 
 
 def centroid(image_rgb: NDArray[np.uint8], model: ColourModel) -> NDArray[np.float64] | None:
@@ -115,15 +111,14 @@ def _pixels(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]
 
 
 @compiled
-def _exponents(
+def log_kernel(
     image_rgb: NDArray[np.uint8],
     states: NDArray[np.float64],
-    red: float,
-    green: float,
-    red_precision: float,
-    green_precision: float,
+    mean: tuple[float, float],
+    precision: tuple[float, float],
+    background_level: float,
 ) -> NDArray[np.float64]:
-    """Return the logarithm of the kernel (N,) at the pixels under the states."""
+    """Return the log likelihood (N,) inside a compiled loop; arguments as for `log_likelihood`."""
     height, width, _ = image_rgb.shape
     count = states.shape[0]
     exponents = np.full(count, -np.inf)
@@ -135,9 +130,11 @@ def _exponents(
             r, g = float(image_rgb[row, column, 0]), float(image_rgb[row, column, 1])
             total = r + g + float(image_rgb[row, column, 2])
             if total > 0.0:
-                off_red, off_green = r / total - red, g / total - green
-                exponents[n] = -(red_precision * off_red * off_red + green_precision * off_green * off_green)
-    return exponents
+                off_red, off_green = r / total - mean[0], g / total - mean[1]
+                exponents[n] = -(precision[0] * off_red * off_red + precision[1] * off_green * off_green)
+    if background_level == 0.0:
+        return exponents
+    return logarithms(background_level + exponentials(exponents))
 
 
 @compiled

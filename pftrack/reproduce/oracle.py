@@ -12,7 +12,7 @@ from pftrack.filters import auxiliary, bootstrap
 from pftrack.filters.auxiliary import WeightRule
 from pftrack.likelihoods import chromaticity
 from pftrack.particles import ParticleSet
-from pftrack.random import Purpose, generator
+from pftrack.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.overlay import paint_disc
@@ -54,9 +54,9 @@ def _moments(case: int) -> tuple[float, float]:
     model = chromaticity.ColourModel((2 / 3, 1 / 6), (0.05, np.inf))
     one = np.eye(2)
     dynamics = autoregression(2 * one, -one, np.zeros(2), 3 * one)
-    positions = np.array([160.0, 120.0]) + 10 * generator(0, case, Purpose.START).standard_normal((PARTICLES, 2))
+    positions = np.array([160.0, 120.0]) + 10 * Stream(0, case, Purpose.START).standard_normal((PARTICLES, 2))
     parents = ParticleSet.uniform(np.hstack([positions, positions]))
-    rng = generator(0, case, Purpose.TRACK)
+    rng = Stream(0, case, Purpose.TRACK)
     observed = round(PARTICLES * share)
 
     def log_likelihood(

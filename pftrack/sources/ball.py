@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pftrack.frame import Frame, Target
 from pftrack.parameters import parameter
-from pftrack.random import Purpose, generator
+from pftrack.random import Purpose, Stream
 from pftrack.sources.overlay import (
     OverlayParameters,
     distracter_radius,
@@ -91,6 +91,7 @@ class BallSource:
         frame_rate_hz: Frames a second.
         frame_count: None; the ball never stops.
         start: The ball at frame 0, a turning point of its path.
+        noisy: Whether there is pixel noise, which depends on the seed.
     """
 
     def __init__(
@@ -109,6 +110,7 @@ class BallSource:
         self.frame_rate_hz = parameters.frame_rate_hz
         self.frame_count: int | None = None
         self.start = _target(parameters, 0.0)
+        self.noisy = parameters.image_noise_sd > 0
 
     def frame(self, index: int, history: History[BallSceneParameters]) -> Frame:
         """Return the scene at an instant; the same arguments give the same frame, to the bit."""
@@ -118,8 +120,8 @@ class BallSource:
         time_s = sum(steps / past.frame_rate_hz for steps, past in spans)
         image = _picture(parameters, turns, self._look_alikes)
         if parameters.image_noise_sd > 0:
-            noise = generator(self._seed, index, Purpose.SCENE).standard_normal(image.shape, dtype=np.float32)
-            noisy = np.rint(image + np.float32(parameters.image_noise_sd) * noise)
+            noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(image.shape)
+            noisy = np.rint(image + parameters.image_noise_sd * noise)
             image = np.clip(noisy, 0, 255).astype(np.uint8)
             image.flags.writeable = False
         return Frame(index, time_s, image_rgb=image, target=_target(parameters, turns))

@@ -63,6 +63,7 @@ class RecordingSource:
         self.frame_rate_hz = sequence.frame_rate_hz
         self.frame_count: int | None = sequence.frame_count - first
         x, y, w, h = box
+        self.noisy = False
         self.start = Target(np.array([x + (w - 1) / 2, y + (h - 1) / 2]), max(w, h))
 
     def frame(self, index: int, history: History[RecordingParameters]) -> Frame:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pftrack.frame import Frame, Target
 from pftrack.parameters import Parameters, parameter
-from pftrack.random import Purpose, generator
+from pftrack.random import Purpose, Stream
 from pftrack.sources.source import History
 
 __all__ = ["SignalParameters", "SignalSource"]
@@ -63,12 +63,13 @@ class SignalSource:
         self.size = (720, 400)
         self.frame_count: int | None = None
         self.start = self._target(0, parameters)
+        self.noisy = True
 
     def frame(self, index: int, history: History[SignalParameters]) -> Frame:
         """Return what is seen at an instant; the same arguments give the same frame, to the bit."""
         parameters = history.at(index)
         target = self._target(index, parameters)
-        noise = generator(self._seed, index, Purpose.SCENE).standard_normal(parameters.dimension)
+        noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(parameters.dimension)
         return Frame(
             index,
             index / self.frame_rate_hz,

@@ -48,12 +48,14 @@ class Source(Protocol[P_contra]):
         frame_rate_hz: Frames a second at which it is meant to be seen.
         frame_count: Number of frames, or None if it never ends.
         start: Where the target is at frame 0.
+        noisy: Whether the frames depend on the seed; if not, all runs of a batch see the same.
     """
 
     size: tuple[int, int]
     frame_rate_hz: float
     frame_count: int | None
     start: Target
+    noisy: bool
 
     def frame(self, index: int, history: History[P_contra]) -> Frame:
         """Return a frame; the same arguments give the same frame, to the bit."""

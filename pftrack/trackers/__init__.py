@@ -8,6 +8,6 @@ and all trackers of an experiment understand each other's states, so that one ma
 - `signal`: the Kalman and the particle filter of document 1, ch. 2.
 """
 
-from pftrack.trackers.tracker import Tracker, TrackState
+from pftrack.trackers.tracker import Fold, Tracker, TrackState
 
-__all__ = ["TrackState", "Tracker"]
+__all__ = ["Fold", "TrackState", "Tracker"]

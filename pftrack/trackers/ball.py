@@ -1,52 +1,32 @@
 """Trackers of a ball by its colour: the filters of document 1, ch. 3, with the likelihood of its section 2.2.
 
-All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in one function: how the
-posterior of the next frame is sampled. Whether the dynamics are learned and the path smoothed is the same for all.
+All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in how the posterior of the
+next frame is sampled. Those that draw by prediction or by observation share one compiled loop, `ball_loop`, and differ
+in the rule by which it chooses. Whether the dynamics are learned and the path smoothed is the same for all.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import replace
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics, autoregression
-from pftrack.filters import auxiliary, bootstrap, fixed_lag, kalman, switching, unscented_particle
-from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.filters import fixed_lag, kalman, unscented_particle
 from pftrack.frame import Frame, Target
 from pftrack.gaussian import Gaussian
 from pftrack.learning import online_em
 from pftrack.likelihoods import chromaticity
 from pftrack.particles import ParticleSet
+from pftrack.random import Generator, Purpose, Stream
 from pftrack.resampling import RESAMPLERS
+from pftrack.trackers.ball_loop import Colour, Loop, Motion, Rule, Scheme, loop
 from pftrack.trackers.ball_parameters import BallTrackerParameters
-from pftrack.trackers.tracker import Tracker, TrackState
+from pftrack.trackers.tracker import Fold, Tracker, TrackState
 
 __all__ = ["TRACKERS", "colour_model"]
 
 TRACKED = 2
-
-
-@dataclass(frozen=True, slots=True)
-class Prior:
-    """What the sampling of one frame starts from."""
-
-    state: TrackState
-    particles: ParticleSet
-    dynamics: LinearDynamics
-    image_rgb: NDArray[np.uint8]
-    parameters: BallTrackerParameters
-
-    @property
-    def log_likelihood(self) -> LogLikelihood:
-        """Of states (n, 4)."""
-        image, model, level = self.image_rgb, colour_model(self.parameters), self.parameters.background_level
-        return lambda states: chromaticity.log_likelihood(image, states, model, level)
-
-
-Sampler = Callable[[Prior, np.random.Generator], tuple[Posterior, bool]]
-"""Sample a frame's posterior, and tell whether the tracker was alert."""
 
 
 def colour_model(parameters: BallTrackerParameters) -> chromaticity.ColourModel:
@@ -57,11 +37,9 @@ def colour_model(parameters: BallTrackerParameters) -> chromaticity.ColourModel:
     )
 
 
-def start(
-    target: Target, size: tuple[int, int], parameters: BallTrackerParameters, rng: np.random.Generator
-) -> TrackState:
+def start(target: Target, size: tuple[int, int], parameters: BallTrackerParameters, rng: Generator) -> TrackState:
     """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
-    deviations = parameters.initial_sd_px * rng.standard_normal((parameters.sample_count, TRACKED))
+    deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
     positions = target.position + deviations
     particles = ParticleSet.uniform(np.hstack([positions, positions]))
     known = Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED))
@@ -69,59 +47,71 @@ def start(
     return TrackState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
 
 
-def condensation(prior: Prior, rng: np.random.Generator) -> tuple[Posterior, bool]:
-    """All particles from the prediction."""
-    return _predicted(prior, rng), False
+def step_loop(
+    rule: Rule, state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
+) -> TrackState:
+    """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
+    image = _picture(frame)
+    state = _with_learner(state, frame, parameters)
+    particles = _particles(state, parameters, rng)
+    result = _loop(rule, replace(state, particles=particles), image[None], parameters, rng.seed, rng.frame)
+    tracked = _last(result, state)
+    lineage = _lineage(state, particles, tracked.particles, parameters)
+    return _learned(replace(tracked, learner=state.learner, lineage=lineage), parameters)
 
 
-def auxiliary_filter(prior: Prior, rng: np.random.Generator) -> tuple[Posterior, bool]:
-    """All parents chosen with regard to the new picture."""
-    return _mixed(prior, rng, prior.parameters.sample_count), True
+def fold_loop(
+    rule: Rule,
+    state: TrackState,
+    pictures_rgb: NDArray[np.uint8],
+    parameters: BallTrackerParameters,
+    seed: int,
+    first_frame: int,
+) -> Fold | None:
+    """Take many frames at once, unless the dynamics are to be learned between them."""
+    if parameters.learn_dynamics:
+        return None
+    result = _loop(rule, state, pictures_rgb, parameters, seed, first_frame)
+    alert = result.alert if state.alert is None else np.append(state.alert, result.alert)
+    return Fold(
+        _last(result, state),
+        result.means[:, :TRACKED],
+        result.observation_counts / parameters.sample_count,
+        int(np.count_nonzero(alert[1:] != alert[:-1])),
+    )
 
 
-def hard_switching(prior: Prior, rng: np.random.Generator) -> tuple[Posterior, bool]:
-    """All from the prediction, or all by observation when the last posterior was wider than gamma."""
-    parameters = prior.parameters
-    count = switching.hard(prior.state.sigma, parameters.gamma_px, parameters.sample_count)
-    return _mixed(prior, rng, count), count > 0
-
-
-def soft_switching(prior: Prior, rng: np.random.Generator) -> tuple[Posterior, bool]:
-    """A share by observation that grows with the width of the last posterior."""
-    parameters = prior.parameters
-    count = switching.soft(prior.state.sigma, parameters.gamma_min_px, parameters.gamma_max_px, parameters.sample_count)
-    return _mixed(prior, rng, count), count > 0
-
-
-def process_noise_controlled(prior: Prior, rng: np.random.Generator) -> tuple[Posterior, bool]:
-    """All from the prediction, with larger process noise when the last posterior was wider than gamma."""
-    parameters = prior.parameters
-    if not switching.exceeds(prior.state.sigma, parameters.gamma_px):
-        return _predicted(prior, rng), False
-    widened = replace(prior.dynamics, noise=_noise(parameters.large_process_noise_px))
-    return _predicted(replace(prior, dynamics=widened), rng), True
-
-
-def unscented(prior: Prior, rng: np.random.Generator) -> tuple[Posterior, bool]:
-    """Every particle drawn towards the colour centroid of the picture."""
-    parameters = prior.parameters
+def step_unscented(state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> TrackState:
+    """Draw every particle towards the colour centroid of the picture."""
+    image, model = _picture(frame), colour_model(parameters)
+    state = _with_learner(state, frame, parameters)
+    particles = _particles(state, parameters, rng)
     posterior = unscented_particle.step(
-        prior.particles,
-        prior.dynamics,
-        prior.log_likelihood,
+        particles,
+        _dynamics(state, parameters),
+        lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
         rng,
-        measurement=chromaticity.centroid(prior.image_rgb, colour_model(parameters)),
+        measurement=chromaticity.centroid(image, model),
         observe=lambda positions: positions,
         noise_covariance=parameters.measurement_noise_px**2 * np.eye(TRACKED),
         count=parameters.sample_count,
         resample=RESAMPLERS[parameters.resampling],
     )
-    return posterior, False
+    tracked = TrackState(
+        Gaussian(*posterior.particles.moments),
+        TRACKED,
+        posterior.particles,
+        log_evidence=posterior.log_evidence,
+        resampled=posterior.resampled,
+        switched=state.alert is True,
+        alert=False,
+        learner=state.learner,
+        lineage=_lineage(state, particles, posterior.particles, parameters),
+    )
+    return _learned(tracked, parameters)
 
 
-def step_kalman(
-    state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: np.random.Generator
-) -> TrackState:
+def step_kalman(state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> TrackState:
     """Follow the colour centroid with a Kalman filter; without any pixel of the colour, predict only."""
     del rng
     image = _picture(frame)
@@ -136,65 +126,81 @@ def step_kalman(
     return _learned(tracked, parameters)
 
 
-def _particle_step(
-    sample: Sampler,
-) -> Callable[[TrackState, Frame, BallTrackerParameters, np.random.Generator], TrackState]:
-    """Turn a way of sampling into a tracker's step."""
-
-    def step(
-        state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: np.random.Generator
-    ) -> TrackState:
-        image = _picture(frame)
-        state = _with_learner(state, frame, parameters)
-        particles = state.particles
-        if particles is None:
-            particles = ParticleSet.uniform(state.posterior.sample(rng, parameters.sample_count))
-        prior = Prior(state, particles, _dynamics(state, parameters), image, parameters)
-        posterior, alert = sample(prior, rng)
-        tracked = TrackState(
-            Gaussian(*posterior.particles.moments),
-            TRACKED,
-            posterior.particles,
-            posterior.observation_count,
-            posterior.log_evidence,
-            posterior.resampled,
-            switched=state.alert is not None and alert != state.alert,
-            alert=alert,
-            learner=state.learner,
-            lineage=_lineage(state, particles, posterior.particles, parameters),
-        )
-        return _learned(tracked, parameters)
-
-    return step
-
-
-def _predicted(prior: Prior, rng: np.random.Generator) -> Posterior:
-    parameters = prior.parameters
-    return bootstrap.step(
-        prior.particles,
-        prior.dynamics,
-        prior.log_likelihood,
-        rng,
-        count=parameters.sample_count,
-        resample=RESAMPLERS[parameters.resampling],
-        threshold=parameters.resampling_threshold,
+def _loop(
+    rule: Rule,
+    state: TrackState,
+    pictures_rgb: NDArray[np.uint8],
+    parameters: BallTrackerParameters,
+    seed: int,
+    first_frame: int,
+) -> Loop:
+    particles = state.particles
+    if particles is None:
+        raise ValueError("the loop needs particles to begin with")
+    # Compiled code tells arrays that may be written from those that may not, and would be compiled for each.
+    pictures = pictures_rgb.view()
+    pictures.flags.writeable = False
+    return loop(
+        pictures,
+        np.ascontiguousarray(particles.states.T),
+        particles.log_weights,
+        state.sigma,
+        _motion(state, parameters),
+        _colour(parameters),
+        _scheme(rule, parameters),
+        seed,
+        first_frame,
     )
 
 
-def _mixed(prior: Prior, rng: np.random.Generator, observation_count: int) -> Posterior:
-    if observation_count == 0:
-        return _predicted(prior, rng)
-    parameters = prior.parameters
-    return auxiliary.step(
-        prior.particles,
-        prior.dynamics,
-        prior.log_likelihood,
-        rng,
-        weights=parameters.apf_weights,
-        prediction_count=parameters.sample_count - observation_count,
-        observation_count=observation_count,
-        resample=RESAMPLERS[parameters.resampling],
+def _last(result: Loop, before: TrackState) -> TrackState:
+    """Return the state of the last frame of a loop."""
+    alert = bool(result.alert[-1])
+    earlier = bool(result.alert[-2]) if len(result.alert) > 1 else before.alert
+    return TrackState(
+        Gaussian(result.means[-1], result.covariances[-1]),
+        TRACKED,
+        ParticleSet(result.coordinates.T, result.log_weights, result.ancestors),
+        int(result.observation_counts[-1]),
+        float(result.log_evidences[-1]),
+        bool(result.resampled[-1]),
+        switched=earlier is not None and alert != earlier,
+        alert=alert,
     )
+
+
+@lru_cache(maxsize=64)
+def _scheme(rule: Rule, parameters: BallTrackerParameters) -> Scheme:
+    return Scheme(
+        rule.value,
+        parameters.sample_count,
+        parameters.gamma_px,
+        parameters.gamma_min_px,
+        parameters.gamma_max_px,
+        parameters.apf_weights != "sharpened",
+        parameters.apf_weights == "balanced",
+        list(RESAMPLERS).index(parameters.resampling),
+        parameters.resampling_threshold,
+    )
+
+
+@lru_cache(maxsize=64)
+def _colour(parameters: BallTrackerParameters) -> Colour:
+    model = colour_model(parameters)
+    return Colour(model.mean, model.precision, parameters.background_level)
+
+
+def _motion(state: TrackState, parameters: BallTrackerParameters) -> Motion:
+    dynamics = _dynamics(state, parameters)
+    return Motion(dynamics.transition, dynamics.offset, dynamics.noise, _noise(parameters.large_process_noise_px))
+
+
+def _particles(state: TrackState, parameters: BallTrackerParameters, rng: Stream) -> ParticleSet:
+    """Return the particles, drawn from the posterior if a filter without particles was at work before."""
+    if state.particles is not None:
+        return state.particles
+    fresh = Stream(rng.seed, rng.frame, Purpose.START)
+    return ParticleSet.uniform(state.posterior.sample(fresh, parameters.sample_count))
 
 
 def _picture(frame: Frame) -> NDArray[np.uint8]:
@@ -253,58 +259,57 @@ def _learned(state: TrackState, parameters: BallTrackerParameters) -> TrackState
 
 
 def _lineage(
-    state: TrackState, parents: ParticleSet, particles: ParticleSet, parameters: BallTrackerParameters
+    state: TrackState, parents: ParticleSet, particles: ParticleSet | None, parameters: BallTrackerParameters
 ) -> fixed_lag.Lineage | None:
-    if parameters.smoothing_lag_frames == 0:
+    if parameters.smoothing_lag_frames == 0 or particles is None:
         return None
     lineage = state.lineage or fixed_lag.begin_lineage(parents, TRACKED)
     return fixed_lag.extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
 
 
+def _loop_tracker(name: str, title: str, description: str, rule: Rule) -> Tracker:
+    return Tracker(name, title, description, start, partial(step_loop, rule), partial(fold_loop, rule))
+
+
 TRACKERS: dict[str, Tracker] = {
     tracker.id: tracker
     for tracker in (
-        Tracker(
+        _loop_tracker(
             "h-spf",
             "Hard switching (h-SPF)",
             "Draws by prediction while it is sure and wholly by observation when it is not.",
-            start,
-            _particle_step(hard_switching),
+            Rule.HARD,
         ),
-        Tracker(
+        _loop_tracker(
             "s-spf",
             "Soft switching (s-SPF)",
             "Draws a share of the particles by observation that grows with its uncertainty.",
-            start,
-            _particle_step(soft_switching),
+            Rule.SOFT,
         ),
-        Tracker(
+        _loop_tracker(
             "condensation",
             "Condensation",
             "Draws every particle by prediction: the bootstrap filter.",
-            start,
-            _particle_step(condensation),
+            Rule.PREDICTION,
         ),
-        Tracker(
+        _loop_tracker(
             "apf",
             "Auxiliary (APF)",
             "Draws every parent with regard to the new picture.",
-            start,
-            _particle_step(auxiliary_filter),
+            Rule.OBSERVATION,
         ),
         Tracker(
             "upf",
             "Unscented (UPF)",
             "Draws every particle towards the colour centroid of the whole picture.",
             start,
-            _particle_step(unscented),
+            step_unscented,
         ),
-        Tracker(
+        _loop_tracker(
             "pc-pf",
             "Process-noise control (PC-PF)",
             "Draws by prediction, with more process noise when it is unsure.",
-            start,
-            _particle_step(process_noise_controlled),
+            Rule.NOISE,
         ),
         Tracker(
             "kalman",

@@ -16,6 +16,7 @@ from pftrack.frame import Frame, Target
 from pftrack.gaussian import Gaussian
 from pftrack.parameters import Parameters, parameter
 from pftrack.particles import ParticleSet
+from pftrack.random import Generator
 from pftrack.resampling import systematic
 from pftrack.trackers.tracker import Tracker, TrackState
 
@@ -71,7 +72,7 @@ class SignalTrackerParameters(Parameters):
 
 
 def start_kalman(
-    target: Target, size: tuple[int, int], parameters: SignalTrackerParameters, rng: np.random.Generator
+    target: Target, size: tuple[int, int], parameters: SignalTrackerParameters, rng: Generator
 ) -> TrackState:
     """Begin at the true start with zero velocity and the initial spread."""
     del size, rng
@@ -81,7 +82,7 @@ def start_kalman(
 
 
 def start_particles(
-    target: Target, size: tuple[int, int], parameters: SignalTrackerParameters, rng: np.random.Generator
+    target: Target, size: tuple[int, int], parameters: SignalTrackerParameters, rng: Generator
 ) -> TrackState:
     """Begin with all particles at the true start with zero velocity, scattered by the initial spread."""
     exact = start_kalman(target, size, parameters, rng).posterior
@@ -89,18 +90,14 @@ def start_particles(
     return TrackState(exact, len(target.position), ParticleSet.uniform(states), reference=exact)
 
 
-def step_kalman(
-    state: TrackState, frame: Frame, parameters: SignalTrackerParameters, rng: np.random.Generator
-) -> TrackState:
+def step_kalman(state: TrackState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> TrackState:
     """Predict and update exactly (document 1, eqs. 2.8 and 2.9)."""
     del rng
     posterior, log_evidence = _exact(state.reference or state.posterior, frame, parameters)
     return TrackState(posterior, state.tracked, log_evidence=log_evidence)
 
 
-def step_particles(
-    state: TrackState, frame: Frame, parameters: SignalTrackerParameters, rng: np.random.Generator
-) -> TrackState:
+def step_particles(state: TrackState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> TrackState:
     """Sample from the dynamics, weigh by the likelihood, resample (document 1, ch. 2 section 3)."""
     signal = _signal(frame)
     dimension = state.tracked

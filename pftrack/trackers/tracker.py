@@ -12,8 +12,9 @@ from pftrack.frame import Frame, Target
 from pftrack.gaussian import Gaussian
 from pftrack.learning.online_em import Learner
 from pftrack.particles import ParticleSet
+from pftrack.random import Stream
 
-__all__ = ["TrackState", "Tracker"]
+__all__ = ["Fold", "TrackState", "Tracker"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,23 @@ class TrackState:
         return self.posterior.standard_deviations[: self.tracked]
 
 
+@dataclass(frozen=True, slots=True)
+class Fold:
+    """What comes of L frames taken at once.
+
+    Attributes:
+        state: Of the last frame.
+        estimates: (L, tracked) posterior means.
+        observation_shares: (L,) share of the particles that came from the observation sampler.
+        switches: How often the sampler or the process noise changed.
+    """
+
+    state: TrackState
+    estimates: NDArray[np.float64]
+    observation_shares: NDArray[np.float64]
+    switches: int
+
+
 @dataclass(frozen=True)
 class Tracker:
     """A named way of tracking.
@@ -69,10 +87,13 @@ class Tracker:
         description: One sentence on how it works.
         start: (target, size of the picture in px, parameters, rng) -> state of frame 0.
         step: (state, frame, parameters, rng) -> state of that frame.
+        fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> what comes of them, the
+            same as of L steps but faster; None if these parameters do not allow it.
     """
 
     id: str
     title: str
     description: str
-    start: Callable[[Target, tuple[int, int], Any, np.random.Generator], TrackState]
-    step: Callable[[TrackState, Frame, Any, np.random.Generator], TrackState]
+    start: Callable[[Target, tuple[int, int], Any, Stream], TrackState]
+    step: Callable[[TrackState, Frame, Any, Stream], TrackState]
+    fold: Callable[[TrackState, NDArray[np.uint8], Any, int, int], Fold | None] | None = None

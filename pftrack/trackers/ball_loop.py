@@ -1,0 +1,204 @@
+"""The inner loop of the trackers that draw by prediction and by observation, compiled as a whole.
+
+One pass is one frame: choose the samplers by the last posterior, draw parents, move them, weigh them by the colour of
+the pixel under them (document 1, sections 5.1-5.6). It calls the very functions that the filters are made of, and only
+spares the interpreter between them. A live step is a loop over one frame; a batch gives it many, and therefore comes to
+the same numbers.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.dynamics import diffuse, predict
+from pftrack.elementary import exponentials
+from pftrack.filters.auxiliary import correction
+from pftrack.filters.switching import exceeds, hard, soft
+from pftrack.likelihoods.chromaticity import log_kernel
+from pftrack.particles import moments, normalise
+from pftrack.random import standard_normals
+from pftrack.resampling import parents
+
+__all__ = ["Colour", "Loop", "Motion", "Rule", "Scheme", "loop"]
+
+TRACK = 1
+"""Purpose.TRACK, as compiled code needs it."""
+
+
+class Rule(IntEnum):
+    """How the samplers are chosen."""
+
+    PREDICTION = 0
+    OBSERVATION = 1
+    HARD = 2
+    SOFT = 3
+    NOISE = 4
+
+
+class Scheme(NamedTuple):
+    """How particles are drawn and weighed; thresholds in px."""
+
+    rule: int
+    sample_count: int
+    gamma: float
+    gamma_min: float
+    gamma_max: float
+    corrected: bool
+    balanced: bool
+    resampling: int
+    threshold: float
+
+
+class Motion(NamedTuple):
+    """x' = A x + d + B u, with the process noise of calm and of alert frames."""
+
+    transition: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    noise: NDArray[np.float64]
+    large_noise: NDArray[np.float64]
+
+
+class Colour(NamedTuple):
+    """What the target looks like, as `chromaticity.log_kernel` takes it."""
+
+    mean: tuple[float, float]
+    precision: tuple[float, float]
+    background_level: float
+
+
+class Loop(NamedTuple):
+    """What comes of L frames, and the particles of the last.
+
+    Attributes:
+        coordinates: (d, N).
+        log_weights: (N,).
+        ancestors: (N,) places of the parents among the particles of the frame before.
+        means: (L, d).
+        covariances: (L, d, d).
+        log_evidences: (L,).
+        observation_counts: (L,) particles by observation.
+        resampled: (L,) whether parents were drawn.
+        alert: (L,) whether the observation was trusted more, or the prediction doubted, than in calm times.
+    """
+
+    coordinates: NDArray[np.float64]
+    log_weights: NDArray[np.float64]
+    ancestors: NDArray[np.int64]
+    means: NDArray[np.float64]
+    covariances: NDArray[np.float64]
+    log_evidences: NDArray[np.float64]
+    observation_counts: NDArray[np.int64]
+    resampled: NDArray[np.bool_]
+    alert: NDArray[np.bool_]
+
+
+@compiled
+def loop(
+    pictures_rgb: NDArray[np.uint8],
+    coordinates: NDArray[np.float64],
+    log_weights: NDArray[np.float64],
+    sigma: NDArray[np.float64],
+    motion: Motion,
+    colour: Colour,
+    scheme: Scheme,
+    seed: int,
+    first_frame: int,
+) -> Loop:
+    """Track through frames.
+
+    Args:
+        pictures_rgb: (L, height, width, 3), L >= 1.
+        coordinates: (d, N) particles of the frame before, of which the first two coordinates are the position in px.
+        log_weights: (N,) of them.
+        sigma: (2,) posterior standard deviations of the frame before, px.
+        motion: p(x_t | x_{t-1}).
+        colour: p(z_t | x_t).
+        scheme: How to draw.
+        seed: Of the run.
+        first_frame: Index of the first picture within the run.
+    """
+    frames, dimension = pictures_rgb.shape[0], coordinates.shape[0]
+    means = np.empty((frames, dimension))
+    covariances = np.empty((frames, dimension, dimension))
+    log_evidences = np.empty(frames)
+    observation_counts = np.empty(frames, np.int64)
+    resampled = np.empty(frames, np.bool_)
+    alert = np.empty(frames, np.bool_)
+    ancestors = np.empty(0, np.int64)
+    states = coordinates.T
+    for t in range(frames):
+        picture, place = pictures_rgb[t], (seed, first_frame + t)
+        by_observation, alert[t] = _chosen(scheme, sigma)
+        noise = motion.large_noise if scheme.rule == Rule.NOISE and alert[t] else motion.noise
+        centres = predict(states, motion.transition, motion.offset)
+        first_stage, log_g, log_mean_g = log_weights, log_weights, 0.0
+        if by_observation > 0:
+            log_g = log_kernel(picture, centres, colour.mean, colour.precision, colour.background_level)
+            first_stage, log_mean_g = normalise(log_weights + log_g)
+            if log_mean_g == -np.inf:
+                by_observation = 0
+        resampled[t] = by_observation > 0 or _must_resample(scheme, log_weights)
+        draws = 0
+        if resampled[t]:
+            ancestors, draws = _parents(scheme, log_weights, first_stage, by_observation, place)
+        else:
+            ancestors = np.arange(scheme.sample_count)
+        normals = standard_normals(*place, TRACK, draws, scheme.sample_count * noise.shape[1])
+        states = diffuse(centres, ancestors, noise, normals.reshape(noise.shape[1], scheme.sample_count))
+        scores = log_kernel(picture, states, colour.mean, colour.precision, colour.background_level)
+        if by_observation > 0 and scheme.corrected:
+            scores += correction(log_g[ancestors], log_mean_g, scheme.sample_count - by_observation, scheme.balanced)
+        if not resampled[t]:
+            scores += log_weights
+        log_weights, log_evidences[t] = normalise(scores)
+        if resampled[t]:
+            log_evidences[t] -= np.log(scheme.sample_count)
+        observation_counts[t] = by_observation
+        means[t], covariances[t] = moments(states, exponentials(log_weights))
+        sigma = np.array([np.sqrt(covariances[t, 0, 0]), np.sqrt(covariances[t, 1, 1])])
+    return Loop(
+        states.T, log_weights, ancestors, means, covariances, log_evidences, observation_counts, resampled, alert
+    )
+
+
+@compiled
+def _chosen(scheme: Scheme, sigma: NDArray[np.float64]) -> tuple[int, bool]:
+    """Return how many particles to draw by observation, and whether the tracker is alert."""
+    if scheme.rule == Rule.OBSERVATION:
+        return scheme.sample_count, True
+    if scheme.rule == Rule.HARD:
+        by_observation = hard(sigma, scheme.gamma, scheme.sample_count)
+        return by_observation, by_observation > 0
+    if scheme.rule == Rule.SOFT:
+        by_observation = soft(sigma, scheme.gamma_min, scheme.gamma_max, scheme.sample_count)
+        return by_observation, by_observation > 0
+    return 0, scheme.rule == Rule.NOISE and exceeds(sigma, scheme.gamma)
+
+
+@compiled
+def _must_resample(scheme: Scheme, log_weights: NDArray[np.float64]) -> bool:
+    if scheme.threshold >= 1.0 or scheme.sample_count != log_weights.shape[0]:
+        return True
+    weights = exponentials(log_weights)
+    return bool(1.0 / (weights * weights).sum() < scheme.threshold * scheme.sample_count)
+
+
+@compiled
+def _parents(
+    scheme: Scheme,
+    log_weights: NDArray[np.float64],
+    first_stage: NDArray[np.float64],
+    by_observation: int,
+    place: tuple[int, int],
+) -> tuple[NDArray[np.int64], int]:
+    """Return the parents, those by prediction first, and how many draws that took."""
+    if by_observation == 0:
+        return parents(scheme.resampling, log_weights, scheme.sample_count, *place, TRACK, 0), 1
+    if by_observation == scheme.sample_count:
+        return parents(scheme.resampling, first_stage, scheme.sample_count, *place, TRACK, 0), 1
+    predicted = parents(scheme.resampling, log_weights, scheme.sample_count - by_observation, *place, TRACK, 0)
+    observed = parents(scheme.resampling, first_stage, by_observation, *place, TRACK, 1)
+    return np.concatenate((predicted, observed)), 2

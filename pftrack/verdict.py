@@ -1,0 +1,50 @@
+"""Verdicts: what a whole run comes to, judged by the frames whose truth is known."""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Verdict", "estimates_hash", "judge"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What came of a run.
+
+    Attributes:
+        labelled_frames: Frames whose truth is known.
+        mean_error: Over those, in the experiment's unit; None where there are none.
+        success: Whether few enough of them were lost; None where there are none, or no notion of lost.
+        lost_frames: How many of them were lost; None as for success.
+        first_lost_frame: The first of them, or None.
+    """
+
+    labelled_frames: int
+    mean_error: float | None
+    success: bool | None
+    lost_frames: int | None
+    first_lost_frame: int | None
+
+
+def judge(errors: NDArray[np.float64], lost: NDArray[np.bool_] | None, lost_share: float) -> Verdict:
+    """Judge a run.
+
+    Args:
+        errors: (L,) distance of the estimate from the truth in every frame, NaN where the truth is unknown.
+        lost: (L,) whether that counts as lost, False where the truth is unknown; None if there is no such notion.
+        lost_share: Share of the frames with known truth that may be lost, 0..1.
+    """
+    known = errors[~np.isnan(errors)]
+    mean_error = float(known.mean()) if len(known) else None
+    if lost is None or not len(known):
+        return Verdict(len(known), mean_error, None, None, None)
+    count = int(np.count_nonzero(lost))
+    first = int(np.argmax(lost)) if count else None
+    return Verdict(len(known), mean_error, count <= lost_share * len(known), count, first)
+
+
+def estimates_hash(estimates: NDArray[np.float64]) -> str:
+    """Return the SHA-256 of estimates (L, d) as little-endian float64: equal if and only if they are to the bit."""
+    return hashlib.sha256(np.ascontiguousarray(estimates, dtype="<f8").tobytes()).hexdigest()
