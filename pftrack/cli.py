@@ -1,8 +1,8 @@
 """The command line, `pftrack`.
 
-`list` and `show` say what there is; `run` and `replay` compute; `reproduce`, `bench` and `doctor` check; commands from
-other packages, such as the server's `serve`, join through the entry point group `pftrack.commands`, so that the library
-need not know them. Exit status: 0 done, 1 failed, with one clear line, 2 wrong use.
+`list` and `show` say what there is; `run`, `replay` and `sweep` compute; `reproduce`, `bench` and `doctor` check;
+commands from other packages, such as the server's `serve`, join through the entry point group `pftrack.commands`, so
+that the library need not know them. Exit status: 0 done, 1 failed, with one clear line, 2 wrong use.
 """
 
 import os
@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from pftrack import __version__, cli_checks, cli_list, cli_run
+from pftrack import __version__, cli_checks, cli_list, cli_run, cli_sweep
 from pftrack.cli_output import FAILED, CommandError, emit, explain, wrong_use
 
 __all__ = ["app", "main"]
@@ -80,6 +80,7 @@ def _start(
 
 cli_list.register(app)
 cli_run.register(app)
+cli_sweep.register(app)
 cli_checks.register(app)
 
 

@@ -11,6 +11,7 @@ In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_r
 
 from pftrack.sweep.axis import MOST_RUNS, Axis, parse_axis
 from pftrack.sweep.cells import CellMap, Code, Counts, Significance, cells, count, error_significance, significance
+from pftrack.sweep.driver import Estimate, Progress, carry_out, estimate
 from pftrack.sweep.errors import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, begin, partial_of, resume
 from pftrack.sweep.plan import Plan, Single
@@ -22,18 +23,22 @@ __all__ = [
     "CellMap",
     "Code",
     "Counts",
+    "Estimate",
     "Journal",
     "Plan",
+    "Progress",
     "Result",
     "Significance",
     "Single",
     "SweepError",
     "SweepStopped",
     "begin",
+    "carry_out",
     "cells",
     "count",
     "csv_pieces",
     "error_significance",
+    "estimate",
     "parse_axis",
     "partial_of",
     "read_chunk",

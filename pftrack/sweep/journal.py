@@ -6,8 +6,10 @@ place and renamed, so it is whole or not there. At the end the chunks are copied
 is renamed into place in its turn, and the folder is removed. The plan travels in the metadata of every Parquet file.
 """
 
+import fcntl
 import json
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +27,7 @@ __all__ = ["Journal", "begin", "plan_of", "resume"]
 FORMAT, VERSION = "pftrack-sweep", 1
 METADATA = b"pftrack-sweep"
 PARTIAL = ".partial"
-PLAN, CUT, WHOLE = "plan.json", "chunks.json", "whole.parquet.part"
+PLAN, CUT, CLAIM, WHOLE = "plan.json", "chunks.json", "claim", "whole.parquet.part"
 
 ROWS_A_GROUP = 65_536
 """Rows of a Parquet row group: few enough to hold, enough to compress and to skip."""
@@ -49,6 +51,38 @@ class Journal:
     def finished(self) -> bool:
         """Whether the result is there."""
         return self.out.exists()
+
+    @contextmanager
+    def claimed(self) -> Iterator[None]:
+        """Hold the sweep while computing it, so that nobody else does; the claim ends with the process.
+
+        Raises:
+            SweepError: Another process computes it.
+        """
+        if not self.folder.exists():
+            yield
+            return
+        with (self.folder / CLAIM).open("wb") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise SweepError(f"{self.out} is being computed by another process") from None
+            yield
+
+    def check_version(self) -> None:
+        """Refuse to go on with what another version began: its runs may have come to other numbers.
+
+        Raises:
+            SweepError: Another version of pftrack began it.
+        """
+        if self.finished:
+            return
+        begun_with = _read_plan(self.folder).get("pftrack")
+        if begun_with != __version__:
+            raise SweepError(
+                f"{self.out} was begun with pftrack {begun_with}, this is {__version__}; rows of both would not "
+                f"compare, so go on with that version or begin anew"
+            )
 
     def chunks(self) -> Chunks | None:
         """Return how the plan was cut, or None if it has not been yet.
@@ -89,23 +123,27 @@ class Journal:
         return kept
 
     def finish(self) -> None:
-        """Put the result together out of the chunks, all of which are there, and remove them."""
+        """Put the result together out of the chunks, all of which are there."""
         part = self.folder / WHOLE
         with pq.ParquetWriter(part, schema(self.plan).with_metadata(metadata(self.plan)), compression="zstd") as writer:
             pending: list[pa.Table] = []
+            rows = 0
             for path in chunk_files(self.folder):
                 pending.append(pq.read_table(path, partitioning=None).replace_schema_metadata(metadata(self.plan)))
+                rows += len(pending[-1])
                 if sum(len(table) for table in pending) >= ROWS_A_GROUP:
                     writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)
                     pending = []
             if pending:
                 writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)
+        if rows != self.plan.runs:
+            raise SweepError(f"{self.folder} has {rows:,} of {self.plan.runs:,} rows; go on with --resume {self.out}")
         part.replace(self.out)
-        self.clear()
 
     def clear(self) -> None:
         """Remove the folder's own files, and the folder unless somebody put another file there."""
-        for path in (*chunk_files(self.folder), *self.folder.glob("*.part"), self.folder / PLAN, self.folder / CUT):
+        named = (self.folder / name for name in (PLAN, CUT, CLAIM))
+        for path in (*chunk_files(self.folder), *self.folder.glob("*.part"), *named):
             path.unlink(missing_ok=True)
         with suppress(OSError):
             self.folder.rmdir()
@@ -157,13 +195,7 @@ def plan_of(path: Path) -> Plan:
         SweepError: It is foreign, cut short or of another version.
     """
     if path.is_dir():
-        try:
-            raw = json.loads((path / PLAN).read_text())
-        except FileNotFoundError:
-            raise SweepError(f"{path} is no folder of a sweep: it has no {PLAN}") from None
-        except ValueError:
-            raise SweepError(f"{path / PLAN} was cut short") from None
-        return _plan(raw, path)
+        return _plan(_read_plan(path), path)
     return _look(path, None)[0]
 
 
@@ -180,6 +212,15 @@ def partial_of(out: Path) -> Path:
 def chunk_files(folder: Path) -> list[Path]:
     """Return the files of finished chunks, by number."""
     return sorted(path for path in folder.glob("*.parquet") if path.stem.isdecimal())
+
+
+def _read_plan(folder: Path) -> Any:  # noqa: ANN401 - JSON of anybody
+    try:
+        return json.loads((folder / PLAN).read_text())
+    except FileNotFoundError:
+        raise SweepError(f"{folder} is no folder of a sweep: it has no {PLAN}") from None
+    except ValueError:
+        raise SweepError(f"{folder / PLAN} was cut short") from None
 
 
 def _look(path: Path, expected: Plan | None) -> tuple[Plan, int]:

@@ -1,0 +1,99 @@
+"""What workers do: measure a plan, compute a chunk.
+
+Both are functions of plain values, so that a process of the pool and a worker of a cluster do the same. A plan travels
+as text and is understood once in a process.
+"""
+
+import json
+from functools import lru_cache
+from itertools import islice
+from time import perf_counter
+
+import cv2
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from pftrack import __version__
+from pftrack.batch import outcomes
+from pftrack.parameters import ParameterError
+from pftrack.sweep.chunks import Chunks
+from pftrack.sweep.journal import metadata
+from pftrack.sweep.plan import Plan
+from pftrack.sweep.table import compute
+
+__all__ = ["as_text", "computed", "measured", "one_thread", "version"]
+
+MEASURED_S = 0.5
+"""How long a plan is measured at most, beyond the first condition."""
+
+MEASURED_CONDITIONS = 9
+MEASURED_TRIALS = 10
+UNKNOWN_S = 1e-3
+"""What a run is taken to cost where none of those looked at is possible."""
+
+
+def as_text(plan: Plan) -> str:
+    """Return a plan as it travels to workers."""
+    return json.dumps(plan.as_dict(), sort_keys=True)
+
+
+def computed(text: str, conditions: int, trials: int, number: int) -> bytes:
+    """Carry out a chunk and return its Parquet file.
+
+    Args:
+        text: The plan.
+        conditions: Whole conditions in a chunk.
+        trials: Trials in a chunk.
+        number: Of the chunk.
+    """
+    plan = _plan(text)
+    table = compute(plan, Chunks(plan, conditions, trials)[number]).replace_schema_metadata(metadata(plan))
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink, compression="zstd")
+    return bytes(sink.getvalue().to_pybytes())
+
+
+def measured(text: str) -> float:
+    """Return how long a run of a plan takes, s, from a few conditions all over it."""
+    plan = _plan(text)
+    setup = plan.wiring.simulate()
+
+    def carry_out(number: int, trials: int, frames: int) -> None:
+        condition = plan.condition(number)
+        values, seeds = {**plan.values, **condition}, plan.seeds(condition, 0, trials)
+        outcomes(plan.wiring, setup, values=values, trackers=plan.trackers, seeds=seeds, frames=frames)
+
+    seconds = runs = 0.0
+    trials = min(plan.trials, MEASURED_TRIALS)
+    order = Chunks(plan, 1, plan.trials).spread()
+    for place, number in enumerate(islice(order, MEASURED_CONDITIONS)):
+        try:
+            if place == 0:
+                carry_out(int(number), 1, min(plan.frames, 4))  # loads what is compiled
+            begun = perf_counter()
+            carry_out(int(number), trials, plan.frames)
+        except ParameterError:
+            continue
+        except Exception:  # noqa: BLE001, S112 - its row will say what is wrong with it
+            continue
+        seconds += perf_counter() - begun
+        runs += trials * len(plan.trackers)
+        if seconds > MEASURED_S:
+            break
+    return seconds / runs if runs else UNKNOWN_S
+
+
+def version() -> str:
+    """Return the version of pftrack here."""
+    return __version__
+
+
+def one_thread() -> None:
+    """Keep the libraries from starting threads: there is a process for every core already."""
+    cv2.setNumThreads(1)
+    pa.set_cpu_count(1)
+
+
+@lru_cache(maxsize=4)
+def _plan(text: str) -> Plan:
+    return Plan.from_dict(json.loads(text))
