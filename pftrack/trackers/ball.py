@@ -11,22 +11,20 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.filters import fixed_lag, kalman, unscented_particle
 from pftrack.frame import Frame, Target
 from pftrack.gaussian import Gaussian
-from pftrack.learning import online_em
 from pftrack.likelihoods import chromaticity
 from pftrack.particles import ParticleSet
 from pftrack.random import Generator, Purpose, Stream
 from pftrack.resampling import RESAMPLERS
+from pftrack.trackers import ball_motion
 from pftrack.trackers.ball_loop import Colour, Loop, Motion, Rule, Scheme, loop
+from pftrack.trackers.ball_motion import TRACKED, begin_learning, learned, noise, with_learner
 from pftrack.trackers.ball_parameters import BallTrackerParameters
 from pftrack.trackers.tracker import Fold, Tracker, TrackState
 
 __all__ = ["TRACKERS", "colour_model"]
-
-TRACKED = 2
 
 
 def colour_model(parameters: BallTrackerParameters) -> chromaticity.ColourModel:
@@ -43,7 +41,7 @@ def start(target: Target, size: tuple[int, int], parameters: BallTrackerParamete
     positions = target.position + deviations
     particles = ParticleSet.uniform(np.hstack([positions, positions]))
     known = Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED))
-    learner = _begin_learning(known, size, parameters) if parameters.learn_dynamics else None
+    learner = begin_learning(known, size, parameters) if parameters.learn_dynamics else None
     return TrackState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
 
 
@@ -52,12 +50,13 @@ def step_loop(
 ) -> TrackState:
     """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
     image = _picture(frame)
-    state = _with_learner(state, frame, parameters)
+    size = _size(image)
+    state = with_learner(state, size, parameters)
     particles = _particles(state, parameters, rng)
     result = _loop(rule, replace(state, particles=particles), image[None], parameters, rng.seed, rng.frame)
     tracked = _last(result, state)
     lineage = _lineage(state, particles, tracked.particles, parameters)
-    return _learned(replace(tracked, learner=state.learner, lineage=lineage), parameters)
+    return learned(replace(tracked, learner=state.learner, lineage=lineage), parameters, size)
 
 
 def fold_loop(
@@ -84,11 +83,12 @@ def fold_loop(
 def step_unscented(state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> TrackState:
     """Draw every particle towards the colour centroid of the picture."""
     image, model = _picture(frame), colour_model(parameters)
-    state = _with_learner(state, frame, parameters)
+    size = _size(image)
+    state = with_learner(state, size, parameters)
     particles = _particles(state, parameters, rng)
     posterior = unscented_particle.step(
         particles,
-        _dynamics(state, parameters),
+        ball_motion.dynamics(state, parameters, size),
         lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
         rng,
         measurement=chromaticity.centroid(image, model),
@@ -108,22 +108,23 @@ def step_unscented(state: TrackState, frame: Frame, parameters: BallTrackerParam
         learner=state.learner,
         lineage=_lineage(state, particles, posterior.particles, parameters),
     )
-    return _learned(tracked, parameters)
+    return learned(tracked, parameters, size)
 
 
 def step_kalman(state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> TrackState:
     """Follow the colour centroid with a Kalman filter; without any pixel of the colour, predict only."""
     del rng
     image = _picture(frame)
-    state = _with_learner(state, frame, parameters)
-    predicted = kalman.predict(state.posterior, _dynamics(state, parameters))
+    size = _size(image)
+    state = with_learner(state, size, parameters)
+    predicted = kalman.predict(state.posterior, ball_motion.dynamics(state, parameters, size))
     measurement = chromaticity.centroid(image, colour_model(parameters))
     log_evidence = 0.0
     if measurement is not None:
         noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
         predicted, log_evidence = kalman.update(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
     tracked = TrackState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
-    return _learned(tracked, parameters)
+    return learned(tracked, parameters, size)
 
 
 def _loop(
@@ -145,7 +146,7 @@ def _loop(
         np.ascontiguousarray(particles.states.T),
         particles.log_weights,
         state.sigma,
-        _motion(state, parameters),
+        _motion(state, parameters, _size(pictures_rgb[0])),
         _colour(parameters),
         _scheme(rule, parameters),
         seed,
@@ -190,9 +191,9 @@ def _colour(parameters: BallTrackerParameters) -> Colour:
     return Colour(model.mean, model.precision, parameters.background_level)
 
 
-def _motion(state: TrackState, parameters: BallTrackerParameters) -> Motion:
-    dynamics = _dynamics(state, parameters)
-    return Motion(dynamics.transition, dynamics.offset, dynamics.noise, _noise(parameters.large_process_noise_px))
+def _motion(state: TrackState, parameters: BallTrackerParameters, size: tuple[int, int]) -> Motion:
+    dynamics = ball_motion.dynamics(state, parameters, size)
+    return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
 
 
 def _particles(state: TrackState, parameters: BallTrackerParameters, rng: Stream) -> ParticleSet:
@@ -209,53 +210,9 @@ def _picture(frame: Frame) -> NDArray[np.uint8]:
     return frame.image_rgb
 
 
-@lru_cache(maxsize=64)
-def _noise(process_noise_px: float) -> NDArray[np.float64]:
-    return process_noise_px * np.eye(2 * TRACKED, TRACKED)
-
-
-@lru_cache(maxsize=64)
-def _initial_dynamics(velocity_retention: float, process_noise_px: float) -> LinearDynamics:
-    """Return x_{t+1} = x_t + retention (x_t - x_{t-1}) + noise."""
-    one = np.eye(TRACKED)
-    return autoregression(
-        (1 + velocity_retention) * one, -velocity_retention * one, np.zeros(TRACKED), process_noise_px * one
-    )
-
-
-def _dynamics(state: TrackState, parameters: BallTrackerParameters) -> LinearDynamics:
-    if state.learner is not None:
-        return online_em.dynamics(state.learner, parameters.process_noise_px * np.eye(TRACKED))
-    return _initial_dynamics(parameters.velocity_retention, parameters.process_noise_px)
-
-
-def _begin_learning(known: Gaussian, size: tuple[int, int], parameters: BallTrackerParameters) -> online_em.Learner:
-    initial = _initial_dynamics(parameters.velocity_retention, parameters.process_noise_px)
-    return online_em.begin(initial, known.mean, float(known.standard_deviations.max()), size)
-
-
-def _with_learner(state: TrackState, frame: Frame, parameters: BallTrackerParameters) -> TrackState:
-    """Begin or end learning when it has been switched on or off."""
-    if parameters.learn_dynamics == (state.learner is not None):
-        return state
-    if not parameters.learn_dynamics:
-        return replace(state, learner=None)
-    height, width, _ = _picture(frame).shape
-    known = Gaussian(state.estimate, state.posterior.covariance[:TRACKED, :TRACKED])
-    return replace(state, learner=_begin_learning(known, (width, height), parameters))
-
-
-def _learned(state: TrackState, parameters: BallTrackerParameters) -> TrackState:
-    if state.learner is None:
-        return state
-    settings = online_em.Settings(
-        parameters.forgetting,
-        parameters.warm_up_frames,
-        parameters.learning_ridge,
-        parameters.largest_spectral_radius,
-    )
-    initial = _initial_dynamics(parameters.velocity_retention, parameters.process_noise_px)
-    return replace(state, learner=online_em.learn(state.learner, initial, state.estimate, state.sigma, settings))
+def _size(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
+    height, width, _ = image_rgb.shape
+    return width, height
 
 
 def _lineage(

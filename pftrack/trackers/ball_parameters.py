@@ -110,6 +110,17 @@ class BallTrackerParameters(Parameters):
         step=0.05,
         group=MODEL,
     )
+    assumed_period_frames: float = parameter(
+        0,
+        "Assumed period",
+        "Period of the swing about the middle of the picture that the motion model assumes; 0 assumes none, which is "
+        "the document's rough model.",
+        unit="frames",
+        ge=0,
+        le=10_000,
+        step=1,
+        group=MODEL,
+    )
     initial_sd_px: float = parameter(
         1,
         "Initial spread",

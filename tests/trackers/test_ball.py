@@ -111,3 +111,15 @@ def test_extreme_parameters_do_no_harm(tracker: str) -> None:
         run.finish()
         assert np.isfinite([row.estimate for row in run.diagnostics]).all()
         assert np.isfinite([row.sigma for row in run.diagnostics]).all()
+
+
+def test_a_model_that_knows_the_swing_keeps_what_a_straight_line_loses() -> None:
+    """With the true period assumed, prediction alone survives a pillar behind which constant velocity is lost."""
+    lost = {}
+    for period in (0, 30):
+        values = {"occlusion_width_px": 40, "distracter_radius_px": 0, "assumed_period_frames": period}
+        run = Run(BALL, BALL.simulate(), tracker="condensation", seed=1, frames=61, timeline=(Change(0, values),))
+        run.finish()
+        lost[period] = run.summary()["lost_frames"]
+    assert lost[30] == 0
+    assert lost[0] > 15

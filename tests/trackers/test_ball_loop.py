@@ -10,7 +10,8 @@ from pftrack.particles import ParticleSet
 from pftrack.random import Purpose, Stream
 from pftrack.resampling import RESAMPLERS
 from pftrack.sources.overlay import paint_disc
-from pftrack.trackers.ball import TRACKERS, _dynamics, colour_model
+from pftrack.trackers.ball import TRACKERS, colour_model
+from pftrack.trackers.ball_motion import dynamics as model_of
 from pftrack.trackers.ball_parameters import BallTrackerParameters
 from pftrack.trackers.tracker import TrackState
 
@@ -34,7 +35,7 @@ def by_filters(state: TrackState, parameters: BallTrackerParameters, observed: i
     ) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         return chromaticity.log_likelihood(PICTURE, states, model, parameters.background_level)
 
-    dynamics = _dynamics(state, parameters)
+    dynamics = model_of(state, parameters, (160, 120))
     resample = RESAMPLERS[parameters.resampling]
     if observed == 0:
         return bootstrap.step(
