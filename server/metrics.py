@@ -9,6 +9,7 @@ from prometheus_client.registry import Collector
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.sessions.manager import Manager
+from server.sweeps.manager import Sweeps
 
 __all__ = ["Metrics", "Stopwatch"]
 
@@ -21,9 +22,10 @@ class Metrics:
         self.requests = Counter("pftrack_requests", "Requests answered", ["method", "status"], registry=self.registry)
         self.seconds = Histogram("pftrack_request_seconds", "Time to answer a request", registry=self.registry)
 
-    def watch(self, manager: Manager) -> None:
-        """Tell of a manager's sessions from now on."""
+    def watch(self, manager: Manager, sweeps: Sweeps) -> None:
+        """Tell of a server's sessions and sweeps from now on."""
         self.registry.register(_Sessions(manager))
+        self.registry.register(_Sweeps(sweeps))
 
     def text(self) -> bytes:
         """Return everything in Prometheus's own format."""
@@ -45,6 +47,23 @@ class _Sessions(Collector):
         frames = GaugeMetricFamily("pftrack_frames", "Frames computed by all workers since the server started")
         frames.add_metric([], sum(session.chronicle.frames_computed for session in self._manager.all))
         return [states, visitors, frames]
+
+
+class _Sweeps(Collector):
+    def __init__(self, sweeps: Sweeps) -> None:
+        self._sweeps = sweeps
+
+    def collect(self) -> list[GaugeMetricFamily]:
+        """Count sweeps, runs and visitors at the moment of asking."""
+        states = GaugeMetricFamily("pftrack_sweeps", "Sweeps by state", labels=["state"])
+        found = [sweep.state for sweep in self._sweeps.all]
+        for state in ("running", "stopped", "done"):
+            states.add_metric([state], found.count(state))
+        runs = GaugeMetricFamily("pftrack_sweep_runs", "Runs that are there of all sweeps kept")
+        runs.add_metric([], sum(sweep.done for sweep in self._sweeps.all))
+        visitors = GaugeMetricFamily("pftrack_sweep_visitors", "Connections that watch a sweep")
+        visitors.add_metric([], sum(sweep.listeners for sweep in self._sweeps.all))
+        return [states, runs, visitors]
 
 
 class Stopwatch:

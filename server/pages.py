@@ -38,6 +38,26 @@ async def session(session: str) -> Response:
     return _page("session.html")
 
 
+@router.get("/sweep/new")
+async def new_sweep() -> Response:
+    """Return the form of a new sweep."""
+    return _page("sweep_new.html")
+
+
+@router.get("/sweep/{sweep}")
+async def sweep(sweep: str) -> Response:
+    """Return the page of a sweep, which finds out by itself whether there is one."""
+    del sweep
+    return _page("sweep.html")
+
+
+@router.get("/sweep/{sweep}/run/{run}")
+async def sweep_run(sweep: str, run: str) -> Response:
+    """Return the page that opens a run of a sweep as a session."""
+    del sweep, run
+    return _page("sweep_run.html")
+
+
 def install(app: FastAPI) -> None:
     """Add the pages and their files to an app."""
     app.include_router(router)

@@ -11,6 +11,7 @@ from server.sessions.errands import Errands
 from server.sessions.manager import Manager
 from server.settings import Settings
 from server.store import Store
+from server.sweeps.manager import Sweeps
 
 __all__ = ["Services"]
 
@@ -26,25 +27,29 @@ class Services:
     settings: Settings
     store: Store
     manager: Manager
+    sweeps: Sweeps
     errands: Errands
     metrics: Metrics
     probing: ThreadPoolExecutor
 
     @classmethod
     async def open(cls, settings: Settings, metrics: Metrics) -> Self:
-        """Open the store, take over its sessions and have the forkserver import what workers need meanwhile."""
+        """Open the store, take over sessions and sweeps, and have the forkserver import what workers need meanwhile."""
         # Threads here mostly wait, for disks and processes; asyncio's own number of them follows the processors.
         asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "pftrack"))
         await asyncio.to_thread(forkserver.start)
         store = await asyncio.to_thread(Store, settings)
         manager = Manager(settings, store)
         await manager.open()
-        metrics.watch(manager)
+        sweeps = Sweeps(settings, store)
+        await sweeps.open()
+        metrics.watch(manager, sweeps)
         errands = Errands(memory_bytes=ERRAND_MEMORY_BYTES)
-        return cls(settings, store, manager, errands, metrics, ThreadPoolExecutor(PROBES_AT_ONCE, "probe"))
+        probing = ThreadPoolExecutor(PROBES_AT_ONCE, "probe")
+        return cls(settings, store, manager, sweeps, errands, metrics, probing)
 
     async def close(self) -> None:
         """Write everything down and let go of it."""
         self.probing.shutdown(wait=False, cancel_futures=True)
-        await self.manager.close()
+        await asyncio.gather(self.manager.close(), self.sweeps.close())
         await asyncio.to_thread(self.store.close)

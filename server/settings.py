@@ -4,6 +4,7 @@ Each field can be given as an environment variable with the prefix `PFTRACK_`, a
 """
 
 import ipaddress
+import os
 import secrets
 from pathlib import Path
 from typing import Self
@@ -15,6 +16,10 @@ __all__ = ["Settings", "is_loopback"]
 
 MEBIBYTE = 1024 * 1024
 SHORTEST_TOKEN = 16
+
+
+def _processors() -> int:
+    return os.cpu_count() or 1
 
 
 class Settings(BaseSettings):
@@ -48,6 +53,12 @@ class Settings(BaseSettings):
     seek_seconds: float = Field(120.0, gt=0, description="Longest wait for a seek that computes frames.")
     hang_seconds: float = Field(15.0, gt=0, description="Silence after which a worker counts as hung.")
     idle_seconds: float = Field(900.0, gt=0, description="Time without visitors after which a session is suspended.")
+
+    max_sweep_runs: int = Field(500_000, ge=1, description="Runs of one sweep.")
+    max_sweeps_running: int = Field(2, ge=1, description="Sweeps computed at one time.")
+    max_sweeps: int = Field(200, ge=1, description="Sweeps kept.")
+    max_sweeps_bytes: int = Field(2048 * MEBIBYTE, ge=MEBIBYTE, description="Disk space of all sweeps together.")
+    sweep_jobs: int = Field(default_factory=_processors, ge=1, le=256, description="Processes of one sweep.")
 
     @field_validator("data_dir")
     @classmethod

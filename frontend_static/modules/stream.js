@@ -1,5 +1,5 @@
 /**
- * A session's stream of messages: a websocket that comes back by itself.
+ * A stream of messages, a session's or a sweep's: a websocket that comes back by itself.
  *
  * The first message after every connection is `hello` with the whole state, so nothing has to be remembered here. A
  * connection counts as lost when it closes or when a ping stays unanswered (a laptop that slept, a dead tunnel).
@@ -12,7 +12,8 @@ const LONGEST_WAIT_MS = 4000;
 const PING_EVERY_MS = 5000;
 
 export class Stream {
-  #id;
+  #address;
+  #look;
   #on;
   #socket = null;
   #wait = FIRST_WAIT_MS;
@@ -25,9 +26,12 @@ export class Stream {
    * @param {string} id The session.
    * @param {{message: (message: object) => void, lost: () => void, gone: (error: Error) => void}} on `gone`: the
    *     server answers, but has no such session any more.
+   * @param {{address?: () => string, look?: () => Promise<object>}} [what] Another stream than a session's: where it is,
+   *     and how to find out whether there still is one.
    */
-  constructor(id, on) {
-    this.#id = id;
+  constructor(id, on, { address = () => streamAddress(id), look = () => api.session(id) } = {}) {
+    this.#address = address;
+    this.#look = look;
     this.#on = on;
     globalThis.addEventListener("online", () => this.#soon(0));
     document.addEventListener("visibilitychange", () => {
@@ -45,7 +49,7 @@ export class Stream {
 
   #connect() {
     if (this.#stopped || this.#socket !== null) return;
-    const socket = new WebSocket(streamAddress(this.#id));
+    const socket = new WebSocket(this.#address());
     this.#socket = socket;
     let greeted = false;
     socket.addEventListener("message", (event) => {
@@ -88,7 +92,7 @@ export class Stream {
     if (this.#stopped) return;
     this.#on.lost();
     if (!greeted) {
-      const error = await api.session(this.#id).then(() => null, (failure) => failure);
+      const error = await this.#look().then(() => null, (failure) => failure);
       if (error !== null && [401, 403, 404, 410].includes(error.status)) {
         this.stop();
         this.#on.gone(error);

@@ -6,10 +6,10 @@ that `server.errors` turns into the one error shape.
 
 from fastapi import APIRouter
 
-from server.api import experiments, runs, sessions, stream, uploads
+from server.api import experiments, runs, sessions, stream, sweep_files, sweep_stream, sweeps, uploads
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
-for part in (experiments, uploads, sessions, runs, stream):
+for part in (experiments, uploads, sessions, runs, stream, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

@@ -15,12 +15,16 @@ from server.sessions.session import Session
 from server.settings import Settings
 from server.store import Store
 from server.store.tables import RunRow, UploadRow
+from server.sweeps.manager import Sweeps
+from server.sweeps.sweep import Sweep
 
 __all__ = [
     "AManager",
     "ARun",
     "ASession",
     "AStore",
+    "ASweep",
+    "ASweeps",
     "AnErrands",
     "AnExperiment",
     "AnUpload",
@@ -49,6 +53,10 @@ def _manager(services: TheServices) -> Manager:
     return services.manager
 
 
+def _sweeps(services: TheServices) -> Sweeps:
+    return services.sweeps
+
+
 def _errands(services: TheServices) -> Errands:
     return services.errands
 
@@ -56,6 +64,7 @@ def _errands(services: TheServices) -> Errands:
 SettingsNow = Annotated[Settings, Depends(_settings)]
 AStore = Annotated[Store, Depends(_store)]
 AManager = Annotated[Manager, Depends(_manager)]
+ASweeps = Annotated[Sweeps, Depends(_sweeps)]
 AnErrands = Annotated[Errands, Depends(_errands)]
 
 
@@ -67,6 +76,10 @@ def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:
 
 async def _session(session: Annotated[str, Path(max_length=64)], manager: AManager) -> Session:
     return manager.get(session)
+
+
+async def _sweep(sweep: Annotated[str, Path(max_length=64)], sweeps: ASweeps) -> Sweep:
+    return sweeps.get(sweep)
 
 
 def _upload(upload: Annotated[str, Path(max_length=64)], store: AStore) -> UploadRow:
@@ -85,5 +98,6 @@ def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
 
 AnExperiment = Annotated[Experiment, Depends(_experiment)]
 ASession = Annotated[Session, Depends(_session)]
+ASweep = Annotated[Sweep, Depends(_sweep)]
 AnUpload = Annotated[UploadRow, Depends(_upload)]
 ARun = Annotated[RunRow, Depends(_run)]

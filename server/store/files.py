@@ -38,6 +38,7 @@ class DataDirectory:
     def __init__(self, root: Path) -> None:
         self.uploads = root / "uploads"
         self.runs = root / "runs"
+        self.sweeps = root / "sweeps"
         self.cache = root / "cache"
         self.incoming = root / "incoming"
         # What is here belongs to its owner alone: videos of people, among others.
@@ -54,7 +55,7 @@ class DataDirectory:
         shutil.rmtree(self.incoming, ignore_errors=True)
         # Pictures of experiments are drawn anew by each version of the program.
         shutil.rmtree(self.cache, ignore_errors=True)
-        for folder in (self.uploads, self.runs, self.cache, self.incoming):
+        for folder in (self.uploads, self.runs, self.sweeps, self.cache, self.incoming):
             folder.mkdir(exist_ok=True, mode=0o700)
 
     def close(self) -> None:
@@ -100,6 +101,24 @@ class DataDirectory:
         """Delete a run's files."""
         self.record(name).unlink(missing_ok=True)
         self.thumbnail(name).unlink(missing_ok=True)
+
+    def sweep(self, name: str) -> Path:
+        """Return where a sweep's result lies once it is complete; what there is before lies beside it."""
+        return self.sweeps / f"{_checked(name)}.parquet"
+
+    def sweep_bytes(self, name: str) -> int:
+        """Return how much room the files of a sweep take."""
+        places = list(self.sweeps.glob(f"{_checked(name)}.*"))
+        files = [path for place in places for path in (place.rglob("*") if place.is_dir() else [place])]
+        return sum(path.stat().st_size for path in files if path.is_file())
+
+    def remove_sweep(self, name: str) -> None:
+        """Delete all files of a sweep."""
+        for path in self.sweeps.glob(f"{_checked(name)}.*"):
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
 
 
 def write_whole(path: Path, data: bytes) -> None:

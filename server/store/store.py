@@ -4,7 +4,7 @@ All methods block, for a few milliseconds; the web process calls them in threads
 """
 
 from collections.abc import Iterable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from sqlalchemy import delete, func, select, text
 from sqlalchemy.orm import sessionmaker
@@ -12,7 +12,7 @@ from sqlalchemy.orm import sessionmaker
 from server.settings import Settings
 from server.store.database import connect
 from server.store.files import DataDirectory, now, settle, write_whole
-from server.store.tables import Base, RunRow, SessionRow, UploadRow
+from server.store.tables import Base, RunRow, SessionRow, SweepRow, UploadRow
 
 __all__ = ["Store"]
 
@@ -20,7 +20,7 @@ Row = TypeVar("Row", bound=Base)
 
 
 class Store:
-    """Uploads, runs and sessions, kept.
+    """Uploads, runs, sessions and sweeps, kept.
 
     Attributes:
         files: The data directory.
@@ -117,6 +117,23 @@ class Store:
         """Forget a session."""
         self._remove(SessionRow, name)
 
+    # ------------------------------------------------------------ sweeps
+
+    def save_sweep(self, values: dict[str, Any]) -> None:
+        """Keep a sweep, given by its columns, or what has changed of it."""
+        with self._begin.begin() as database:
+            database.merge(SweepRow(**values))
+
+    def sweeps(self) -> list[SweepRow]:
+        """Return all sweeps, the oldest first."""
+        with self._begin() as database:
+            return list(database.scalars(select(SweepRow).order_by(SweepRow.created)))
+
+    def remove_sweep(self, name: str) -> None:
+        """Forget a sweep: its row first, so that a crash leaves no row without a file."""
+        self._remove(SweepRow, name)
+        self.files.remove_sweep(name)
+
     # ------------------------------------------------------------ rows
 
     def count(self, kind: type[Base]) -> int:
@@ -132,6 +149,6 @@ class Store:
         with self._begin() as database:
             return database.get(kind, name)
 
-    def _remove(self, kind: type[UploadRow | RunRow | SessionRow], name: str) -> None:
+    def _remove(self, kind: type[UploadRow | RunRow | SessionRow | SweepRow], name: str) -> None:
         with self._begin.begin() as database:
             database.execute(delete(kind).where(kind.id == name))

@@ -5,7 +5,7 @@ from typing import Any
 from sqlalchemy import JSON, BigInteger, Float, Integer, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-__all__ = ["Base", "RunRow", "SessionRow", "UploadRow"]
+__all__ = ["Base", "RunRow", "SessionRow", "SweepRow", "UploadRow"]
 
 
 class Base(DeclarativeBase):
@@ -58,3 +58,21 @@ class SessionRow(Base):
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     spec: Mapped[str] = mapped_column(Text)
     updated: Mapped[str] = mapped_column(String(32))
+
+
+class SweepRow(Base):
+    """A sweep; its rows are files, complete or not."""
+
+    __tablename__ = "sweeps"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    title: Mapped[str] = mapped_column(String(200))
+    experiment: Mapped[str] = mapped_column(String(64))
+    plan: Mapped[str] = mapped_column(Text)
+    state: Mapped[str] = mapped_column(String(16))
+    message: Mapped[str | None] = mapped_column(Text)
+    runs: Mapped[int] = mapped_column(BigInteger)
+    done: Mapped[int] = mapped_column(BigInteger)
+    successes: Mapped[int | None] = mapped_column(BigInteger)
+    seconds: Mapped[float] = mapped_column(Float)
+    created: Mapped[str] = mapped_column(String(32), index=True)

@@ -1,0 +1,120 @@
+"""Sweeps: plan, begin, watch, ask, and open a run."""
+
+import asyncio
+from http import HTTPStatus
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query
+
+from server.api.dependencies import AManager, AnExperiment, ASweep, ASweeps
+from server.sessions.messages import SessionView
+from server.sweeps.examples import example
+from server.sweeps.opening import opened
+from server.sweeps.views import CellsView, Correction, EstimateView, Measure, RowsView, SweepView, Test
+from server.sweeps.wishes import EstimateWish, OpenWish, SweepWish
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["sweeps"])
+
+MOST_ROWS = 500
+Axis = Annotated[str | None, Query(max_length=64, description="Name of an axis; `none` pools all values.")]
+Method = Annotated[str | None, Query(max_length=64, description="Name of a method of the sweep.")]
+Place = Annotated[int, Query(ge=0, le=2_000_000)]
+
+
+@router.get("/experiments/{experiment}/sweep", response_model_exclude_none=True)
+def show_example(experiment: AnExperiment) -> SweepWish:
+    """Return a filled-in example of a sweep of an experiment."""
+    return example(experiment)
+
+
+@router.post("/sweeps/estimate")
+async def estimate(wish: EstimateWish, sweeps: ASweeps) -> EstimateView:
+    """Tell how many runs and cells a sweep would have, and how long it would take, without starting it."""
+    return await sweeps.estimate(wish)
+
+
+@router.post("/sweeps", status_code=HTTPStatus.CREATED)
+async def begin_sweep(wish: SweepWish, sweeps: ASweeps) -> SweepView:
+    """Begin a sweep."""
+    return (await sweeps.create(wish)).view()
+
+
+@router.get("/sweeps")
+async def list_sweeps(sweeps: ASweeps) -> list[SweepView]:
+    """List all sweeps, the newest first."""
+    return [sweep.view() for sweep in sweeps.all]
+
+
+@router.get("/sweeps/{sweep}")
+async def show_sweep(sweep: ASweep) -> SweepView:
+    """Tell about a sweep and how far it is."""
+    return sweep.view()
+
+
+@router.delete("/sweeps/{sweep}", status_code=HTTPStatus.NO_CONTENT)
+async def remove_sweep(sweep: ASweep, sweeps: ASweeps) -> None:
+    """Delete a sweep with everything that was computed of it; a running one is stopped first."""
+    await sweeps.remove(sweep)
+
+
+@router.post("/sweeps/{sweep}/cancel")
+async def cancel_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepView:
+    """Stop computing a sweep; what was computed is kept."""
+    await sweeps.cancel(sweep)
+    return sweep.view()
+
+
+@router.post("/sweeps/{sweep}/resume")
+async def resume_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepView:
+    """Go on with a sweep that was stopped, by whatever."""
+    await sweeps.resume(sweep)
+    return sweep.view()
+
+
+@router.get("/sweeps/{sweep}/cells")
+async def show_cells(
+    sweep: ASweep,
+    x: Axis = None,
+    y: Axis = None,
+    first: Method = None,
+    second: Method = None,
+    measure: Measure = "success",
+    test: Test = "chi-square",
+    level: Annotated[float, Query(gt=0, lt=1)] = 0.01,
+    correction: Correction = "none",
+) -> CellsView:
+    """Return the map of every method over two axes, the others pooled, and on request one method against another."""
+    await sweep.look()
+    found = await sweep.cells(x, y)
+    if first is None or second is None:
+        return found
+    compare = sweep.results.compare
+    against = await asyncio.to_thread(compare, x, y, first, second, measure, test, level, correction)
+    return found.model_copy(update={"comparison": against})
+
+
+@router.get("/sweeps/{sweep}/rows")
+async def list_rows(
+    sweep: ASweep,
+    i: Place = 0,
+    j: Place = 0,
+    x: Axis = None,
+    y: Axis = None,
+    tracker: Method = None,
+    offset: Annotated[int, Query(ge=0, le=2_000_000)] = 0,
+    limit: Annotated[int, Query(ge=1, le=MOST_ROWS)] = 50,
+) -> RowsView:
+    """Return runs of the cell with the i-th value of x and the j-th of y, from 0, failures first."""
+    return await asyncio.to_thread(sweep.results.rows, x, y, (i, j), tracker, offset, limit)
+
+
+@router.post("/sweeps/{sweep}/rows/{run}/open", status_code=HTTPStatus.CREATED)
+async def open_row(
+    sweep: ASweep, run: Annotated[int, Path(ge=0, le=2**53)], manager: AManager, wish: OpenWish | None = None
+) -> SessionView:
+    """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
+    tracker = wish.tracker if wish else None
+    spec = await asyncio.to_thread(opened, sweep.plan, sweep.results, run, tracker)
+    return (await manager.create(spec)).view()

@@ -1,0 +1,15 @@
+"""Sweeps: thousands of runs that nobody watches one by one, computed by the command line as a child of the server.
+
+The server says what is to be computed, and looks at the files that appear. It counts nothing itself: rates, intervals
+and tests come from `pftrack.sweep`.
+
+- `wishes`, `views`: what a client sends, and what it is told
+- `planning`: from a wish to a plan, each refusal with the field that it is about; how long a plan will take
+- `examples`: a filled-in wish for every experiment
+- `manager`: all sweeps of a server; `sweep`: one of them
+- `child`, `driver`: the process that computes a sweep, as the server sees it and from within
+- `results`: what is on the disk so far, and questions about it
+- `messages`, `listeners`: the stream to the pages; `opening`: from a row to a live session
+"""
+
+__all__: list[str] = []

@@ -1,0 +1,96 @@
+"""Listeners: the pages that watch a sweep, each over the axes that it has chosen and at its own pace.
+
+Nothing is queued. A listener that is ready for news is told what is so now; what came and went meanwhile it never
+hears. So the slowest browser costs a sweep nothing.
+"""
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+from typing import TYPE_CHECKING
+
+from server.sessions.messages import Pong
+from server.sweeps.messages import Cells, Hello, Message, Progress
+from server.sweeps.views import CellsView, MapView
+
+if TYPE_CHECKING:
+    from server.sweeps.sweep import Sweep
+
+__all__ = ["Listener"]
+
+EVERY_S = 0.2
+
+
+class Listener:
+    """One page that watches a sweep."""
+
+    def __init__(self, sweep: "Sweep", x: str | None, y: str | None) -> None:
+        self._sweep = sweep
+        self._axes = x, y
+        self._news = asyncio.Event()
+        self._closed = False
+        self._pong: float | None = None
+
+    def wake(self) -> None:
+        """Say that something has changed."""
+        self._news.set()
+
+    def close(self) -> None:
+        """End the stream."""
+        self._closed = True
+        self._news.set()
+
+    def answer(self, sent: float) -> None:
+        """Answer a ping with its own time."""
+        self._pong = sent
+        self._news.set()
+
+    async def __aiter__(self) -> AsyncIterator[str]:
+        """Yield messages, the greeting first, not more often than anybody can see."""
+        known = await self._sweep.cells(*self._axes)
+        progress = self._progress()
+        yield _encoded(Hello(sweep=self._sweep.view(), cells=known))
+        told = time.monotonic()
+        while not self._closed:
+            await self._news.wait()
+            self._news.clear()
+            if self._pong is not None:
+                sent, self._pong = self._pong, None
+                yield Pong(sent=sent).model_dump_json()
+            # What happens within one interval is told together; the end of it all at once.
+            await asyncio.sleep(max(0.0, told + EVERY_S - time.monotonic()))
+            told = time.monotonic()
+            now = await self._sweep.cells(*self._axes)
+            changed = _changed(known, now)
+            known = now
+            if changed is not None:
+                yield _encoded(changed)
+            if self._progress() != progress:
+                progress = self._progress()
+                yield _encoded(progress)
+
+    def _progress(self) -> Progress:
+        view = self._sweep.view()
+        return Progress(**{name: getattr(view, name) for name in Progress.model_fields if hasattr(view, name)})
+
+
+def _encoded(message: Message) -> str:
+    return message.model_dump_json()
+
+
+def _changed(before: CellsView, now: CellsView) -> Cells | None:
+    """Return the cells in which runs have been added, or None."""
+    if before is now:
+        return None
+    cells = len(now.maps[0].runs) if now.maps else 0
+    at = [index for index in range(cells) if _runs(before, index) != _runs(now, index)]
+    return Cells(done=now.done, at=at, maps=[_only(one, at) for one in now.maps]) if at else None
+
+
+def _runs(view: CellsView, index: int) -> list[tuple[int, int]]:
+    return [(one.runs[index], one.problems[index]) for one in view.maps]
+
+
+def _only(one: MapView, at: list[int]) -> MapView:
+    columns = {name: [column[index] for index in at] for name, column in one if isinstance(column, list)}
+    return MapView(tracker=one.tracker, **columns)

@@ -1,0 +1,258 @@
+"""The manager: all sweeps of a server, from the wish to the end, and what is left of them after a restart."""
+
+import asyncio
+import contextlib
+import json
+import shutil
+from typing import Any
+
+import structlog
+
+from pftrack.sweep import Plan, SweepError
+from server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
+from server.settings import Settings
+from server.store import Store
+from server.store.files import new_name, now
+from server.store.tables import SweepRow
+from server.sweeps.child import ask
+from server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
+from server.sweeps.sweep import Sweep, check_idle, default_title
+from server.sweeps.views import EstimateView, ValuesView
+from server.sweeps.wishes import EstimateWish, SweepWish
+
+__all__ = ["Sweeps"]
+
+log = structlog.get_logger(__name__)
+
+MEASURE_S = 60.0
+MEASURED_AT_ONCE = 1
+MOST_REMEMBERED = 64
+SHOWN_VALUES = 24
+SPARE_BYTES = 64 * 1024 * 1024
+RESTARTED = "The server was stopped while the sweep was running. What was computed is kept; resume the sweep to go on."
+CANCELLED = "The sweep was cancelled. What was computed is kept; resume the sweep to go on."
+
+
+class Sweeps:
+    """All sweeps of a server; all methods belong to the event loop's thread."""
+
+    def __init__(self, settings: Settings, store: Store) -> None:
+        self._settings = settings
+        self._store = store
+        self._sweeps: dict[str, Sweep] = {}
+        self._measuring = asyncio.Semaphore(MEASURED_AT_ONCE)
+        self._measured: dict[str, float] = {}
+        self._closing = False
+
+    async def open(self) -> None:
+        """Take over the sweeps that the store kept; none of them is running."""
+        for row in await asyncio.to_thread(self._store.sweeps):
+            try:
+                sweep = self._known(row)
+            except (SweepError, ValueError):
+                log.exception("a stored sweep cannot be read", sweep=row.id)
+                continue
+            self._sweeps[sweep.id] = sweep
+            if row.state == "running":
+                await sweep.look()
+                finished = self._store.files.sweep(sweep.id).exists()
+                sweep.state, sweep.message = ("done", None) if finished else ("stopped", RESTARTED)
+                await self._keep(sweep)
+
+    async def close(self) -> None:
+        """End all processes; everything is on the disk."""
+        self._closing = True
+        message = "The server was stopped. What was computed is kept; resume the sweep to go on."
+        await asyncio.gather(*(sweep.stop(message) for sweep in self.all))
+        for sweep in self.all:
+            await sweep.close()
+
+    @property
+    def all(self) -> list[Sweep]:
+        """All sweeps, the newest first."""
+        return sorted(self._sweeps.values(), key=lambda sweep: sweep.created, reverse=True)
+
+    def get(self, name: str) -> Sweep:
+        """Return a sweep.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        sweep = self._sweeps.get(name)
+        if sweep is None:
+            raise NotFoundError("There is no such sweep; it may have been deleted.")
+        return sweep
+
+    async def estimate(self, wish: EstimateWish) -> EstimateView:
+        """Return how large a sweep would be and, if that is to be measured, how long it would take.
+
+        Raises:
+            RefusedError: The wish is none that can be fulfilled.
+        """
+        plan = await asyncio.to_thread(as_plan, wish, self._settings)
+        problem = None
+        try:
+            within_limits(plan, self._settings)
+            self._check_room(plan)
+        except ApiError as error:
+            problem = str(error)
+        return EstimateView(
+            runs=plan.runs,
+            conditions=plan.conditions,
+            cells=cells_of(plan),
+            frames=plan.frames,
+            axes=[
+                ValuesView(name=axis.name, count=len(axis.values), first=list(axis.values[:SHOWN_VALUES]))
+                for axis in plan.axes
+            ],
+            jobs=self._settings.sweep_jobs,
+            bytes=plan.runs * BYTES_A_RUN,
+            seconds=await self._measure(wish, plan) if wish.measure else None,
+            problem=problem,
+        )
+
+    async def create(self, wish: SweepWish) -> Sweep:
+        """Begin a new sweep.
+
+        Raises:
+            RefusedError: The wish is none that can be fulfilled.
+            UnavailableError: The server computes, keeps or stores enough already.
+        """
+        plan = await asyncio.to_thread(as_plan, wish, self._settings)
+        within_limits(plan, self._settings)
+        self._check_room(plan)
+        row = {
+            "id": new_name(),
+            "title": wish.title or default_title(plan),
+            "state": "stopped",
+            "message": None,
+            "done": 0,
+            "successes": None,
+            "seconds": 0.0,
+            "created": now(),
+        }
+        sweep = self._sweep(row, plan)
+        self._sweeps[sweep.id] = sweep
+        try:
+            await self._store_whole(sweep)
+            await sweep.start()
+        except BaseException:
+            del self._sweeps[sweep.id]
+            with contextlib.suppress(Exception):
+                await asyncio.to_thread(self._store.remove_sweep, sweep.id)
+            raise
+        return sweep
+
+    async def cancel(self, sweep: Sweep) -> None:
+        """End the computing of a sweep.
+
+        Raises:
+            ConflictError: It is not running.
+        """
+        if sweep.state != "running":
+            raise ConflictError("The sweep is not running.")
+        await sweep.stop(CANCELLED)
+
+    async def resume(self, sweep: Sweep) -> None:
+        """Go on with a sweep.
+
+        Raises:
+            ConflictError: It is running or complete.
+            UnavailableError: The server computes enough already.
+        """
+        check_idle(sweep)
+        self._check_places()
+        await sweep.start()
+
+    async def remove(self, sweep: Sweep) -> None:
+        """Delete a sweep and everything that was computed of it."""
+        self._sweeps.pop(sweep.id, None)
+        await sweep.stop("The sweep was deleted.")
+        await sweep.close()
+        await asyncio.to_thread(self._store.remove_sweep, sweep.id)
+
+    # ------------------------------------------------------------ room
+
+    def _check_room(self, plan: Plan) -> None:
+        settings = self._settings
+        if len(self._sweeps) >= settings.max_sweeps:
+            raise UnavailableError(f"The server keeps at most {settings.max_sweeps} sweeps; delete one first.")
+        self._check_places()
+        wanted, used = plan.runs * BYTES_A_RUN, self._used_bytes()
+        if used + wanted > settings.max_sweeps_bytes:
+            raise UnavailableError(
+                f"The sweep may need {_mebibytes(wanted)}; of the {_mebibytes(settings.max_sweeps_bytes)} for all "
+                f"sweeps {_mebibytes(used)} are in use. Delete one first, or ask for fewer runs."
+            )
+        if shutil.disk_usage(self._store.files.sweeps).free < wanted + SPARE_BYTES:
+            raise UnavailableError(f"The disk of the server has no {_mebibytes(wanted + SPARE_BYTES)} left.")
+
+    def _check_places(self) -> None:
+        running = sum(sweep.state == "running" for sweep in self._sweeps.values())
+        if running >= self._settings.max_sweeps_running:
+            most = self._settings.max_sweeps_running
+            what = "1 sweep" if most == 1 else f"{most} sweeps"
+            raise UnavailableError(f"The server computes at most {what} at a time; wait, or cancel one.")
+
+    def _used_bytes(self) -> int:
+        return sum(
+            self._store.files.sweep_bytes(sweep.id) if sweep.state != "running" else sweep.plan.runs * BYTES_A_RUN
+            for sweep in self._sweeps.values()
+        )
+
+    # ------------------------------------------------------------ time
+
+    async def _measure(self, wish: SweepWish, plan: Plan) -> float:
+        """Return the seconds that a plan takes, as the command line measures them on a few of its runs."""
+        key = json.dumps(plan.as_dict())
+        if key not in self._measured:
+            async with self._measuring:
+                if key not in self._measured:
+                    answer = await ask(
+                        *_arguments(wish, plan), "--jobs", str(self._settings.sweep_jobs), "--dry-run", "--json",
+                        patience_s=MEASURE_S, largest_file=0,
+                    )  # fmt: skip
+                    while len(self._measured) >= MOST_REMEMBERED:
+                        del self._measured[next(iter(self._measured))]
+                    self._measured[key] = float(answer["seconds"])
+        return self._measured[key]
+
+    # ------------------------------------------------------------ store
+
+    def _known(self, row: SweepRow) -> Sweep:
+        plan = Plan.from_dict(json.loads(row.plan))
+        names = ("id", "title", "state", "message", "done", "successes", "seconds", "created")
+        return self._sweep({name: getattr(row, name) for name in names}, plan)
+
+    def _sweep(self, row: dict[str, Any], plan: Plan) -> Sweep:
+        return Sweep(row, plan, self._store.files.sweep(row["id"]), self._settings, self._keep)
+
+    async def _store_whole(self, sweep: Sweep) -> None:
+        row = {**sweep.as_row(), "plan": json.dumps(sweep.plan.as_dict())}
+        await asyncio.to_thread(self._store.save_sweep, row)
+
+    async def _keep(self, sweep: Sweep) -> None:
+        """Write down what has changed of a sweep, unless it was deleted."""
+        if sweep.id in self._sweeps:
+            await asyncio.to_thread(self._store.save_sweep, sweep.as_row())
+
+
+def _arguments(wish: SweepWish, plan: Plan) -> list[str]:
+    """Return a plan as the command line takes it."""
+    arguments = [plan.experiment, "--trackers", ",".join(plan.trackers), "--trials", str(plan.trials)]
+    arguments += ["--frames", str(plan.frames), "--seed", str(plan.seed)]
+    ranges = {axis.name: f"{axis.start!r}:{axis.stop!r}:{axis.step!r}" for axis in wish.axes if axis.values is None}
+    for axis in plan.axes:
+        values = ranges.get(axis.name) or ",".join(_text(value) for value in axis.values)
+        arguments += ["--axis", f"{axis.name}={values}"]
+    for name, value in plan.values.items():
+        arguments += ["--set", f"{name}={_text(value)}"]
+    return arguments
+
+
+def _text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _mebibytes(count: int) -> str:
+    return f"{max(1, round(count / 1024 / 1024)):,} MiB"

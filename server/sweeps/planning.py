@@ -1,0 +1,133 @@
+"""Planning: from what somebody wishes to a plan of the library, every refusal with the field that it is about."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import TypeVar
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.experiment import Experiment
+from pftrack.parameters import ParameterError, declarations
+from pftrack.sweep import Axis, Plan, SweepError, parse_axis
+from pftrack.sweep.axis import TRACKER, checked
+from server.errors import RefusedError
+from server.settings import Settings
+from server.sweeps.wishes import AxisWish, SweepWish
+
+__all__ = ["BYTES_A_RUN", "as_plan", "cells_of", "within_limits"]
+
+Part = TypeVar("Part")
+
+BYTES_A_RUN = 160
+"""Of the result on the disk, chunks and final file together, generously."""
+
+
+def as_plan(wish: SweepWish, settings: Settings) -> Plan:
+    """Return the plan of a wish.
+
+    Raises:
+        RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
+    """
+    if wish.experiment not in EXPERIMENTS:
+        raise ParameterError("experiment", wish.experiment, f"one of {', '.join(EXPERIMENTS)}")
+    experiment = EXPERIMENTS[wish.experiment]
+    axes = tuple(_axis(experiment, index, axis) for index, axis in enumerate(wish.axes))
+    if not axes:
+        raise RefusedError("A sweep needs at least one axis.", field="axes")
+    names = [axis.name for axis in axes]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            raise RefusedError(f"The axis {name} is there already.", field=f"axes.{index}.name", value=name)
+    if not wish.trackers and TRACKER not in names:
+        raise RefusedError("Choose at least one method.", field="trackers")
+    for name in wish.trackers:
+        _part("trackers", partial(checked, experiment, Axis(TRACKER, (name,))))
+    for name, value in wish.values.items():
+        if name in names:
+            raise RefusedError(f"{name} is an axis and cannot have a fixed value as well.", field=f"values.{name}")
+        _part(f"values.{name}", partial(checked, experiment, Axis(name, (value,))))
+    plan = _part(
+        "axes",
+        lambda: Plan(
+            experiment=wish.experiment,
+            axes=axes,
+            trackers=tuple(wish.trackers),
+            trials=wish.trials,
+            seed=wish.seed,
+            frames=wish.frames or 0,
+            values=wish.values,
+        ),
+    )
+    _within_server(plan, settings)
+    return plan
+
+
+def within_limits(plan: Plan, settings: Settings) -> None:
+    """Refuse a plan that is too much for this server.
+
+    Raises:
+        RefusedError: It has too many runs.
+    """
+    if plan.runs > settings.max_sweep_runs:
+        raise RefusedError(
+            f"A sweep on this server has at most {settings.max_sweep_runs:,} runs; this one has {plan.runs:,}.",
+            field="trials",
+            bound=f"at most {settings.max_sweep_runs:,} runs",
+            value=plan.runs,
+        )
+
+
+def cells_of(plan: Plan) -> int:
+    """Return how many cells the map over the plan's first two axes has."""
+    cells = 1
+    for axis in plan.axes[:2]:
+        cells *= len(axis.values)
+    return cells
+
+
+def _axis(experiment: Experiment, index: int, wish: AxisWish) -> Axis:
+    if wish.values is not None:
+        axis = Axis(wish.name, tuple(wish.values))
+        return _part(f"axes.{index}.{_blamed(experiment, wish)}", partial(checked, experiment, axis))
+    text = f"{wish.name}={_plain(wish.start)}:{_plain(wish.stop)}:{_plain(wish.step)}"
+    return _part(f"axes.{index}.{_blamed(experiment, wish)}", partial(parse_axis, experiment, text))
+
+
+def _blamed(experiment: Experiment, wish: AxisWish) -> str:
+    """Return which part of an axis is most likely the one that is wrong."""
+    known = {it.name: it for it in declarations(type(experiment.simulate().parameters))}
+    if wish.name != TRACKER and wish.name not in known:
+        return "name"
+    if wish.values is not None or wish.start is None or wish.stop is None or not wish.step:
+        return "step" if wish.values is None else "values"
+    low, high = known[wish.name].minimum, known[wish.name].maximum
+    for name in ("start", "stop"):
+        end = getattr(wish, name)
+        if (low is not None and end < low) or (high is not None and end > high):
+            return name
+    return "step" if (wish.stop - wish.start) * wish.step < 0 else "stop"
+
+
+def _plain(number: float | None) -> str:
+    """Return a number as a person would type it: `0.1`, and no exponent that hides a digit."""
+    return repr(int(number)) if number is not None and number == int(number) else repr(number)
+
+
+def _within_server(plan: Plan, settings: Settings) -> None:
+    most = {"sample_count": settings.max_particles}
+    for name, limit in most.items():
+        wanted = [value for axis in plan.axes if axis.name == name for value in axis.values]
+        wanted += [plan.values[name]] if name in plan.values else []
+        for value in wanted:
+            if isinstance(value, int | float) and value > limit:
+                raise ParameterError(name, value, f"at most {limit} on this server")
+    if plan.frames > settings.max_frames:
+        raise ParameterError("frames", plan.frames, f"at most {settings.max_frames} on this server")
+
+
+def _part(field: str, part: Callable[[], Part]) -> Part:
+    """Return a part of a plan; if the library refuses it, say so with the field."""
+    try:
+        return part()
+    except (SweepError, ParameterError) as error:
+        said = str(error)
+        raise RefusedError(f"{said[:1].upper()}{said[1:]}.", field=field) from None

@@ -1,0 +1,305 @@
+"""One sweep, as the web process knows it: a plan, a process that computes it, and files in which the result grows.
+
+The files are the truth. Whatever dies, child, server or machine, they say how far the sweep is, and it goes on from
+there.
+"""
+
+import asyncio
+import contextlib
+import re
+import time
+from collections import deque
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import structlog
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.sweep import Plan, begin, partial_of
+from server.errors import ConflictError
+from server.settings import Settings
+from server.sweeps.child import Child
+from server.sweeps.listeners import Listener
+from server.sweeps.results import Results, axis_view
+from server.sweeps.views import CellsView, State, SweepView
+
+__all__ = ["Sweep"]
+
+log = structlog.get_logger(__name__)
+
+LOOK_EVERY_S = 0.25
+WRITE_EVERY_S = 5.0
+RATE_OVER_S = 20.0
+PATH = re.compile(r"(?<![\w.])/[^\s:;,)]+")
+
+Keep = Callable[["Sweep"], Awaitable[None]]
+
+
+class Sweep:
+    """One sweep; all methods belong to the event loop's thread.
+
+    Attributes:
+        id: Its name.
+        plan: What is computed.
+        title: What it is called.
+        created: When it was wished for.
+        results: What there is of it so far.
+    """
+
+    def __init__(self, row: dict[str, Any], plan: Plan, out: Path, settings: Settings, keep: Keep) -> None:
+        self.id: str = row["id"]
+        self.plan = plan
+        self.title: str = row["title"]
+        self.created: str = row["created"]
+        self.state: State = row["state"]
+        self.message: str | None = row["message"]
+        self.done: int = row["done"]
+        self.successes: int | None = row["successes"]
+        self.results = Results(plan, out)
+        self._seconds: float = row["seconds"]
+        self._out = out
+        self._settings = settings
+        self._keep = keep
+        self._child: Child | None = None
+        self._watch: asyncio.Task[None] | None = None
+        self._reason: str | None = None
+        self._began = 0.0
+        self._past: deque[tuple[float, int]] = deque()
+        self._listeners: set[Listener] = set()
+
+    # ------------------------------------------------------------ what it is
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process that computes it."""
+        return self._child.pid if self._child else None
+
+    @property
+    def listeners(self) -> int:
+        """How many pages watch it."""
+        return len(self._listeners)
+
+    @property
+    def judged(self) -> bool:
+        """Whether its experiment has a notion of success."""
+        return self.plan.wiring.lost is not None
+
+    def as_row(self) -> dict[str, Any]:
+        """Return what is kept of it in the database."""
+        return {
+            "id": self.id,
+            "title": self.title,
+            "experiment": self.plan.experiment,
+            "state": self.state,
+            "message": self.message,
+            "runs": self.plan.runs,
+            "done": self.done,
+            "successes": self.successes,
+            "seconds": self._now_seconds(),
+            "created": self.created,
+        }
+
+    def view(self) -> SweepView:
+        """Return it as everybody outside sees it."""
+        plan, experiment = self.plan, self.plan.wiring
+        rate = self._rate()
+        return SweepView(
+            id=self.id,
+            title=self.title,
+            experiment=plan.experiment,
+            experiment_title=experiment.title,
+            unit=experiment.unit,
+            judged=self.judged,
+            axes=[axis_view(plan, axis.name) for axis in plan.axes],
+            trackers=[{"id": name, "title": experiment.trackers[name].title} for name in plan.trackers],
+            trials=plan.trials,
+            frames=plan.frames,
+            seed=plan.seed,
+            values=dict(plan.values),
+            runs=plan.runs,
+            conditions=plan.conditions,
+            done=self.done,
+            successes=self.successes if self.judged else None,
+            state=self.state,
+            message=self.message,
+            rate=rate,
+            seconds=self._now_seconds(),
+            seconds_left=(plan.runs - self.done) / rate if rate and self.state == "running" else None,
+            created=self.created,
+            outcome=self._outcome(),
+            page=f"/sweep/{self.id}",
+        )
+
+    async def cells(self, x: str | None = None, y: str | None = None) -> CellsView:
+        """Return its map over one or two axes; over its first two if none is named.
+
+        Raises:
+            RefusedError: It has no such axis.
+        """
+        return await asyncio.to_thread(self.results.cells, x, y)
+
+    # ------------------------------------------------------------ life
+
+    async def start(self) -> None:
+        """Begin or go on.
+
+        Raises:
+            OSError: The disk does not take it.
+        """
+        if self._watch is not None:
+            return
+        if not self._out.exists() and not partial_of(self._out).exists():
+            await asyncio.to_thread(begin, self.plan, self._out)
+        self._reason = None
+        arguments = ["--resume", str(self._out), "--json", "--jobs", str(self._settings.sweep_jobs)]
+        self._child = await Child.start(*arguments, largest_file=self._settings.max_sweeps_bytes)
+        self._began = time.monotonic()
+        self._past.clear()
+        self._watch = asyncio.create_task(self._follow(self._child))
+        await self._become("running", None)
+        log.info("sweep started", sweep=self.id, runs=self.plan.runs, done=self.done)
+
+    async def stop(self, reason: str) -> None:
+        """End its process; what was computed is kept."""
+        if self._child is None or self._watch is None:
+            return
+        self._reason = self._reason or reason
+        await self._child.stop()
+        await asyncio.shield(self._watch)
+
+    async def close(self) -> None:
+        """Send all listeners away."""
+        for listener in self._listeners:
+            listener.close()
+
+    async def look(self) -> None:
+        """Look at what lies on the disk."""
+        await asyncio.to_thread(self.results.refresh)
+        self._take()
+
+    async def _follow(self, child: Child) -> None:
+        """Watch files and process until the process ends."""
+        end = asyncio.ensure_future(child.wait())
+        written = time.monotonic()
+        try:
+            while not end.done():
+                await asyncio.wait({end}, timeout=LOOK_EVERY_S)
+                await self._glance()
+                if time.monotonic() - written > WRITE_EVERY_S:
+                    written = time.monotonic()
+                    await self._keep(self)
+            status, answer = end.result()
+            await self._glance()
+        finally:
+            self._seconds, self._child, self._watch = self._now_seconds(), None, None
+        if status == 0 and self._out.exists():
+            await self._become("done", None)
+        else:
+            reason = self._reason or self._why(status, answer)
+            if self._reason is None:
+                log.warning("sweep stopped", sweep=self.id, status=status, **answer)
+            await self._become("stopped", reason)
+
+    async def _glance(self) -> None:
+        """Look at the disk; if that fails, the next time may do better."""
+        try:
+            if await asyncio.to_thread(self.results.refresh):
+                self._take()
+        except Exception:
+            log.exception("a sweep's files cannot be read", sweep=self.id)
+
+    def _take(self) -> None:
+        self.done, self.successes = self.results.done, self.results.successes
+        self._past.append((time.monotonic(), self.done))
+        while len(self._past) > 2 and self._past[-1][0] - self._past[0][0] > RATE_OVER_S:
+            self._past.popleft()
+        self._wake()
+
+    async def _become(self, state: State, message: str | None) -> None:
+        self.state, self.message = state, message
+        self._wake()
+        with contextlib.suppress(Exception):
+            await self._keep(self)
+
+    def _why(self, status: int, answer: dict[str, Any]) -> str:
+        """Say why the process ended, in words that may be read by anybody."""
+        kept = "What was computed is kept; resume the sweep to go on."
+        if status < 0:
+            return f"The process that computed the sweep was killed (signal {-status}). {kept}"
+        error = answer.get("error", {})
+        said = str(error.get("message") or "").strip() or str(answer.get("complaint") or "")
+        for words, meaning in COMPLAINTS.items():
+            if words in said:
+                return f"{meaning} {kept}"
+        said = PATH.sub("a file", said.strip().splitlines()[-1] if said.strip() else "")
+        return f"{said[:1].upper()}{said[1:300].rstrip('.')}. {kept}" if said else f"The computation failed. {kept}"
+
+    # ------------------------------------------------------------ listeners
+
+    @contextmanager
+    def join(self, x: str | None, y: str | None) -> Iterator[Listener]:
+        """Add a listener for as long as the context lasts."""
+        listener = Listener(self, x, y)
+        self._listeners.add(listener)
+        try:
+            yield listener
+        finally:
+            self._listeners.discard(listener)
+
+    def _wake(self) -> None:
+        for listener in self._listeners:
+            listener.wake()
+
+    # ------------------------------------------------------------ figures
+
+    def _now_seconds(self) -> float:
+        running = time.monotonic() - self._began if self._watch is not None else 0.0
+        return round(self._seconds + running, 1)
+
+    def _rate(self) -> float | None:
+        """Return the runs a second of late."""
+        if self.state != "running" or len(self._past) < 2:
+            return None
+        (then, before), (now, after) = self._past[0], self._past[-1]
+        return (after - before) / (now - then) if now > then and after > before else None
+
+    def _outcome(self) -> str:
+        """Say in a few words what came of it."""
+        parts = []
+        if self.state != "done":
+            parts.append(f"{self.done:,} of {self.plan.runs:,} runs")
+        else:
+            parts.append(f"{self.plan.runs:,} runs")
+        if self.judged and self.successes is not None and self.done:
+            parts.append(f"{100 * self.successes / self.done:.0f} % succeeded")
+        return ", ".join(parts)
+
+
+COMPLAINTS = {
+    "No space left": "The disk of the server is full.",
+    "File too large": "The result is larger than a sweep on this server may be.",
+    "Disk quota": "The disk quota of the server is used up.",
+    "Cannot allocate memory": "There was not enough memory.",
+}
+
+
+def default_title(plan: Plan) -> str:
+    """Return a title for a plan that was given none."""
+    experiment = EXPERIMENTS[plan.experiment]
+    titles = [axis_view(plan, axis.name).title.lower() for axis in plan.axes[:3]]
+    over = " × ".join(titles) or "repeated"
+    return f"{experiment.title} · {over}"[:200]
+
+
+def check_idle(sweep: Sweep) -> None:
+    """Refuse to go on with what is running or complete.
+
+    Raises:
+        ConflictError: There is nothing to resume.
+    """
+    if sweep.state == "running":
+        raise ConflictError("The sweep is running already.")
+    if sweep.state == "done":
+        raise ConflictError("The sweep is complete; there is nothing left to compute.")

@@ -1,0 +1,164 @@
+"""Views: sweeps as everybody outside sees them."""
+
+from typing import Literal
+
+from pydantic import BaseModel
+
+from pftrack.parameters import Value
+from server.sessions.messages import TrackerView
+
+__all__ = [
+    "AxisView",
+    "CellsView",
+    "ComparisonView",
+    "Correction",
+    "EstimateView",
+    "MapView",
+    "Measure",
+    "RowView",
+    "RowsView",
+    "State",
+    "SweepView",
+    "Test",
+    "ValuesView",
+]
+
+State = Literal["running", "stopped", "done"]
+Measure = Literal["success", "error"]
+Test = Literal["chi-square", "fisher", "rank-sum"]
+Correction = Literal["none", "holm"]
+Verdict = Literal["first", "second", "none", "untested"]
+
+
+class AxisView(BaseModel):
+    """An axis with what a map needs to write beside it."""
+
+    name: str
+    title: str
+    unit: str
+    kind: str
+    values: list[Value]
+
+
+class ValuesView(BaseModel):
+    """The first values of an axis as it would be, and how many there are."""
+
+    name: str
+    count: int
+    first: list[Value]
+
+
+class EstimateView(BaseModel):
+    """How large a sweep would be.
+
+    `seconds` is missing where it was not measured; `problem` says why this server would not carry the sweep out now.
+    """
+
+    runs: int
+    conditions: int
+    cells: int
+    frames: int
+    axes: list[ValuesView]
+    jobs: int
+    bytes: int
+    seconds: float | None = None
+    problem: str | None = None
+
+
+class SweepView(BaseModel):
+    """A sweep; `successes` counts over all runs so far, where the experiment knows success."""
+
+    id: str
+    title: str
+    experiment: str
+    experiment_title: str
+    unit: str
+    judged: bool
+    axes: list[AxisView]
+    trackers: list[TrackerView]
+    trials: int
+    frames: int
+    seed: int
+    values: dict[str, Value]
+    runs: int
+    conditions: int
+    done: int
+    successes: int | None = None
+    state: State
+    message: str | None = None
+    rate: float | None = None
+    seconds: float
+    seconds_left: float | None = None
+    created: str
+    outcome: str
+    page: str
+
+
+class MapView(BaseModel):
+    """What is known of the cells of one method, a list a quantity.
+
+    The lists are as long as `at` of a message, or as the map has cells, row after row of the y axis. What is not known
+    is null. `error` is the mean over the successful runs.
+    """
+
+    tracker: str
+    runs: list[int]
+    problems: list[int]
+    successes: list[int | None]
+    rate: list[float | None]
+    low: list[float | None]
+    high: list[float | None]
+    error: list[float | None]
+    lost_frames: list[float | None]
+
+
+class ComparisonView(BaseModel):
+    """Two methods against each other, cell by cell.
+
+    `difference` is positive where the first is better: that of the success rates, or of the mean errors of successful
+    runs. `verdict` is the outcome of the test; "untested" where its conditions of use do not hold.
+    """
+
+    first: str
+    second: str
+    measure: Measure
+    test: Test
+    level: float
+    correction: Correction
+    difference: list[float | None]
+    verdict: list[Verdict]
+    p_value: list[float | None]
+
+
+class CellsView(BaseModel):
+    """A sweep seen over one or two of its axes; the others, and the trials, are pooled."""
+
+    x: AxisView
+    y: AxisView | None
+    planned: int
+    done: int
+    maps: list[MapView]
+    comparison: ComparisonView | None = None
+
+
+class RowView(BaseModel):
+    """One run of a sweep."""
+
+    run: int
+    tracker: str
+    trial: int
+    seed: int
+    conditions: dict[str, Value]
+    success: bool | None
+    mean_error: float | None
+    lost_frames: int | None
+    first_lost_frame: int | None
+    problem: str | None
+
+
+class RowsView(BaseModel):
+    """Some runs of a cell, failures first, and how many there are."""
+
+    total: int
+    failures: int
+    rows: list[RowView]
