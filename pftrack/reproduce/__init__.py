@@ -7,13 +7,15 @@ could not be confirmed is computed all the same and reported as a known negative
 - `signals`: the Kalman and particle filters of ch. 2;
 - `oracle`: one step whose exact answer is known by quadrature;
 - `occlusion`: success over occluder width and distracter size, ch. 3 sections 3.1 and 3.2;
+- `sensitivity`: what these hang on, the scene and the trackers varied one by one;
+- `other_scene`: the same in the other reading of the scene;
 - `counts`: how many particles, ch. 3 section 3.3;
 - `motion`: learning the dynamics while tracking, ch. 3 section 4.
 """
 
 from collections.abc import Callable, Sequence
 
-from pftrack.reproduce import counts, motion, occlusion, oracle, signals
+from pftrack.reproduce import counts, motion, occlusion, oracle, other_scene, sensitivity, signals
 from pftrack.reproduce.finding import Finding
 from pftrack.reproduce.pool import Pool
 
@@ -25,6 +27,8 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "dimension": signals.dimension,
     "one-step": oracle.one_step,
     "occlusion": occlusion.coarse_map,
+    "sensitivity": sensitivity.variations,
+    "wide-swing": other_scene.wide_swing,
     "sample-count": counts.sample_count,
     "learning": motion.unobstructed,
     "learning-clutter": motion.clutter,

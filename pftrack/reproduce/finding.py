@@ -4,7 +4,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Literal
 
-__all__ = ["Finding", "claim", "compare"]
+__all__ = ["Finding", "claim", "compare", "share"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,15 @@ def compare(result: str, ours: float, reference: float, tolerance: float, source
     """Judge a figure by its distance from the reference; NaN fails."""
     status: Literal["pass", "fail"] = "pass" if abs(ours - reference) <= tolerance else "fail"
     return Finding(result, ours, reference, tolerance, status, source)
+
+
+def share(result: str, successes: int, runs: int, reference: float, reference_runs: int, source: str) -> Finding:
+    """Judge a success rate by the reference's: within three standard errors of the difference, and 0.03.
+
+    The allowance is the specification's for a cell of a map (6.5); it grows as either side has fewer runs.
+    """
+    spread = math.sqrt(reference * (1 - reference) * (1 / runs + 1 / reference_runs))
+    return compare(result, successes / runs, reference, 3 * spread + 0.03, source)
 
 
 def claim(result: str, ours: float, *, holds: bool, source: str, confirmed: bool = True) -> Finding:

@@ -1,0 +1,105 @@
+"""Studies by the thousand runs: plans, carried out in the pool, and what is counted of their rows."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from pftrack.parameters import Value
+from pftrack.reproduce.pool import Pool
+from pftrack.sources.overlay import LAYOUTS
+from pftrack.sweep import Axis, Plan
+from pftrack.sweep.chunks import Chunks
+from pftrack.sweep.table import compute
+
+__all__ = ["Scene", "Tally", "rows", "tally"]
+
+FRAMES = 60
+RUNS_A_PIECE = 120
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The simulated ball over a grid of occluder widths and look-alike radii, in all or some of the layouts.
+
+    Attributes:
+        widths: Of the occluder, px.
+        radii: Of the look-alikes, px.
+        layouts: How many of the twenty layouts; those taken are spread evenly.
+        values: What else differs from the document's scene.
+        axes: What else is varied.
+    """
+
+    widths: tuple[int, ...]
+    radii: tuple[int, ...]
+    layouts: int = len(LAYOUTS)
+    values: Mapping[str, Value] = field(default_factory=dict)
+    axes: tuple[Axis, ...] = ()
+
+    def plan(self, trackers: tuple[str, ...], trials: int, **values: Value) -> Plan:
+        """Return the plan of so many trials in every layout of every cell."""
+        layouts = tuple(range(0, len(LAYOUTS), len(LAYOUTS) // self.layouts))
+        return Plan(
+            "ball",
+            (
+                *self.axes,
+                Axis("occlusion_width_px", tuple(map(float, self.widths))),
+                Axis("distracter_radius_px", tuple(map(float, self.radii))),
+                Axis("layout", layouts),
+            ),
+            trackers,
+            trials,
+            frames=FRAMES,
+            values={**self.values, **values},
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """Runs counted together.
+
+    Attributes:
+        runs: How many.
+        successes: How many of them succeeded.
+        error: Mean error of those, px; NaN if there are none.
+        observation_share: Mean share of the particles from the observation sampler.
+        errors: Of each successful run, px.
+    """
+
+    runs: int
+    successes: int
+    error: float
+    observation_share: float
+    errors: tuple[float, ...]
+
+    @property
+    def success(self) -> float:
+        """Share of the runs that succeeded."""
+        return self.successes / self.runs
+
+
+def rows(pool: Pool, plan: Plan) -> pa.Table:
+    """Carry out a plan and return its rows, by number."""
+    chunks = Chunks.of(plan, RUNS_A_PIECE)
+    return pa.concat_tables(pool.map(partial(_piece, plan, chunks), range(len(chunks))))
+
+
+def tally(table: pa.Table, **which: Value) -> Tally:
+    """Count the rows whose columns have the given values; there must be at least one."""
+    for name, value in which.items():
+        table = table.filter(pc.equal(table[name], pa.scalar(value, table[name].type)))
+    succeeded = table.filter(table["success"])["mean_error"].to_numpy()
+    return Tally(
+        len(table),
+        len(succeeded),
+        float(succeeded.mean()) if len(succeeded) else float("nan"),
+        float(np.mean(table["observation_share"].to_numpy())),
+        tuple(succeeded.tolist()),
+    )
+
+
+def _piece(plan: Plan, chunks: Chunks, number: int) -> pa.Table:
+    return compute(plan, chunks[number])
