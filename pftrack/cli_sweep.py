@@ -109,6 +109,8 @@ def report(
     out: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Where to; FILE-report beside the file if not given.")
     ] = None,
+    x: Annotated[str | None, typer.Option(metavar="AXIS", help="Across the maps.")] = None,
+    y: Annotated[str | None, typer.Option(metavar="AXIS", help="Down the maps.")] = None,
     level: Annotated[str, typer.Option(metavar="P", help="Of significance.")] = "0.01",
     json: Json = False,
 ) -> None:
@@ -120,7 +122,7 @@ def report(
     folder = out or result.path.with_name(f"{file.name.split('.parquet')[0]}-report")
     if folder.exists() and not folder.is_dir():
         raise wrong_use(f"--out must be a folder, {folder} is a file")
-    made = write_report(result, folder, level=_level(level))
+    made = write_report(result, folder, x=x, y=y, level=_level(level))
     if json:
         emit(made.as_dict())
         return
@@ -269,7 +271,7 @@ def _bar(title: str) -> Iterator[_Shown]:
 def _stoppable() -> Iterator[Callable[[], bool]]:
     """Let the first signal to stop be a request, which the sweep winds up for; a second one ends it at once."""
     asked = threading.Event()
-    before = {int(number): signal.getsignal(number) for number in SIGNALS}
+    before: dict[int, Any] = {number: signal.getsignal(number) for number in SIGNALS}
 
     def ask(number: int, _: object) -> None:
         asked.set()
@@ -280,8 +282,8 @@ def _stoppable() -> Iterator[Callable[[], bool]]:
     try:
         yield asked.is_set
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for caught, handler in before.items():
+            signal.signal(caught, handler)
 
 
 def _level(text: str) -> float:

@@ -1,0 +1,78 @@
+"""Reports: the result of a sweep for people. Tables, figures as PNG, and one page that needs nothing else.
+
+Modules: `study` (what is looked at), `tables`, `figures`, `page`, and the `colours` that all share.
+"""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pftrack.sweep.errors import SweepError
+from pftrack.sweep.report.figures import figures
+from pftrack.sweep.report.page import page
+from pftrack.sweep.report.study import Study
+from pftrack.sweep.report.tables import Table, tables
+from pftrack.sweep.result import Result, summary
+
+__all__ = ["Report", "write_report"]
+
+DOTS_PER_INCH = 160
+
+
+@dataclass(frozen=True)
+class Report:
+    """A report that was written.
+
+    Attributes:
+        tables: Its tables.
+        files: Its files.
+        page: The page among them.
+        figures: What came of the sweep, in numbers.
+    """
+
+    tables: tuple[Table, ...]
+    files: tuple[Path, ...]
+    page: Path
+    figures: dict[str, Any]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the report as JSON values."""
+        shown = [{"title": it.title, "columns": it.columns, "rows": it.rows} for it in self.tables]
+        return {**self.figures, "tables": shown, "files": [str(path) for path in self.files], "page": str(self.page)}
+
+
+def write_report(
+    result: Result, folder: Path, *, x: str | None = None, y: str | None = None, level: float = 0.01
+) -> Report:
+    """Write the report of a result into a folder; a report that is there already is written anew.
+
+    Args:
+        result: Finished, or as far as it came.
+        folder: Where to; it is made if need be.
+        x: Name of the axis across the maps; the first with several numbers if not given.
+        y: Name of the axis down the maps; the next one if not given.
+        level: Of significance.
+
+    Raises:
+        SweepError: The result is empty or damaged, or has no such axis.
+        OSError: The folder cannot be written.
+    """
+    figures_of_all = summary(result)
+    if not figures_of_all["runs"]:
+        raise SweepError("the sweep has no rows yet, so there is nothing to report")
+    study = Study.of(result, x=x, y=y, level=level)
+    made = tables(study)
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for name, draw in figures(study).items():
+        files.append(folder / f"{name}.png")
+        draw().savefig(files[-1], dpi=DOTS_PER_INCH)
+    files.append(folder / "tables.csv")
+    with files[-1].open("w", newline="") as file:
+        writer = csv.writer(file)
+        for table in made:
+            writer.writerows([[table.title], table.columns, *table.rows, []])
+    index = folder / "index.html"
+    index.write_text(page(study, made))
+    return Report(made, (*files, index), index, {**figures_of_all, "complete": result.complete})
