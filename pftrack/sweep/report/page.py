@@ -22,8 +22,17 @@ from pftrack.sweep.report.tables import Table
 
 __all__ = ["page"]
 
-SIDE_PX = 340
+SIDE_PX = 310
 COLUMNS = 3
+
+NOTES = {
+    "significance": "Each cell is tested by itself, as in the document: of a hundred cells without any difference, "
+    "about one comes out as significant at 0.01 by chance. Not applicable where an expected count is below 5.",
+    "significance_holm": "Corrected for the number of cells: the level is the probability of any false alarm in the "
+    "whole map.",
+    "significance_error": "Errors of successful runs only. Where two trackers succeed in different runs they are "
+    "judged by different runs, and the one that survives the harder ones may show the larger error.",
+}
 
 Plot = Any
 """A Bokeh figure; its classes are made at run time."""
@@ -51,7 +60,7 @@ def page(study: Study, tables: tuple[Table, ...]) -> str:
     body += [_table(tables[0])]
     for name, (title, _) in sections.items():
         body.append(f"<h2>{escape(title)}</h2>")
-        body.append(_key() if name.startswith("significance") else "")
+        body += [_note(NOTES[name]), _key()] if name in NOTES else []
         body.append(f'<div class="wide">{divisions[name]}</div>')
     body += [_table(table) for table in tables[1:]]
     return (
@@ -106,7 +115,7 @@ def _difference(study: Study, pair: Comparison) -> Plot:
     palette = [to_hex(diverging()(step / 255)) for step in range(256)]
     mapper = LinearColorMapper(palette=palette, low=-most, high=most, nan_color=MISSING)
     hover = [("difference", "@value{+0.000}"), ("p (chi-square)", "@p")]
-    title = f"{study.title(pair.first)} less {study.title(pair.second)}"
+    title = f"{pair.first} less {pair.second}"
     return _map(study, title, {"value": found.effect, "p": _p_values(found)}, mapper, hover)
 
 
@@ -115,7 +124,7 @@ def _codes(study: Study, pair: Comparison, found: Significance) -> Plot:
     names = [CODE_NAMES[code].format(first=study.title(pair.first), second=study.title(pair.second)) for code in Code]
     hover = [("", "@verdict"), ("p", "@p"), ("effect", "@effect{+0.000}")]
     columns = {"fill": colours, "verdict": np.array(names)[found.codes], "p": _p_values(found), "effect": found.effect}
-    title = f"1: {study.title(pair.first)}, 2: {study.title(pair.second)}"
+    title = f"1: {pair.first}, 2: {pair.second}"
     return _map(study, title, columns, None, hover)
 
 
@@ -139,7 +148,7 @@ def _map(
     plot: Plot = figure(
         x_range=FactorRange(factors=across),
         y_range=FactorRange(factors=down),
-        width=SIDE_PX + (70 if mapper else 0),
+        width=SIDE_PX + (65 if mapper else 0),
         height=height,
         title=title,
         toolbar_location=None,
@@ -220,6 +229,10 @@ def _key() -> str:
         for code, name in CODE_NAMES.items()
     )
     return f'<p class="key">{"".join(entries)}</p>'
+
+
+def _note(text: str) -> str:
+    return f"<p>{escape(text)}</p>"
 
 
 def _joined(body: list[str]) -> str:
