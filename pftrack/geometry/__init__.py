@@ -1,0 +1,11 @@
+"""Geometry: how solid things turn, and how a camera sees them.
+
+The camera's frame has X to the right, Y down and Z away from the camera, in millimetres; pixels count x to the right
+and y down. Angles are radians.
+
+- `rotation`: R = R_Y R_X R_Z, its derivatives and its inverse; differences of angles;
+- `camera`: the pinhole with its derivatives, and the affine camera;
+- `face_model`: eleven named points of a face, their mean and their spread over people.
+"""
+
+__all__ = ["camera", "face_model", "rotation"]
