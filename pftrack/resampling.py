@@ -26,7 +26,17 @@ from pftrack.elementary import exponentials
 from pftrack.particles import ParticleSet
 from pftrack.random import Generator, uniforms
 
-__all__ = ["RESAMPLERS", "Resampler", "adaptive", "multinomial", "parents", "residual", "stratified", "systematic"]
+__all__ = [
+    "RESAMPLERS",
+    "Resampler",
+    "adaptive",
+    "multinomial",
+    "parents",
+    "residual",
+    "stratified",
+    "systematic",
+    "systematic_parents",
+]
 
 Resampler: TypeAlias = Callable[[Generator, NDArray[np.float64], int], NDArray[np.int64]]
 
@@ -39,7 +49,7 @@ def systematic(rng: Generator, log_weights: NDArray[np.float64], count: int) -> 
         log_weights: (N,) logarithms of weights, up to a common constant; not all -inf.
         count: How many to draw.
     """
-    return _systematic(_relative(log_weights), rng.random(), count)
+    return systematic_parents(_relative(log_weights), rng.random(), count)
 
 
 def stratified(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
@@ -82,7 +92,7 @@ def parents(
     """
     weights = _relative(log_weights)
     if kind == 0:
-        return _systematic(weights, uniforms(seed, frame, purpose, draw, 1)[0], count)
+        return systematic_parents(weights, uniforms(seed, frame, purpose, draw, 1)[0], count)
     numbers = uniforms(seed, frame, purpose, draw, count)
     if kind == 1:
         return _stratified(weights, numbers)
@@ -122,7 +132,8 @@ def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def _systematic(weights: NDArray[np.float64], offset: float, count: int) -> NDArray[np.int64]:
+def systematic_parents(weights: NDArray[np.float64], offset: float, count: int) -> NDArray[np.int64]:
+    """Draw (count,) parents by weights (N,), not all 0, with one offset in [0, 1) for all strata."""
     size = weights.shape[0]
     total = 0.0
     for n in range(size):

@@ -10,20 +10,47 @@ The members differ in how they represent the posterior and where they put their 
 - `switching`: rules that choose between prediction and observation by how uncertain the last posterior was;
 - `fixed_lag`: the state a few frames ago, given what has been seen since, for Gaussians and for particles.
 
+An object with several features is tracked in two layers (`layers`):
+
+- `adaptive`: below, particles of each feature, drawn in a given ratio from the prediction from above and from their own;
+- `affine`, `perspective`: above, the camera's entries or the pose itself; `affine_pose` gets the pose from the entries;
+- `sequential`: the small Kalman filters of both, for compiled loops.
+
 Filters know no pictures: the likelihood is an argument, a function of states (N, d) that returns log densities (N,).
 """
 
-from pftrack.filters import auxiliary, bootstrap, extended, fixed_lag, kalman, switching, unscented, unscented_particle
+from pftrack.filters import (
+    adaptive,
+    affine,
+    affine_pose,
+    auxiliary,
+    bootstrap,
+    extended,
+    fixed_lag,
+    kalman,
+    layers,
+    perspective,
+    sequential,
+    switching,
+    unscented,
+    unscented_particle,
+)
 from pftrack.filters.posterior import LogLikelihood, Posterior
 
 __all__ = [
     "LogLikelihood",
     "Posterior",
+    "adaptive",
+    "affine",
+    "affine_pose",
     "auxiliary",
     "bootstrap",
     "extended",
     "fixed_lag",
     "kalman",
+    "layers",
+    "perspective",
+    "sequential",
     "switching",
     "unscented",
     "unscented_particle",

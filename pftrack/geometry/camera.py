@@ -71,5 +71,4 @@ def affine_fit(points_mm: NDArray[np.float64], pixels: NDArray[np.float64]) -> N
     solved, _, rank, _ = np.linalg.lstsq(extended, pixels, rcond=None)
     if rank < 4:
         raise ValueError("expected four points that do not lie in one plane, got fewer")
-    camera: NDArray[np.float64] = solved.T.copy()
-    return camera
+    return np.ascontiguousarray(solved.T, dtype=np.float64)

@@ -3,9 +3,10 @@
 A likelihood is a model fitted beforehand that turns a picture and states (N, d) into log densities (N,), up to a
 constant that is the same for all states. Likelihoods know no filters. Members:
 
-- `chromaticity`: the colour of the one pixel under the particle, brightness taken out.
+- `chromaticity`: the colour of the one pixel under the particle, brightness taken out;
+- `points`: measured positions of several features, each with its own noise.
 """
 
-from pftrack.likelihoods import chromaticity
+from pftrack.likelihoods import chromaticity, points
 
-__all__ = ["chromaticity"]
+__all__ = ["chromaticity", "points"]

@@ -5,6 +5,7 @@ A tracker is a pair of pure functions, `start(target, size, parameters, rng) -> 
 and all trackers of an experiment understand each other's states, so that one may take over from another in mid-run.
 
 - `ball`: the switching filters of document 1, ch. 3, and what they are compared with;
+- `layered`: features in two layers, with a sampling distribution that adapts, of document 1, ch. 4;
 - `signal`: the Kalman and the particle filter of document 1, ch. 2.
 """
 

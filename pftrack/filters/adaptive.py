@@ -1,0 +1,222 @@
+"""Features tracked by small particle filters that draw from two predictions at once.
+
+Each feature has N particles of its own, positions (x, y) in this frame and in the last. A share alpha of them is drawn
+from the upper layer's prediction of that feature (`layers`), the others from the feature's own past by a second-order
+model, so that a wrong model of the object and a hidden feature are both survived. The mixture of the two is the prior
+as well as the sampling distribution, and therefore the weight of a particle is its likelihood alone (document 1, ch. 4,
+eqs. 4.1-4.3, 4.6-4.10).
+
+How many come from where is no draw but a division: round(alpha N) and the rest. How alpha is adapted is the business of
+`learning.mixture_em`; at 1 and at 0 the filter follows only the upper or only the lower prediction.
+
+All features are handled together. The likelihood comes from outside, for all particles at once: `draw`, then the
+likelihood of `positions`, then `weigh`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.elementary import exponentials
+from pftrack.filters.layers import Projection
+from pftrack.particles import moments, normalise
+from pftrack.random import Generator
+from pftrack.resampling import systematic_parents
+
+__all__ = ["Draw", "Features", "begin", "draw", "propagated", "surviving", "weigh"]
+
+
+@dataclass(frozen=True, slots=True)
+class Draw:
+    """Particles of a new frame, not yet weighed.
+
+    Attributes:
+        coordinates: (F, 4, N) px; by feature: x and y in this frame, x and y in the last.
+        upper_counts: (F,) how many of each feature's particles, the first ones, came from the upper prediction.
+    """
+
+    coordinates: NDArray[np.float64]
+    upper_counts: NDArray[np.int64]
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(F, N, 2) px, a view."""
+        return self.coordinates[:, :2].transpose(0, 2, 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """The posterior of F features, N particles each.
+
+    Attributes:
+        coordinates: (F, 4, N) px; by feature: x and y in this frame, x and y in the last.
+        log_weights: (F, N); the weights of a feature sum to one.
+        upper_counts: (F,) how many of each feature's particles, the first ones, came from the upper prediction.
+        survivors: (F, N) which particles were drawn by weight, to be the parents of the next frame.
+        means: (F, 2) px, weighted means of the positions.
+        covariances: (F, 2, 2) px^2, weighted.
+        log_evidences: (F,) log of the mean likelihood; -inf if no particle of the feature had any.
+    """
+
+    coordinates: NDArray[np.float64]
+    log_weights: NDArray[np.float64]
+    upper_counts: NDArray[np.int64]
+    survivors: NDArray[np.int64]
+    means: NDArray[np.float64]
+    covariances: NDArray[np.float64]
+    log_evidences: NDArray[np.float64]
+
+    @property
+    def particles(self) -> NDArray[np.float64]:
+        """(F, N, 4) px, a view: x and y in this frame, x and y in the last."""
+        return self.coordinates.transpose(0, 2, 1)
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(F, N, 2) px, a view."""
+        return self.coordinates[:, :2].transpose(0, 2, 1)
+
+    @property
+    def variances(self) -> NDArray[np.float64]:
+        """(F, 2) px^2, per axis."""
+        variances: NDArray[np.float64] = self.covariances.diagonal(axis1=1, axis2=2)
+        return variances
+
+
+def begin(positions: NDArray[np.float64], spread_px: float, count: int, rng: Generator) -> Features:
+    """Begin with particles scattered around known positions, at rest.
+
+    Args:
+        positions: (F, 2) px.
+        spread_px: Standard deviation of the scatter.
+        count: N, particles per feature.
+        rng: The frame's generator.
+    """
+    features = len(positions)
+    scattered = positions[:, :, None] + spread_px * rng.standard_normal((features, 2, count))
+    fresh = Draw(np.concatenate([scattered, scattered], axis=1), np.zeros(features, np.int64))
+    return weigh(fresh, np.zeros((features, count)), rng)
+
+
+def draw(
+    features: Features,
+    projection: Projection,
+    ratios: NDArray[np.float64],
+    noise_sd_px: float,
+    count: int,
+    rng: Generator,
+) -> Draw:
+    """Draw the particles of the next frame from both predictions.
+
+    Args:
+        features: Posterior of the last frame.
+        projection: The upper layer's prediction of this frame.
+        ratios: (F,) alpha, the share to be drawn from it.
+        noise_sd_px: b_f, process noise of the features' own dynamics (document 1, ch. 4, eq. 4.6).
+        count: N, particles per feature.
+        rng: The frame's generator.
+    """
+    size = len(ratios)
+    normals, uniforms = rng.standard_normal((size, 4, count)), rng.random((size, count))
+    return Draw(
+        *_draw(
+            features.coordinates,
+            features.survivors,
+            projection.means,
+            projection.covariances,
+            ratios,
+            noise_sd_px,
+            normals,
+            uniforms,
+        )
+    )
+
+
+def weigh(drawn: Draw, log_likelihoods: NDArray[np.float64], rng: Generator) -> Features:
+    """Weigh particles by their likelihood alone, and draw the survivors systematically.
+
+    Args:
+        drawn: The particles.
+        log_likelihoods: (F, N) up to a constant for each feature; NaN counts as impossible. A feature of which all
+            particles are impossible keeps them with equal weights.
+        rng: The frame's generator.
+    """
+    offsets = rng.random(len(drawn.upper_counts))
+    log_weights, survivors, means, covariances, log_evidences = _weigh(drawn.coordinates, log_likelihoods, offsets)
+    return Features(drawn.coordinates, log_weights, drawn.upper_counts, survivors, means, covariances, log_evidences)
+
+
+def surviving(features: Features) -> NDArray[np.float64]:
+    """Return the positions of the survivors, (F, 2, N) px."""
+    return np.take_along_axis(features.coordinates[:, :2], features.survivors[:, None], axis=2)
+
+
+def propagated(features: Features) -> NDArray[np.float64]:
+    """Return where the survivors move without noise, 2 x_t - x_{t-1}, (F, 2, N) px."""
+    return _propagated(features.coordinates, features.survivors)
+
+
+@compiled
+def _draw(
+    coordinates: NDArray[np.float64],
+    survivors: NDArray[np.int64],
+    means: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    ratios: NDArray[np.float64],
+    noise_sd: float,
+    normals: NDArray[np.float64],
+    uniforms: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    features, _, count = normals.shape
+    drawn = np.empty((features, 4, count))
+    upper_counts = np.empty(features, np.int64)
+    for n in range(features):
+        upper = int(np.rint(ratios[n] * count))
+        upper_counts[n] = upper
+        for axis in range(2):
+            # The factor of the covariance of this frame's and the last frame's position.
+            now = np.sqrt(max(covariances[n, axis, 0, 0], 0.0))
+            shared = covariances[n, axis, 1, 0] / now if now > 0.0 else 0.0
+            rest = np.sqrt(max(covariances[n, axis, 1, 1] - shared * shared, 0.0))
+            for i in range(upper):
+                first, second = normals[n, axis, i], normals[n, 2 + axis, i]
+                drawn[n, axis, i] = means[n, axis, 0] + now * first
+                drawn[n, 2 + axis, i] = means[n, axis, 1] + shared * first + rest * second
+        for i in range(upper, count):
+            parent = survivors[n, int(uniforms[n, i] * survivors.shape[1])]
+            for axis in range(2):
+                newest, older = coordinates[n, axis, parent], coordinates[n, 2 + axis, parent]
+                drawn[n, axis, i] = 2.0 * newest - older + noise_sd * normals[n, axis, i]
+                drawn[n, 2 + axis, i] = newest
+    return drawn, upper_counts
+
+
+@compiled
+def _weigh(
+    coordinates: NDArray[np.float64], log_likelihoods: NDArray[np.float64], offsets: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    features, _, count = coordinates.shape
+    log_weights, survivors = np.empty((features, count)), np.empty((features, count), np.int64)
+    means, covariances = np.empty((features, 2)), np.empty((features, 2, 2))
+    log_evidences = np.empty(features)
+    for n in range(features):
+        log_weights[n], log_sum = normalise(log_likelihoods[n])
+        log_evidences[n] = log_sum - np.log(count)
+        weights = exponentials(log_weights[n])
+        means[n], covariances[n] = moments(coordinates[n, :2].T, weights)
+        survivors[n] = systematic_parents(weights, offsets[n], count)
+    return log_weights, survivors, means, covariances, log_evidences
+
+
+@compiled
+def _propagated(coordinates: NDArray[np.float64], survivors: NDArray[np.int64]) -> NDArray[np.float64]:
+    features, count = survivors.shape
+    moved = np.empty((features, 2, count))
+    for n in range(features):
+        for axis in range(2):
+            for i in range(count):
+                parent = survivors[n, i]
+                moved[n, axis, i] = 2.0 * coordinates[n, axis, parent] - coordinates[n, 2 + axis, parent]
+    return moved

@@ -1,0 +1,182 @@
+"""An upper layer on the affine camera: its eight entries by a Kalman filter, the pose from them by another filter.
+
+The state is the 2 x 4 camera P of `geometry.camera` and its predecessor, P_t = 2 P_{t-1} - P_{t-2} + noise. A feature
+at X_n is seen at P (X_n; 1), which is linear in the entries, so the filter is exact for this model (document 1, ch. 4
+section 3.1). The rows of P do not interact: there is one filter of eight components for x and one for y.
+
+What makes it fail: the measured positions are means of particles that may themselves have been drawn from this layer's
+prediction, so that information is counted twice. If all of them always are, and the picture says little, the layer
+becomes sure of itself, which is why its share is adapted (`learning.mixture_em`).
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.filters import affine_pose
+from pftrack.filters.layers import Projection
+from pftrack.filters.sequential import condition, predict_second_order
+from pftrack.gaussian import Gaussian
+from pftrack.random import Generator
+
+__all__ = ["AffineBelief", "AffineLayer", "observe", "predict", "project"]
+
+ENTRY_NOISE = (0.02, 0.02, 0.02, 1.0)
+"""Process noise of the entries of a row: px/mm for the first three, px for the last (document 1, ch. 4 section 3.1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class AffineBelief:
+    """The posterior of the camera's entries, and of the pose.
+
+    Attributes:
+        mean: (2, 8) by row of the camera (x, y): its four entries, then the same a frame ago; px/mm and px.
+        covariance: (2, 8, 8) of each row; the rows are independent.
+        theta: Belief in the angles (3,), rad.
+        theta_particles: (N, 3) rad, equally weighted, if the pose is estimated by particles.
+    """
+
+    mean: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    theta: Gaussian
+    theta_particles: NDArray[np.float64] | None = None
+
+    @property
+    def camera(self) -> NDArray[np.float64]:
+        """(2, 4) mean of the camera."""
+        camera: NDArray[np.float64] = self.mean[:, :4]
+        return camera
+
+
+@dataclass(frozen=True, eq=False)
+class AffineLayer:
+    """Points of an object seen by an affine camera.
+
+    Attributes:
+        points_mm: (F, 3) in the object's frame.
+        reference: (2, 4) the camera at theta = 0, P_0.
+        noise_sd: (4,) process noise of the entries of each row, per frame.
+        theta_sd_rad: Process noise of the angles, per frame.
+        estimator: How the pose is estimated from the entries.
+        theta_count: Particles of that, if by particles.
+    """
+
+    points_mm: NDArray[np.float64]
+    reference: NDArray[np.float64]
+    noise_sd: NDArray[np.float64] = field(default_factory=lambda: np.array(ENTRY_NOISE))
+    theta_sd_rad: float = affine_pose.THETA_SD_RAD
+    estimator: Literal["extended", "particle"] = "extended"
+    theta_count: int = affine_pose.THETA_COUNT
+
+    def begin(self) -> AffineBelief:
+        """Begin at the reference camera, at rest, as certain as one frame's process noise."""
+        variances = np.tile(self.noise_sd**2, 2)
+        theta = Gaussian(np.zeros(3), self.theta_sd_rad**2 * np.eye(3))
+        return AffineBelief(np.tile(self.reference, 2), np.stack([np.diag(variances)] * 2), theta)
+
+    def predict(self, belief: AffineBelief) -> AffineBelief:
+        """Return the belief a frame later (document 1, ch. 4, eq. 4.5)."""
+        mean, covariance = predict(belief.mean, belief.covariance, self.noise_sd)
+        return replace(belief, mean=mean, covariance=covariance)
+
+    def project(self, belief: AffineBelief) -> Projection:
+        """Return where the features should be seen (document 1, ch. 4, eq. 4.8)."""
+        return Projection(*project(belief.mean, belief.covariance, self.points_mm))
+
+    def update(
+        self,
+        belief: AffineBelief,
+        positions: NDArray[np.float64],
+        variances: NDArray[np.float64],
+        rng: Generator,
+    ) -> AffineBelief:
+        """Condition the camera on positions (F, 2) px with variances (F, 2) px^2, and the pose on the camera."""
+        mean, covariance = observe(belief.mean, belief.covariance, self.points_mm, positions, variances)
+        entries, noise = affine_pose.entries(mean, covariance)
+        slopes = np.ascontiguousarray(self.reference[:, :3])
+        if self.estimator == "extended":
+            theta = affine_pose.extended(belief.theta, entries, noise, slopes, self.theta_sd_rad)
+            return AffineBelief(mean, covariance, theta)
+        particles = belief.theta_particles
+        if particles is None:
+            particles = belief.theta.sample(rng, self.theta_count)
+        theta, particles = affine_pose.particle(
+            particles, entries, noise, slopes, self.theta_sd_rad, rng, self.theta_count
+        )
+        return AffineBelief(mean, covariance, theta, particles)
+
+    def pose(self, belief: AffineBelief) -> Gaussian:
+        """Return the belief in the angles, rad."""
+        return belief.theta
+
+
+@compiled
+def predict(
+    mean: NDArray[np.float64], covariance: NDArray[np.float64], noise_sd: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return mean (2, 8) and covariance (2, 8, 8) a frame later, given the noise (4,) of the entries of a row."""
+    predicted, spread = np.empty_like(mean), np.empty_like(covariance)
+    for axis in range(2):
+        predicted[axis], spread[axis] = predict_second_order(mean[axis], covariance[axis], noise_sd)
+    return predicted, spread
+
+
+@compiled
+def project(
+    mean: NDArray[np.float64], covariance: NDArray[np.float64], points_mm: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return means and covariances of `Projection`, given the camera's, (2, 8) and (2, 8, 8), and points (F, 3)."""
+    count = points_mm.shape[0]
+    means, covariances = np.zeros((count, 2, 2)), np.zeros((count, 2, 2, 2))
+    row = np.ones(4)
+    for n in range(count):
+        row[:3] = points_mm[n]
+        for axis in range(2):
+            for age in range(2):
+                for i in range(4):
+                    means[n, axis, age] += row[i] * mean[axis, 4 * age + i]
+                for other in range(2):
+                    total = 0.0
+                    for i in range(4):
+                        for j in range(4):
+                            total += row[i] * covariance[axis, 4 * age + i, 4 * other + j] * row[j]
+                    covariances[n, axis, age, other] = total
+    return means, covariances
+
+
+@compiled
+def observe(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    points_mm: NDArray[np.float64],
+    positions: NDArray[np.float64],
+    variances: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Condition the camera on measured features (document 1, ch. 4, eq. 4.4).
+
+    Args:
+        mean: (2, 8) of the prior.
+        covariance: (2, 8, 8) of the prior.
+        points_mm: (F, 3).
+        positions: (F, 2) px.
+        variances: (F, 2) px^2.
+
+    Returns:
+        Mean and covariance of the posterior.
+    """
+    count = points_mm.shape[0]
+    jacobian = np.zeros((count, 8))
+    for n in range(count):
+        for i in range(3):
+            jacobian[n, i] = points_mm[n, i]
+        jacobian[n, 3] = 1.0
+    updated, spread = np.empty_like(mean), np.empty_like(covariance)
+    for axis in range(2):
+        residuals = positions[:, axis] - jacobian @ mean[axis]
+        updated[axis], spread[axis], _ = condition(
+            mean[axis], covariance[axis], residuals, jacobian, variances[:, axis]
+        )
+    return updated, spread

@@ -1,0 +1,127 @@
+"""Pose from the entries of an affine camera.
+
+A rigid object that turns by R(theta) in front of the camera P_0 = (A_0, .) is seen by a camera whose first three
+columns are A = A_0 R(theta): six numbers that say three angles (document 1, Appendix D, eq. A.31, without the last
+column, which only says where the object is). The six entries and their covariance come from a Kalman filter and are the
+measurement here. The angles walk at random, since second-order dynamics diverge while the entries are poor.
+
+- `extended`: the extended Kalman filter, linearised at the predicted angles (Appendix D.2);
+- `particle`: particles of the angles (Appendix D.1).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.filters.sequential import condition, decorrelated
+from pftrack.gaussian import Gaussian
+from pftrack.geometry.rotation import derivatives, rotation
+from pftrack.particles import ParticleSet, normalise
+from pftrack.random import Generator
+from pftrack.resampling import systematic
+
+__all__ = ["THETA_COUNT", "THETA_SD_RAD", "entries", "extended", "particle"]
+
+THETA_SD_RAD = float(np.deg2rad(3.0))
+THETA_COUNT = 500
+
+
+def entries(
+    mean: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the six entries of A by rows, (6,) px/mm, and their covariance (6, 6), from the two rows of a camera.
+
+    Args:
+        mean: (2, d) of the rows, d >= 3, which begin with those of A.
+        covariance: (2, d, d) of each row; the rows are independent.
+    """
+    both = np.zeros((6, 6))
+    both[:3, :3], both[3:, 3:] = covariance[0, :3, :3], covariance[1, :3, :3]
+    return mean[:, :3].ravel(), both
+
+
+def extended(
+    theta: Gaussian,
+    measured: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    theta_sd_rad: float,
+) -> Gaussian:
+    """Return the posterior of the angles (3,), rad, a frame later.
+
+    Args:
+        theta: Posterior of the last frame.
+        measured: (6,) entries of A by rows, px/mm.
+        noise: (6, 6) their covariance.
+        reference: A_0, (2, 3) px/mm.
+        theta_sd_rad: Standard deviation of the step of each angle.
+    """
+    mean, covariance = _extended(theta.mean, theta.covariance, measured, noise, reference, theta_sd_rad)
+    return Gaussian(mean, covariance)
+
+
+def particle(
+    particles: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    theta_sd_rad: float,
+    rng: Generator,
+    count: int,
+) -> tuple[Gaussian, NDArray[np.float64]]:
+    """Return the posterior of the angles a frame later by particles, and `count` of these, resampled.
+
+    Args:
+        particles: (N, 3) of the last frame, equally weighted, rad.
+        measured: (6,) entries of A by rows, px/mm.
+        noise: (6, 6) their covariance.
+        reference: A_0, (2, 3) px/mm.
+        theta_sd_rad: Standard deviation of the step of each angle.
+        rng: The frame's generator.
+        count: Particles wanted.
+    """
+    moved = particles + theta_sd_rad * rng.standard_normal(particles.shape)
+    log_weights, _ = normalise(_log_likelihood(moved, measured, noise, reference))
+    posterior = ParticleSet(moved, log_weights, np.arange(len(moved)))
+    return Gaussian(*posterior.moments), moved[systematic(rng, log_weights, count)]
+
+
+@compiled
+def _extended(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    theta_sd_rad: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    residuals = measured - (reference @ rotation(mean)).ravel()
+    slopes = derivatives(mean)
+    jacobian = np.empty((6, 3))
+    for axis in range(3):
+        jacobian[:, axis] = (reference @ slopes[axis]).ravel()
+    residuals, jacobian, variances = decorrelated(residuals, jacobian, noise)
+    walked = covariance + theta_sd_rad**2 * np.eye(3)
+    posterior, spread, _ = condition(mean, walked, residuals, jacobian, variances)
+    return posterior, spread
+
+
+@compiled
+def _log_likelihood(
+    theta: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    reference: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return log N(measured | A_0 R(theta), noise) of angles (N, 3) up to a constant, (N,)."""
+    whitening = np.eye(6)
+    _, whitening, variances = decorrelated(measured, whitening, noise)
+    log_likelihoods = np.zeros(theta.shape[0])
+    for n in range(theta.shape[0]):
+        residuals = measured - (reference @ rotation(theta[n])).ravel()
+        for i in range(6):
+            total = 0.0
+            for j in range(i + 1):
+                total += whitening[i, j] * residuals[j]
+            log_likelihoods[n] -= 0.5 * total * total / variances[i]
+    return log_likelihoods

@@ -1,0 +1,140 @@
+"""An upper layer on the pinhole camera: pose and translation by an extended Kalman filter.
+
+The state is q = (theta_x, theta_y, theta_z, t_x, t_y, t_z) and its predecessor, with second-order dynamics. Feature n
+lies at R(theta) X_n + t in the camera's frame and is seen through the pinhole there. Unlike the affine camera this
+model is right about perspective and about an object that comes nearer, but not linear; it is linearised at the
+predicted state (document 1, Appendix E, whose eq. A.39 is this linearisation, as corrected in specification 7).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.filters.layers import Projection
+from pftrack.filters.sequential import condition, predict_second_order
+from pftrack.gaussian import Gaussian
+from pftrack.geometry.camera import pinhole, pinhole_jacobian
+from pftrack.geometry.rotation import derivatives, rotation
+from pftrack.random import Generator
+
+__all__ = ["POSE_NOISE", "PerspectiveLayer", "features", "project"]
+
+POSE_NOISE = (*(float(np.deg2rad(1.0)),) * 3, 1.0, 1.0, 1.0)
+"""Process noise of the angles, rad, and of the translation, mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class PerspectiveLayer:
+    """Points of an object seen by a pinhole camera; the belief is a Gaussian over (q_t, q_{t-1}), (12,).
+
+    Attributes:
+        points_mm: (F, 3) in the object's frame.
+        focal_px: Focal length.
+        start: (6,) q at the beginning, rad and mm.
+        principal_px: (2,) principal point.
+        noise_sd: (6,) process noise, rad and mm per frame.
+    """
+
+    points_mm: NDArray[np.float64]
+    focal_px: float
+    start: NDArray[np.float64]
+    principal_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    noise_sd: NDArray[np.float64] = field(default_factory=lambda: np.array(POSE_NOISE))
+
+    def begin(self) -> Gaussian:
+        """Begin at the start, at rest, as certain as one frame's process noise."""
+        return Gaussian(np.tile(self.start, 2), np.diag(np.tile(self.noise_sd**2, 2)))
+
+    def predict(self, belief: Gaussian) -> Gaussian:
+        """Return the belief a frame later."""
+        return Gaussian(*predict_second_order(belief.mean, belief.covariance, self.noise_sd))
+
+    def project(self, belief: Gaussian) -> Projection:
+        """Return where the features should be seen: h_n(q) with covariance H_n V H_n^T, of which each axis is used."""
+        means, covariances = project(belief.mean, belief.covariance, self.points_mm, self.focal_px, self.principal_px)
+        return Projection(means, covariances)
+
+    def update(
+        self, belief: Gaussian, positions: NDArray[np.float64], variances: NDArray[np.float64], rng: Generator
+    ) -> Gaussian:
+        """Condition on positions (F, 2) px with variances (F, 2) px^2."""
+        del rng
+        mean, covariance = _observe(
+            belief.mean, belief.covariance, self.points_mm, self.focal_px, self.principal_px, positions, variances
+        )
+        return Gaussian(mean, covariance)
+
+    def pose(self, belief: Gaussian) -> Gaussian:
+        """Return the belief in the angles, rad."""
+        return Gaussian(belief.mean[:3], belief.covariance[:3, :3])
+
+
+@compiled
+def features(
+    state: NDArray[np.float64], points_mm: NDArray[np.float64], focal_px: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where points (F, 3) are seen, (F, 2) px from the principal point, and the derivatives (F, 2, 6) by q."""
+    count = points_mm.shape[0]
+    seen = points_mm @ rotation(state[:3]).T
+    for n in range(count):
+        seen[n] += state[3:6]
+    slopes = pinhole_jacobian(seen, focal_px)
+    turns = derivatives(state[:3])
+    jacobian = np.empty((count, 2, 6))
+    for axis in range(3):
+        moved = points_mm @ turns[axis].T
+        for n in range(count):
+            for i in range(2):
+                jacobian[n, i, axis] = slopes[n, i, i] * moved[n, i] + slopes[n, i, 2] * moved[n, 2]
+                jacobian[n, i, 3 + axis] = slopes[n, i, axis]
+    return pinhole(seen, focal_px), jacobian
+
+
+@compiled
+def project(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    points_mm: NDArray[np.float64],
+    focal_px: float,
+    principal_px: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the Gaussians of `Projection`, given mean (12,) and covariance (12, 12) of (q_t, q_{t-1})."""
+    count = points_mm.shape[0]
+    means, covariances = np.empty((count, 2, 2)), np.empty((count, 2, 2, 2))
+    jacobian = np.empty((2, count, 2, 6))
+    for age in range(2):
+        pixels, jacobian[age] = features(mean[6 * age : 6 * age + 6], points_mm, focal_px)
+        means[:, :, age] = pixels + principal_px
+    for n in range(count):
+        for axis in range(2):
+            for age in range(2):
+                for other in range(age + 1):
+                    total = 0.0
+                    for i in range(6):
+                        for j in range(6):
+                            slope = jacobian[age, n, axis, i] * jacobian[other, n, axis, j]
+                            total += slope * covariance[6 * age + i, 6 * other + j]
+                    covariances[n, axis, age, other] = total
+                    covariances[n, axis, other, age] = total
+    return means, covariances
+
+
+@compiled
+def _observe(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    points_mm: NDArray[np.float64],
+    focal_px: float,
+    principal_px: NDArray[np.float64],
+    positions: NDArray[np.float64],
+    variances: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    count = points_mm.shape[0]
+    pixels, slopes = features(mean[:6], points_mm, focal_px)
+    jacobian = np.zeros((2 * count, 12))
+    jacobian[:, :6] = slopes.reshape(2 * count, 6)
+    residuals = (positions - pixels - principal_px).ravel()
+    posterior, spread, _ = condition(mean, covariance, residuals, jacobian, variances.ravel())
+    return posterior, spread

@@ -1,0 +1,127 @@
+"""The Kalman filter one number at a time, for compiled loops.
+
+A measurement of m numbers with independent noise can be taken in one after another: each is a scalar update, a gain and
+an outer product, and the result is that of conditioning on all at once, without solving a system of equations. Numbers
+that are not independent are made so by a triangular transform first. So small filters take microseconds, and a number
+that is certain already is left out instead of making a matrix singular.
+
+What is linear or linearised is the caller's affair: `condition` takes the residuals z - h(m) and the derivative of h at
+the prior's mean m, and serves the Kalman filter (document 1, ch. 4, eq. 4.4) and the extended one alike.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+
+__all__ = ["condition", "decorrelated", "predict_second_order"]
+
+SMALLEST_PIVOT = 1e-12
+"""Relative to its variance: what is left of a number's variance when the ones before it are known, at least."""
+
+
+@compiled
+def predict_second_order(
+    mean: NDArray[np.float64], covariance: NDArray[np.float64], noise_sd: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the prediction of q_t = 2 q_{t-1} - q_{t-2} + b u on states (q_t, q_{t-1}) (document 1, ch. 4, eq. 4.5).
+
+    Args:
+        mean: (2 d,), the d newest values first.
+        covariance: (2 d, 2 d).
+        noise_sd: b, (d,).
+    """
+    size = noise_sd.shape[0]
+    predicted = np.empty(2 * size)
+    spread = np.empty((2 * size, 2 * size))
+    for i in range(size):
+        predicted[i] = 2.0 * mean[i] - mean[size + i]
+        predicted[size + i] = mean[i]
+        for j in range(size):
+            newer, older = covariance[i, j], covariance[size + i, size + j]
+            newest = 4.0 * newer - 2.0 * (covariance[i, size + j] + covariance[size + i, j]) + older
+            spread[i, j] = newest + noise_sd[i] ** 2 if i == j else newest
+            spread[i, size + j] = 2.0 * newer - covariance[size + i, j]
+            spread[size + j, i] = spread[i, size + j]
+            spread[size + i, size + j] = newer
+    return predicted, spread
+
+
+@compiled
+def condition(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    residuals: NDArray[np.float64],
+    jacobian: NDArray[np.float64],
+    variances: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Condition on m numbers with independent noise.
+
+    Args:
+        mean: (d,) of the prior.
+        covariance: (d, d) of the prior.
+        residuals: (m,) measurements less their predictions from the prior's mean.
+        jacobian: (m, d) derivatives of the predictions by the state.
+        variances: (m,) of the noise; a number whose noise and prediction are both certain is left out.
+
+    Returns:
+        Mean (d,) and covariance (d, d) of the posterior, and the log density of the measurements.
+    """
+    size = mean.shape[0]
+    change = np.zeros(size)
+    spread = covariance.copy()
+    cross = np.empty(size)
+    log_evidence = 0.0
+    for n in range(residuals.shape[0]):
+        innovation, variance = residuals[n], variances[n]
+        for i in range(size):
+            total = 0.0
+            for j in range(size):
+                if jacobian[n, j] != 0.0:
+                    total += spread[i, j] * jacobian[n, j]
+            cross[i] = total
+        for j in range(size):
+            innovation -= jacobian[n, j] * change[j]
+            variance += jacobian[n, j] * cross[j]
+        if not variance > 0.0:
+            continue
+        log_evidence -= 0.5 * (innovation * innovation / variance + np.log(2.0 * np.pi * variance))
+        for i in range(size):
+            gain = cross[i] / variance
+            change[i] += gain * innovation
+            for j in range(i + 1):
+                spread[i, j] -= gain * cross[j]
+                spread[j, i] = spread[i, j]
+    return mean + change, spread, log_evidence
+
+
+@compiled
+def decorrelated(
+    residuals: NDArray[np.float64], jacobian: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Make the noise of a measurement independent, by R = L D L^T with L unit lower triangular.
+
+    Args:
+        residuals: (m,).
+        jacobian: (m, d).
+        covariance: R, (m, m), of the noise.
+
+    Returns:
+        L^-1 residuals, L^-1 jacobian, and the diagonal of D, as `condition` takes them.
+    """
+    count = residuals.shape[0]
+    lower = np.zeros((count, count))
+    variances = np.empty(count)
+    independent, slopes = residuals.copy(), jacobian.copy()
+    for i in range(count):
+        pivot = covariance[i, i]
+        for k in range(i):
+            total = covariance[i, k]
+            for j in range(k):
+                total -= lower[i, j] * variances[j] * lower[k, j]
+            lower[i, k] = total / variances[k] if variances[k] > 0.0 else 0.0
+            pivot -= lower[i, k] ** 2 * variances[k]
+            independent[i] -= lower[i, k] * independent[k]
+            slopes[i] -= lower[i, k] * slopes[k]
+        variances[i] = max(pivot, SMALLEST_PIVOT * covariance[i, i])
+    return independent, slopes, variances

@@ -1,0 +1,218 @@
+"""The trapezoidal prism: eight vertices that turn in front of a camera, of which the rear ones hide now and then.
+
+What is measured is the pinhole projection of every vertex with Gaussian noise, small for a visible vertex and huge for
+a hidden one; which is which is known (document 1, ch. 4 section 3.3). The solid turns about its centroid in a compound
+motion; it may also move to and fro and change its distance, which an affine camera cannot follow (specification 7).
+With everything at its default this is the scene of specification 6: 625 frames, of which frame 0 shows the prism from
+the front.
+
+Vertices with odd numbers make the front face, the one with the short bases, and are never hidden; those with even
+numbers make the rear one. The solid is convex, so a face is visible exactly if it looks towards the camera, and a
+vertex if one of its faces is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.geometry.camera import pinhole
+from pftrack.geometry.rotation import rotation
+from pftrack.parameters import Parameters, parameter
+from pftrack.random import Purpose, Stream
+from pftrack.sources.source import History
+
+__all__ = ["FACES", "FRAMES", "REAR", "VERTICES_MM", "PrismParameters", "PrismSource", "Sight", "sight"]
+
+FRAMES = 625
+"""Length of the document's experiment; the motion then begins anew."""
+
+VERTICES_MM: NDArray[np.float64] = np.array(
+    [
+        (-10.0, -10.0, -10.0),
+        (-15.0, -10.0, 10.0),
+        (-10.0, 10.0, -10.0),
+        (-15.0, 10.0, 10.0),
+        (10.0, -10.0, -10.0),
+        (15.0, -10.0, 10.0),
+        (10.0, 10.0, -10.0),
+        (15.0, 10.0, 10.0),
+    ]
+)
+"""(8, 3) x1..x8 in the object's frame, whose origin is the centre about which it turns."""
+VERTICES_MM.flags.writeable = False
+
+FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3))
+"""Front, rear, left, right, top and bottom: places of their corners in `VERTICES_MM`, in order around the face."""
+
+REAR = (1, 3, 5, 7)
+"""Places of the vertices that may be hidden."""
+
+MOTION = "Motion"
+CAMERA = "Camera"
+
+
+class PrismParameters(Parameters):
+    """The scene: how the prism moves, and how it is measured."""
+
+    speed: float = parameter(
+        1,
+        "Speed",
+        "How fast the prism moves, as a multiple of the document's motion.",
+        ge=0,
+        le=10,
+        step=0.1,
+        group=MOTION,
+    )
+    pitch_amplitude_deg: float = parameter(
+        20, "Nod", "How far it turns about the horizontal axis.", unit="°", ge=0, le=60, step=1, group=MOTION
+    )
+    yaw_amplitude_deg: float = parameter(
+        40, "Turn", "How far it turns about the vertical axis.", unit="°", ge=0, le=60, step=1, group=MOTION
+    )
+    roll_amplitude_deg: float = parameter(
+        15, "Roll", "How far it turns about the line of sight.", unit="°", ge=0, le=60, step=1, group=MOTION
+    )
+    translation: float = parameter(
+        0,
+        "Translation",
+        "How far it moves to and fro as well; 1 is 20 mm sideways, 15 mm up and down, 15 % of its distance.",
+        ge=0,
+        le=2,
+        step=0.1,
+        group=MOTION,
+    )
+    distance_mm: float = parameter(
+        80,
+        "Distance",
+        "From the camera to the prism's centre; the nearer it is, the stronger the perspective.",
+        unit="mm",
+        ge=60,
+        le=1000,
+        step=5,
+        live=False,
+        group=CAMERA,
+    )
+    focal_length_px: float = parameter(
+        400, "Focal length", "Of the pinhole camera.", unit="px", ge=50, le=2000, step=10, live=False, group=CAMERA
+    )
+    noise_px: float = parameter(
+        1,
+        "Noise",
+        "Standard deviation of the measurement of a visible vertex.",
+        unit="px",
+        ge=0.1,
+        le=50,
+        step=0.1,
+        group=CAMERA,
+    )
+    hidden_noise_px: float = parameter(
+        100,
+        "Noise while hidden",
+        "Standard deviation of the measurement of a hidden vertex.",
+        unit="px",
+        ge=0.1,
+        le=500,
+        step=1,
+        group=CAMERA,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """One frame of the prism: what is measured, and what is true.
+
+    Attributes:
+        points_px: (8, 2) measured positions of the vertices, from the principal point.
+        noise_sd_px: (8,) standard deviation of each measurement, which is known.
+        visible: (8,) whether each vertex is seen.
+        visible_faces: (6,) whether each of `FACES` is seen.
+        theta_rad: (3,) true angles.
+        translation_mm: (3,) true place of the prism's centre in the camera's frame.
+        true_px: (8, 2) where the vertices truly are.
+    """
+
+    points_px: NDArray[np.float64]
+    noise_sd_px: NDArray[np.float64]
+    visible: NDArray[np.bool_]
+    visible_faces: NDArray[np.bool_]
+    theta_rad: NDArray[np.float64]
+    translation_mm: NDArray[np.float64]
+    true_px: NDArray[np.float64]
+
+
+class PrismSource:
+    """The prism, frame by frame, over a history of parameters.
+
+    Attributes:
+        size: Width and height of the picture in whose middle the principal point is, px.
+        frame_rate_hz: Frames a second at which it is meant to be seen.
+        frame_count: Frames of the document's experiment.
+        noisy: The measurements depend on the seed.
+    """
+
+    size = (640, 480)
+    frame_rate_hz = 30.0
+    frame_count: int | None = FRAMES
+    noisy = True
+
+    def __init__(self, seed: int, parameters: PrismParameters) -> None:
+        """Set the scene; the seed is that of the measurement noise."""
+        self._seed = seed
+        self.start = sight(seed, 0, parameters)
+
+    def sight(self, index: int, history: History[PrismParameters]) -> Sight:
+        """Return a frame; the phase of the motion adds up over the history, so that a change makes no jump."""
+        phase = sum(steps * past.speed for steps, past in history.spans(index)) / FRAMES
+        return sight(self._seed, index, history.at(index), phase)
+
+
+def sight(seed: int, index: int, parameters: PrismParameters, phase: float | None = None) -> Sight:
+    """Return a frame; the same arguments give the same frame, to the bit.
+
+    Args:
+        seed: Of the measurement noise.
+        index: Number of the frame, from 0.
+        parameters: In force.
+        phase: u, where the motion is, in rounds of the document's 625 frames; by default as if the parameters had been
+            in force from the start.
+    """
+    u = index * parameters.speed / FRAMES if phase is None else phase
+    theta = _theta(u, parameters)
+    translation = _translation(u, parameters)
+    placed = VERTICES_MM @ rotation(theta).T + translation
+    faces = _visible_faces(placed)
+    visible = np.zeros(len(VERTICES_MM), dtype=np.bool_)
+    for corners, seen in zip(FACES, faces, strict=True):
+        visible[list(corners)] |= seen
+    noise_sd = np.where(visible, parameters.noise_px, parameters.hidden_noise_px)
+    true = pinhole(placed, parameters.focal_length_px)
+    normals = Stream(seed, index, Purpose.SCENE).standard_normal(true.shape)
+    return Sight(true + noise_sd[:, None] * normals, noise_sd, visible, faces, theta, translation, true)
+
+
+def _theta(u: float, parameters: PrismParameters) -> NDArray[np.float64]:
+    amplitudes = (parameters.pitch_amplitude_deg, parameters.yaw_amplitude_deg, parameters.roll_amplitude_deg)
+    theta: NDArray[np.float64] = np.deg2rad(amplitudes) * np.sin(2.0 * np.pi * np.array([3.0, 4.0, 2.0]) * u)
+    return theta
+
+
+def _translation(u: float, parameters: PrismParameters) -> NDArray[np.float64]:
+    share = parameters.translation
+    return np.array(
+        [
+            20.0 * share * np.sin(4.0 * np.pi * u),
+            15.0 * share * np.sin(6.0 * np.pi * u),
+            parameters.distance_mm * (1.0 + 0.15 * share * np.sin(3.0 * np.pi * u)),
+        ]
+    )
+
+
+def _visible_faces(vertices_mm: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which faces look towards the camera, given the vertices (8, 3) in its frame."""
+    corners = vertices_mm[np.array(FACES)]
+    centres = corners.mean(axis=1)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    outward = np.einsum("fi,fi->f", normals, centres - vertices_mm.mean(axis=0))
+    facing = np.einsum("fi,fi->f", normals, centres) * outward
+    return np.asarray(facing < 0.0)
