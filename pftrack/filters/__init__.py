@@ -12,9 +12,10 @@ The members differ in how they represent the posterior and where they put their 
 
 An object with several features is tracked in two layers (`layers`):
 
-- `adaptive`: below, particles of each feature, drawn in a given ratio from the prediction from above and from their own;
+- `adaptive`: below, particles of each feature, drawn in a given ratio from the upper prediction and from their own;
 - `affine`, `perspective`: above, the camera's entries or the pose itself; `affine_pose` gets the pose from the entries;
-- `sequential`: the small Kalman filters of both, for compiled loops.
+- `sequential`: the small Kalman filters of both, for compiled loops;
+- `rao_blackwell`: both layers at once, particles of all features together and an exact camera for each of them.
 
 Filters know no pictures: the likelihood is an argument, a function of states (N, d) that returns log densities (N,).
 """
@@ -30,6 +31,7 @@ from pftrack.filters import (
     kalman,
     layers,
     perspective,
+    rao_blackwell,
     sequential,
     switching,
     unscented,
@@ -50,6 +52,7 @@ __all__ = [
     "kalman",
     "layers",
     "perspective",
+    "rao_blackwell",
     "sequential",
     "switching",
     "unscented",

@@ -48,6 +48,21 @@ FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (
 REAR = (1, 3, 5, 7)
 """Places of the vertices that may be hidden."""
 
+TOUCHING = np.array([[vertex in corners for corners in FACES] for vertex in range(len(VERTICES_MM))])
+"""(8, 6) which vertices belong to which faces."""
+
+
+def _outward_planes() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the planes of the faces, normal (6, 3) outwards and offset (6,): a point x is outside if n.x > offset."""
+    corners = VERTICES_MM[np.array(FACES)]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    offsets = np.einsum("fi,fi->f", normals, corners[:, 0])
+    inside = np.sign(offsets - normals @ VERTICES_MM.mean(axis=0))
+    return normals * inside[:, None], offsets * inside
+
+
+NORMALS, OFFSETS = _outward_planes()
+
 MOTION = "Motion"
 CAMERA = "Camera"
 
@@ -180,11 +195,11 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
     u = index * parameters.speed / FRAMES if phase is None else phase
     theta = _theta(u, parameters)
     translation = _translation(u, parameters)
-    placed = VERTICES_MM @ rotation(theta).T + translation
-    faces = _visible_faces(placed)
-    visible = np.zeros(len(VERTICES_MM), dtype=np.bool_)
-    for corners, seen in zip(FACES, faces, strict=True):
-        visible[list(corners)] |= seen
+    turn = rotation(theta)
+    placed = VERTICES_MM @ turn.T + translation
+    # A face is seen if the camera, in the object's frame, lies on its outer side.
+    faces = NORMALS @ (-translation @ turn) > OFFSETS
+    visible = (TOUCHING & faces).any(axis=1)
     noise_sd = np.where(visible, parameters.noise_px, parameters.hidden_noise_px)
     true = pinhole(placed, parameters.focal_length_px)
     normals = Stream(seed, index, Purpose.SCENE).standard_normal(true.shape)
@@ -206,13 +221,3 @@ def _translation(u: float, parameters: PrismParameters) -> NDArray[np.float64]:
             parameters.distance_mm * (1.0 + 0.15 * share * np.sin(3.0 * np.pi * u)),
         ]
     )
-
-
-def _visible_faces(vertices_mm: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which faces look towards the camera, given the vertices (8, 3) in its frame."""
-    corners = vertices_mm[np.array(FACES)]
-    centres = corners.mean(axis=1)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    outward = np.einsum("fi,fi->f", normals, centres - vertices_mm.mean(axis=0))
-    facing = np.einsum("fi,fi->f", normals, centres) * outward
-    return np.asarray(facing < 0.0)
