@@ -16,7 +16,6 @@ from pftrack.filters import rao_blackwell
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.perspective import PerspectiveLayer
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import wrapped
 from pftrack.learning import mixture_em
 from pftrack.likelihoods import points
@@ -28,8 +27,8 @@ __all__ = ["Course", "Method", "Reading", "Trial", "course"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 Reading: TypeAlias = Literal["chosen", "kernel", "sharp", "underflow"]
-"""What is varied: nothing; the kernel mixture in the E step; the noise of a visible vertex for all; the same with weights
-that underflow, and are uniform where all do."""
+"""What is varied: nothing; the kernel mixture in the E step; the noise of a visible vertex for all; the same with
+weights that underflow, and are uniform where all do."""
 
 RATIOS: dict[Method, float] = {"pf-asd": 0.5, "alpha-1": 1.0, "alpha-0": 0.0}
 RAMP_FRAMES = 60
@@ -204,4 +203,5 @@ def _ramp(ratios: NDArray[np.float64], visible: NDArray[np.bool_]) -> NDArray[np
             if 0 < hidden <= RAMP_FRAMES:
                 sums[hidden - 1] += ratio
                 counts[hidden - 1] += 1
-    return np.divide(sums, counts, out=np.full(RAMP_FRAMES, np.nan), where=counts > 0)
+    ramp: NDArray[np.float64] = np.divide(sums, counts, out=np.full(RAMP_FRAMES, np.nan), where=counts > 0)
+    return ramp

@@ -199,7 +199,7 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
     placed = VERTICES_MM @ turn.T + translation
     # A face is seen if the camera, in the object's frame, lies on its outer side.
     faces = NORMALS @ (-translation @ turn) > OFFSETS
-    visible = (TOUCHING & faces).any(axis=1)
+    visible = np.asarray((TOUCHING & faces).any(axis=1))
     noise_sd = np.where(visible, parameters.noise_px, parameters.hidden_noise_px)
     true = pinhole(placed, parameters.focal_length_px)
     normals = Stream(seed, index, Purpose.SCENE).standard_normal(true.shape)
