@@ -156,7 +156,8 @@ def _blocks(source: Source[Any], parameters: Parameters, frames: int) -> Iterato
 
 
 def _begun(tracker: Tracker, source: Source[Any], parameters: Parameters, seed: int) -> "_Folding":
-    state = tracker.start(source.start, source.size, parameters, Stream(seed, 0, Purpose.START))
+    first = source.frame(0, History(((0, parameters),)))
+    state = tracker.start(source.start, first, parameters, Stream(seed, 0, Purpose.START))
     return _Folding(tracker, seed, state)
 
 
@@ -208,7 +209,7 @@ class _Folding:
             float(shares.mean()) if steps else 0.0,
             self._switches,
             1e3 * self._seconds / steps if steps else 0.0,
-            estimates_hash(estimates),
+            estimates_hash(experiment.scale * estimates),
         )
 
 

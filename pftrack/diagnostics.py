@@ -1,15 +1,21 @@
 """Diagnostics: what is written down of every frame, small enough to keep for all of them."""
 
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.frame import Frame
 from pftrack.trackers import TrackState
 
-__all__ = ["Diagnostics", "diagnose"]
+__all__ = ["Diagnostics", "Series", "diagnose"]
 
 Proposal: TypeAlias = Literal["prediction", "observation", "mixed", "none"]
+Series: TypeAlias = float | tuple[float, ...]
+"""One number a frame, or several of a kind; NaN where there is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +25,7 @@ class Diagnostics:
     Attributes:
         frame: Index within the run.
         time_s: Time since frame 0, s.
-        estimate: Posterior mean, in the experiment's unit (px for pictures).
+        estimate: Posterior mean, in the experiment's unit (px of the picture, or degrees).
         sigma: Posterior standard deviations, same unit.
         effective_sample_size: 1 / sum w^2; 0 for a filter without particles.
         log_evidence: log p(z_t | z_{1:t-1}) up to a constant of the likelihood; -inf if every weight was zero.
@@ -36,6 +42,7 @@ class Diagnostics:
         lost: Whether that counts as lost.
         hidden: Whether the target is known to be out of sight.
         step_ms: Time that the tracker took for the frame, ms.
+        series: What else the experiment measures, by name; every frame of a run has the same names.
     """
 
     frame: int
@@ -57,13 +64,22 @@ class Diagnostics:
     lost: bool | None
     hidden: bool | None
     step_ms: float
+    series: Mapping[str, Series] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, object]:
         """Return the values by name, ready for JSON: a number that is not finite becomes None."""
-        return {name: _finite(value) for name, value in asdict(self).items()}
+        return {it.name: _finite(getattr(self, it.name)) for it in fields(self)}
 
 
-def diagnose(frame: Frame, state: TrackState, verdict: tuple[float | None, bool | None], step_ms: float) -> Diagnostics:
+def diagnose(
+    frame: Frame,
+    state: TrackState,
+    verdict: tuple[float | None, bool | None],
+    step_ms: float,
+    *,
+    scale: float = 1.0,
+    series: Mapping[str, Series] | None = None,
+) -> Diagnostics:
     """Write down a frame.
 
     Args:
@@ -71,44 +87,52 @@ def diagnose(frame: Frame, state: TrackState, verdict: tuple[float | None, bool 
         state: What is believed.
         verdict: Error, and whether that is lost; None where unknown.
         step_ms: Time that the tracker took, ms.
+        scale: What turns estimates and positions into the experiment's unit.
+        series: What else was measured.
     """
-    particles, target = state.particles, frame.target
-    count = len(particles) if particles else 0
+    target = frame.target
     error, lost = verdict
     return Diagnostics(
         frame=frame.index,
         time_s=frame.time_s,
-        estimate=tuple(state.estimate.tolist()),
-        sigma=tuple(state.sigma.tolist()),
-        effective_sample_size=particles.effective_sample_size if particles else 0.0,
+        estimate=_scaled(state.estimate, scale),
+        sigma=_scaled(state.sigma, scale),
+        effective_sample_size=state.effective_sample_size,
         log_evidence=state.log_evidence,
-        prediction_count=count - state.observation_count,
+        prediction_count=state.prediction_count,
         observation_count=state.observation_count,
-        proposal=_proposal(count, state.observation_count),
+        proposal=_proposal(state.prediction_count, state.observation_count),
         resampled=state.resampled,
         switched=state.switched,
-        unique_ancestors=particles.unique_ancestors if particles else 0,
-        truth=tuple(target.position.tolist()) if target else None,
+        unique_ancestors=state.unique_ancestors,
+        truth=_scaled(target.position, scale) if target else None,
         observation=tuple(frame.signal.tolist()) if frame.signal is not None else None,
-        reference=tuple(state.reference.mean[: state.tracked].tolist()) if state.reference else None,
+        reference=None if state.reference_mean is None else _scaled(state.reference_mean, scale),
         error=error,
         lost=lost,
         hidden=target.hidden if target else None,
         step_ms=step_ms,
+        series=series or {},
     )
 
 
-def _proposal(count: int, observed: int) -> Proposal:
-    if count == 0:
+def _scaled(values: NDArray[np.float64], scale: float) -> tuple[float, ...]:
+    return tuple((scale * values).tolist())
+
+
+def _proposal(predicted: int, observed: int) -> Proposal:
+    if predicted + observed == 0:
         return "none"
     if observed == 0:
         return "prediction"
-    return "observation" if observed == count else "mixed"
+    return "mixed" if predicted else "observation"
 
 
 def _finite(value: object) -> object:
     if isinstance(value, float) and not math.isfinite(value):
         return None
+    if isinstance(value, Mapping):
+        return {name: _finite(item) for name, item in value.items()}
     if isinstance(value, tuple):
         return [_finite(item) for item in value]
     return value

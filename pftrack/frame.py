@@ -5,7 +5,37 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Frame", "Target"]
+__all__ = ["Frame", "Landmarks", "Measurements", "Target"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Landmarks:
+    """Named points of a solid target.
+
+    Attributes:
+        points_px: (F, 2) where they are in the picture.
+        visible: (F,) whether each is seen.
+        model_mm: (F, 3) where they are in the target's own frame, as far as that is known.
+        names: Of the points.
+    """
+
+    points_px: NDArray[np.float64]
+    visible: NDArray[np.bool_]
+    model_mm: NDArray[np.float64]
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measurements:
+    """Positions of F points as they were measured, with noise that is known.
+
+    Attributes:
+        points_px: (F, 2) in the picture.
+        sd_px: (F,) standard deviation of each measurement.
+    """
+
+    points_px: NDArray[np.float64]
+    sd_px: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,14 +43,17 @@ class Target:
     """Where the target truly is.
 
     Attributes:
-        position: (d,) centre; (u, v) in px of the picture with u the column and v the row, or the signal's value.
+        position: (d,) centre; (u, v) in px of the picture with u the column and v the row; or the signal's value; or
+            the pose of a solid, (theta_x, theta_y, theta_z) in rad.
         size: Longer side of the box around it, px; 0 for a signal.
         hidden: Whether it is known to be out of sight.
+        landmarks: Its points, if it is a solid that is tracked by them.
     """
 
     position: NDArray[np.float64]
     size: float = 0.0
     hidden: bool = False
+    landmarks: Landmarks | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +65,7 @@ class Frame:
         time_s: Time since frame 0, s.
         image_rgb: (height, width, 3) uint8, read-only, or None for a signal.
         signal: (d,) observed values, or None for a picture.
+        measurements: Measured points, or None where the picture is all there is.
         target: The truth, or None where it is not known.
     """
 
@@ -39,4 +73,5 @@ class Frame:
     time_s: float
     image_rgb: NDArray[np.uint8] | None = None
     signal: NDArray[np.float64] | None = None
+    measurements: Measurements | None = None
     target: Target | None = None

@@ -22,11 +22,11 @@ class Keyframes:
         if frame % self._interval:
             return
         self._states[frame] = state
-        self._bytes += _size(state)
+        self._bytes += state.nbytes
         while self._bytes > self._budget_bytes and len(self._states) > 1:
             self._interval *= 2
             self._states = {index: kept for index, kept in self._states.items() if index % self._interval == 0}
-            self._bytes = sum(map(_size, self._states.values()))
+            self._bytes = sum(kept.nbytes for kept in self._states.values())
 
     def latest(self, frame: int) -> tuple[int, TrackState]:
         """Return the newest keyframe at or before a frame, and its number."""
@@ -41,12 +41,3 @@ class Keyframes:
                 twin.offer(index, state)
         return twin
 
-
-def _size(state: TrackState) -> int:
-    size = 1024
-    if state.particles is not None:
-        particles = state.particles
-        size += particles.states.nbytes + 2 * particles.log_weights.nbytes + particles.ancestors.nbytes
-    if state.lineage is not None:
-        size += state.lineage.paths.nbytes
-    return size

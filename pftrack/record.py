@@ -185,26 +185,27 @@ def _setup(experiment: Experiment, reference: Mapping[str, Any], open_sequence: 
 
 def _columns(run: Run) -> dict[str, np.ndarray[Any, Any]]:
     rows = [row.as_dict() for row in run.diagnostics]
-    columns = {}
-    for name in rows[0]:
-        values = [row[name] for row in rows]
-        if name == "proposal":
-            columns[name] = np.array(values, dtype=np.str_)
-            continue
-        width = max((len(value) for value in values if isinstance(value, list)), default=0)
-        missing = [np.nan] * width if width else np.nan
-        columns[name] = np.array([missing if value is None else value for value in values], dtype=np.float64)
+    columns = {name: _column([row[name] for row in rows]) for name in rows[0] if name != "series"}
+    for name in run.diagnostics[0].series:
+        columns[f"series_{name}"] = _column([row.series[name] for row in run.diagnostics])
     return columns
+
+
+def _column(values: list[Any]) -> np.ndarray[Any, Any]:
+    """Return one value a frame as an array; numbers that are missing become NaN."""
+    if any(isinstance(value, str) for value in values):
+        return np.array(values, dtype=np.str_)
+    width = max((len(value) for value in values if isinstance(value, list | tuple)), default=0)
+    missing = [np.nan] * width if width else np.nan
+    return np.array([missing if value is None else value for value in values], dtype=np.float64)
 
 
 def _states(run: Run) -> dict[str, np.ndarray[Any, Any]]:
     twin = run.branch(run.head)
     arrays: dict[str, np.ndarray[Any, Any]] = {}
     for frame in range(run.head + 1):
-        particles = twin.seek(frame).state.particles
-        if particles is not None:
-            arrays[f"states_{frame}"] = particles.states
-            arrays[f"log_weights_{frame}"] = particles.log_weights
+        for name, array in twin.seek(frame).state.arrays().items():
+            arrays[f"{name}_{frame}"] = array
     return arrays
 
 

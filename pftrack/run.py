@@ -308,14 +308,18 @@ class Run:
         begun = perf_counter()
         if previous is None:
             rng = Stream(self.seed, index, Purpose.START)
-            state = tracker.start(self.source.start, self.source.size, parameters, rng)
+            state = tracker.start(self.source.start, frame, parameters, rng)
         else:
             rng = Stream(self.seed, index, Purpose.TRACK)
             state = tracker.step(previous, frame, parameters, rng)
         step_ms = 1e3 * (perf_counter() - begun)
         if index < len(self.diagnostics):
             return self._seen(index, state, frame)
-        self.diagnostics.append(diagnose(frame, state, self._judge(frame, state, parameters), step_ms))
+        series = self.experiment.series(frame, state) if self.experiment.series else {}
+        verdict = self._judge(frame, state, parameters)
+        self.diagnostics.append(
+            diagnose(frame, state, verdict, step_ms, scale=self.experiment.scale, series=series)
+        )
         self._keyframes.offer(index, state)
         return Step(frame, state, self.diagnostics[index], parameters, name)
 

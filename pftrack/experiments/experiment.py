@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.diagnostics import Diagnostics
+from pftrack.diagnostics import Diagnostics, Series
 from pftrack.drawing import Drawing
 from pftrack.frame import Frame
 from pftrack.parameters import Parameters, Value
@@ -15,7 +15,7 @@ from pftrack.sources.recording import Box
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.source import Source
 from pftrack.sources.truth import TruthTable
-from pftrack.trackers import Tracker, TrackState
+from pftrack.trackers import Tracker
 
 __all__ = ["Experiment", "OnVideo", "Preset", "Setup", "Step"]
 
@@ -26,14 +26,14 @@ class Step:
 
     Attributes:
         frame: What the source showed.
-        state: The tracker's posterior.
+        state: The tracker's posterior, of the kind that the experiment's trackers have.
         diagnostics: The numbers.
         parameters: In force in this frame.
         tracker: Name of the tracker that took the step.
     """
 
     frame: Frame
-    state: TrackState
+    state: Any
     diagnostics: Diagnostics
     parameters: Any
     tracker: str
@@ -107,18 +107,20 @@ class Experiment:
         question: The question it answers, one sentence.
         document: The document and section that it comes from.
         description: What is to be seen, a few sentences.
-        unit: Of estimate and error: "px", or "" for a pure number.
+        unit: Of estimate and error: "px", "deg", or "" for a pure number.
         trackers: By name, in the order in which they are shown.
         default_tracker: Name of the one to begin with.
         frames: Length of a simulated run.
         presets: Starting points that show something.
         layers: What can be drawn, and whether it is at first.
         simulate: Wire the simulated scene.
-        on_video: Wire a recording, where the experiment takes one.
-        draw: (step, diagnostics so far, size of the picture) -> what is to be seen.
+        draw: (step, diagnostics so far) -> what is to be seen.
         error: (estimates (..., d), true positions (..., d)) -> distances (...).
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
+        on_video: Wire a recording, where the experiment takes one.
+        scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
+        series: (frame, state) -> what else to write down of it, by name.
     """
 
     id: str
@@ -137,6 +139,8 @@ class Experiment:
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     on_video: OnVideo | None = None
+    scale: float = 1.0
+    series: Callable[[Frame, Any], Mapping[str, Series]] | None = None
 
     @property
     def accepts_video(self) -> bool:

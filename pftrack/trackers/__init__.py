@@ -1,6 +1,6 @@
 """Trackers: filters joined with likelihoods into something that follows a target through frames.
 
-A tracker is a pair of pure functions, `start(target, size, parameters, rng) -> TrackState` and
+A tracker is a pair of pure functions, `start(target, frame, parameters, rng) -> TrackState` and
 `step(state, frame, parameters, rng) -> TrackState`. Nothing is hidden in it, so a run can rewind and branch at no cost,
 and all trackers of an experiment understand each other's states, so that one may take over from another in mid-run.
 

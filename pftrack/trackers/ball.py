@@ -22,7 +22,8 @@ from pftrack.trackers import ball_motion
 from pftrack.trackers.ball_loop import Colour, Loop, Motion, Rule, Scheme, loop
 from pftrack.trackers.ball_motion import TRACKED, begin_learning, learned, noise, with_learner
 from pftrack.trackers.ball_parameters import BallTrackerParameters
-from pftrack.trackers.tracker import Fold, Tracker, TrackState
+from pftrack.trackers.point_state import PointState
+from pftrack.trackers.tracker import Fold, Tracker
 
 __all__ = ["TRACKERS", "colour_model"]
 
@@ -35,19 +36,19 @@ def colour_model(parameters: BallTrackerParameters) -> chromaticity.ColourModel:
     )
 
 
-def start(target: Target, size: tuple[int, int], parameters: BallTrackerParameters, rng: Generator) -> TrackState:
+def start(target: Target, frame: Frame, parameters: BallTrackerParameters, rng: Generator) -> PointState:
     """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
     deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
     positions = target.position + deviations
     particles = ParticleSet.uniform(np.hstack([positions, positions]))
     known = Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED))
-    learner = begin_learning(known, size, parameters) if parameters.learn_dynamics else None
-    return TrackState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
+    learner = begin_learning(known, _size(_picture(frame)), parameters) if parameters.learn_dynamics else None
+    return PointState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
 
 
 def step_loop(
-    rule: Rule, state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
-) -> TrackState:
+    rule: Rule, state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
+) -> PointState:
     """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
     image = _picture(frame)
     size = _size(image)
@@ -61,7 +62,7 @@ def step_loop(
 
 def fold_loop(
     rule: Rule,
-    state: TrackState,
+    state: PointState,
     pictures_rgb: NDArray[np.uint8],
     parameters: BallTrackerParameters,
     seed: int,
@@ -80,7 +81,7 @@ def fold_loop(
     )
 
 
-def step_unscented(state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> TrackState:
+def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
     """Draw every particle towards the colour centroid of the picture."""
     image, model = _picture(frame), colour_model(parameters)
     size = _size(image)
@@ -97,7 +98,7 @@ def step_unscented(state: TrackState, frame: Frame, parameters: BallTrackerParam
         count=parameters.sample_count,
         resample=RESAMPLERS[parameters.resampling],
     )
-    tracked = TrackState(
+    tracked = PointState(
         Gaussian(*posterior.particles.moments),
         TRACKED,
         posterior.particles,
@@ -111,7 +112,7 @@ def step_unscented(state: TrackState, frame: Frame, parameters: BallTrackerParam
     return learned(tracked, parameters, size)
 
 
-def step_kalman(state: TrackState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> TrackState:
+def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
     """Follow the colour centroid with a Kalman filter; without any pixel of the colour, predict only."""
     del rng
     image = _picture(frame)
@@ -123,13 +124,13 @@ def step_kalman(state: TrackState, frame: Frame, parameters: BallTrackerParamete
     if measurement is not None:
         noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
         predicted, log_evidence = kalman.update(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
-    tracked = TrackState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
+    tracked = PointState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
     return learned(tracked, parameters, size)
 
 
 def _loop(
     rule: Rule,
-    state: TrackState,
+    state: PointState,
     pictures_rgb: NDArray[np.uint8],
     parameters: BallTrackerParameters,
     seed: int,
@@ -154,11 +155,11 @@ def _loop(
     )
 
 
-def _last(result: Loop, before: TrackState) -> TrackState:
+def _last(result: Loop, before: PointState) -> PointState:
     """Return the state of the last frame of a loop."""
     alert = bool(result.alert[-1])
     earlier = bool(result.alert[-2]) if len(result.alert) > 1 else before.alert
-    return TrackState(
+    return PointState(
         Gaussian(result.means[-1], result.covariances[-1]),
         TRACKED,
         ParticleSet(result.coordinates.T, result.log_weights, result.ancestors),
@@ -191,12 +192,12 @@ def _colour(parameters: BallTrackerParameters) -> Colour:
     return Colour(model.mean, model.precision, parameters.background_level)
 
 
-def _motion(state: TrackState, parameters: BallTrackerParameters, size: tuple[int, int]) -> Motion:
+def _motion(state: PointState, parameters: BallTrackerParameters, size: tuple[int, int]) -> Motion:
     dynamics = ball_motion.dynamics(state, parameters, size)
     return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
 
 
-def _particles(state: TrackState, parameters: BallTrackerParameters, rng: Stream) -> ParticleSet:
+def _particles(state: PointState, parameters: BallTrackerParameters, rng: Stream) -> ParticleSet:
     """Return the particles, drawn from the posterior if a filter without particles was at work before."""
     if state.particles is not None:
         return state.particles
@@ -216,7 +217,7 @@ def _size(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
 
 
 def _lineage(
-    state: TrackState, parents: ParticleSet, particles: ParticleSet | None, parameters: BallTrackerParameters
+    state: PointState, parents: ParticleSet, particles: ParticleSet | None, parameters: BallTrackerParameters
 ) -> fixed_lag.Lineage | None:
     if parameters.smoothing_lag_frames == 0 or particles is None:
         return None

@@ -14,7 +14,7 @@ from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.gaussian import Gaussian
 from pftrack.learning import online_em
 from pftrack.trackers.ball_parameters import BallTrackerParameters
-from pftrack.trackers.tracker import TrackState
+from pftrack.trackers.point_state import PointState
 
 __all__ = ["TRACKED", "begin_learning", "dynamics", "learned", "noise", "with_learner"]
 
@@ -39,7 +39,7 @@ def initial_dynamics(parameters: BallTrackerParameters, size: tuple[int, int]) -
     return autoregression(turn * one, -one, (2 - turn) * np.array(size) / 2, spread)
 
 
-def dynamics(state: TrackState, parameters: BallTrackerParameters, size: tuple[int, int]) -> LinearDynamics:
+def dynamics(state: PointState, parameters: BallTrackerParameters, size: tuple[int, int]) -> LinearDynamics:
     """Return the model in force: what was learned, or the initial one.
 
     Args:
@@ -58,7 +58,7 @@ def begin_learning(known: Gaussian, size: tuple[int, int], parameters: BallTrack
     return online_em.begin(initial, known.mean, float(known.standard_deviations.max()), size)
 
 
-def with_learner(state: TrackState, size: tuple[int, int], parameters: BallTrackerParameters) -> TrackState:
+def with_learner(state: PointState, size: tuple[int, int], parameters: BallTrackerParameters) -> PointState:
     """Begin or end learning when it has been switched on or off."""
     if parameters.learn_dynamics == (state.learner is not None):
         return state
@@ -68,7 +68,7 @@ def with_learner(state: TrackState, size: tuple[int, int], parameters: BallTrack
     return replace(state, learner=begin_learning(known, size, parameters))
 
 
-def learned(state: TrackState, parameters: BallTrackerParameters, size: tuple[int, int]) -> TrackState:
+def learned(state: PointState, parameters: BallTrackerParameters, size: tuple[int, int]) -> PointState:
     """Return the state with what its estimate teaches, if it is to learn."""
     if state.learner is None:
         return state

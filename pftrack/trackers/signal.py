@@ -18,7 +18,8 @@ from pftrack.parameters import Parameters, parameter
 from pftrack.particles import ParticleSet
 from pftrack.random import Generator
 from pftrack.resampling import systematic
-from pftrack.trackers.tracker import Tracker, TrackState
+from pftrack.trackers.point_state import PointState
+from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "SignalTrackerParameters"]
 
@@ -72,32 +73,32 @@ class SignalTrackerParameters(Parameters):
 
 
 def start_kalman(
-    target: Target, size: tuple[int, int], parameters: SignalTrackerParameters, rng: Generator
-) -> TrackState:
+    target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator
+) -> PointState:
     """Begin at the true start with zero velocity and the initial spread."""
-    del size, rng
+    del frame, rng
     dimension = len(target.position)
     mean = np.tile(target.position, 2)
-    return TrackState(Gaussian(mean, parameters.initial_sd**2 * np.eye(2 * dimension)), dimension)
+    return PointState(Gaussian(mean, parameters.initial_sd**2 * np.eye(2 * dimension)), dimension)
 
 
 def start_particles(
-    target: Target, size: tuple[int, int], parameters: SignalTrackerParameters, rng: Generator
-) -> TrackState:
+    target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator
+) -> PointState:
     """Begin with all particles at the true start with zero velocity, scattered by the initial spread."""
-    exact = start_kalman(target, size, parameters, rng).posterior
+    exact = start_kalman(target, frame, parameters, rng).posterior
     states = exact.mean + parameters.initial_sd * rng.standard_normal((parameters.sample_count, len(exact.mean)))
-    return TrackState(exact, len(target.position), ParticleSet.uniform(states), reference=exact)
+    return PointState(exact, len(target.position), ParticleSet.uniform(states), reference=exact)
 
 
-def step_kalman(state: TrackState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> TrackState:
+def step_kalman(state: PointState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:
     """Predict and update exactly (document 1, eqs. 2.8 and 2.9)."""
     del rng
     posterior, log_evidence = _exact(state.reference or state.posterior, frame, parameters)
-    return TrackState(posterior, state.tracked, log_evidence=log_evidence)
+    return PointState(posterior, state.tracked, log_evidence=log_evidence)
 
 
-def step_particles(state: TrackState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> TrackState:
+def step_particles(state: PointState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:
     """Sample from the dynamics, weigh by the likelihood, resample (document 1, ch. 2 section 3)."""
     signal = _signal(frame)
     dimension = state.tracked
@@ -114,7 +115,7 @@ def step_particles(state: TrackState, frame: Frame, parameters: SignalTrackerPar
         threshold=parameters.resampling_threshold,
     )
     exact, _ = _exact(state.reference or state.posterior, frame, parameters)
-    return TrackState(
+    return PointState(
         Gaussian(*posterior.particles.moments),
         dimension,
         posterior.particles,

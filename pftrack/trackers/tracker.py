@@ -1,63 +1,67 @@
-"""What a tracker is, and the state that it hands from frame to frame."""
+"""What a tracker is, and what its states offer to whoever runs, records and watches it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters.fixed_lag import Lineage
 from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
-from pftrack.learning.online_em import Learner
-from pftrack.particles import ParticleSet
 from pftrack.random import Stream
 
 __all__ = ["Fold", "TrackState", "Tracker"]
 
 
-@dataclass(frozen=True, slots=True)
-class TrackState:
-    """The posterior of one frame, immutable.
-
-    Attributes:
-        posterior: Mean and covariance of the whole state (d,), of which the first `tracked` coordinates are the
-            estimate.
-        tracked: How many coordinates are the estimate.
-        particles: The posterior as particles, or None for a Gaussian filter.
-        observation_count: How many of the particles, the last ones, came from the observation sampler.
-        log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
-        resampled: Whether parents were drawn anew in this frame.
-        switched: Whether another sampler, or another process noise, was used than in the frame before.
-        alert: Whether the tracker trusts the observation more, or doubts the prediction more, than in calm times; None
-            before the first step.
-        learner: What has been learned of the dynamics, if it is to be learned.
-        lineage: The particles' pasts, if the path is to be smoothed.
-        reference: The exact posterior beside the approximate one, where it is known.
-    """
-
-    posterior: Gaussian
-    tracked: int
-    particles: ParticleSet | None = None
-    observation_count: int = 0
-    log_evidence: float = 0.0
-    resampled: bool = False
-    switched: bool = False
-    alert: bool | None = None
-    learner: Learner | None = None
-    lineage: Lineage | None = None
-    reference: Gaussian | None = None
+class TrackState(Protocol):
+    """The posterior of one frame, immutable; each family of trackers has its own."""
 
     @property
     def estimate(self) -> NDArray[np.float64]:
-        """(tracked,) posterior mean."""
-        return self.posterior.mean[: self.tracked]
+        """(d,) posterior mean of what the target's `position` is."""
 
     @property
     def sigma(self) -> NDArray[np.float64]:
-        """(tracked,) posterior standard deviations."""
-        return self.posterior.standard_deviations[: self.tracked]
+        """(d,) posterior standard deviations."""
+
+    @property
+    def reference_mean(self) -> NDArray[np.float64] | None:
+        """(d,) mean of the exact posterior, where it is known beside an approximate one."""
+
+    @property
+    def log_evidence(self) -> float:
+        """Log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out."""
+
+    @property
+    def resampled(self) -> bool:
+        """Whether parents were drawn anew in this frame."""
+
+    @property
+    def switched(self) -> bool:
+        """Whether another sampler, or another process noise, was used than in the frame before."""
+
+    @property
+    def prediction_count(self) -> int:
+        """How many particles came from a prediction."""
+
+    @property
+    def observation_count(self) -> int:
+        """How many came from the observation."""
+
+    @property
+    def effective_sample_size(self) -> float:
+        """1 / sum w^2; 0 without particles."""
+
+    @property
+    def unique_ancestors(self) -> int:
+        """How many different parents the particles have."""
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Return the particles by name, for a file; empty without particles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +89,7 @@ class Tracker:
         id: Name in commands, addresses and files.
         title: Name on the screen.
         description: One sentence on how it works.
-        start: (target, size of the picture in px, parameters, rng) -> state of frame 0.
+        start: (target, frame 0, parameters, rng) -> state of frame 0.
         step: (state, frame, parameters, rng) -> state of that frame.
         fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> what comes of them, the
             same as of L steps but faster; None if these parameters do not allow it.
@@ -94,6 +98,6 @@ class Tracker:
     id: str
     title: str
     description: str
-    start: Callable[[Target, tuple[int, int], Any, Stream], TrackState]
-    step: Callable[[TrackState, Frame, Any, Stream], TrackState]
-    fold: Callable[[TrackState, NDArray[np.uint8], Any, int, int], Fold | None] | None = None
+    start: Callable[[Target, Frame, Any, Stream], TrackState]
+    step: Callable[[Any, Frame, Any, Stream], TrackState]
+    fold: Callable[[Any, NDArray[np.uint8], Any, int, int], Fold | None] | None = None

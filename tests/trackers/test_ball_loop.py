@@ -13,20 +13,20 @@ from pftrack.sources.overlay import paint_disc
 from pftrack.trackers.ball import TRACKERS, colour_model
 from pftrack.trackers.ball_motion import dynamics as model_of
 from pftrack.trackers.ball_parameters import BallTrackerParameters
-from pftrack.trackers.tracker import TrackState
+from pftrack.trackers.point_state import PointState
 
 PICTURE = np.full((120, 160, 3), 100, np.uint8)
 paint_disc(PICTURE, 80.0, 60.0, 6.0, (200, 50, 50))
 paint_disc(PICTURE, 110.0, 40.0, 8.0, (200, 50, 50))
 
 
-def begun(parameters: BallTrackerParameters, spread: float) -> TrackState:
+def begun(parameters: BallTrackerParameters, spread: float) -> PointState:
     wide = revise(parameters, {"initial_sd_px": spread})
     target = Target(np.array([78.0, 61.0]), 12.0)
-    return TRACKERS["h-spf"].start(target, (160, 120), wide, Stream(1, 0, Purpose.START))
+    return TRACKERS["h-spf"].start(target, Frame(0, 0.0, image_rgb=PICTURE), wide, Stream(1, 0, Purpose.START))
 
 
-def by_filters(state: TrackState, parameters: BallTrackerParameters, observed: int, rng: Stream) -> Posterior:
+def by_filters(state: PointState, parameters: BallTrackerParameters, observed: int, rng: Stream) -> Posterior:
     assert state.particles is not None
     model = colour_model(parameters)
 

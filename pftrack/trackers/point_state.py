@@ -1,0 +1,94 @@
+"""The state of trackers that follow one point, or one signal: a posterior over a vector, as particles or as a Gaussian."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.filters.fixed_lag import Lineage
+from pftrack.gaussian import Gaussian
+from pftrack.learning.online_em import Learner
+from pftrack.particles import ParticleSet
+
+__all__ = ["PointState"]
+
+
+@dataclass(frozen=True, slots=True)
+class PointState:
+    """The posterior of one frame, immutable.
+
+    Attributes:
+        posterior: Mean and covariance of the whole state (d,), of which the first `tracked` coordinates are the
+            estimate.
+        tracked: How many coordinates are the estimate.
+        particles: The posterior as particles, or None for a Gaussian filter.
+        observation_count: How many of the particles, the last ones, came from the observation sampler.
+        log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
+        resampled: Whether parents were drawn anew in this frame.
+        switched: Whether another sampler, or another process noise, was used than in the frame before.
+        alert: Whether the tracker trusts the observation more, or doubts the prediction more, than in calm times; None
+            before the first step.
+        learner: What has been learned of the dynamics, if it is to be learned.
+        lineage: The particles' pasts, if the path is to be smoothed.
+        reference: The exact posterior beside the approximate one, where it is known.
+    """
+
+    posterior: Gaussian
+    tracked: int
+    particles: ParticleSet | None = None
+    observation_count: int = 0
+    log_evidence: float = 0.0
+    resampled: bool = False
+    switched: bool = False
+    alert: bool | None = None
+    learner: Learner | None = None
+    lineage: Lineage | None = None
+    reference: Gaussian | None = None
+
+    @property
+    def estimate(self) -> NDArray[np.float64]:
+        """(tracked,) posterior mean."""
+        return self.posterior.mean[: self.tracked]
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        """(tracked,) posterior standard deviations."""
+        return self.posterior.standard_deviations[: self.tracked]
+
+    @property
+    def reference_mean(self) -> NDArray[np.float64] | None:
+        """(tracked,) mean of the exact posterior, or None."""
+        return None if self.reference is None else self.reference.mean[: self.tracked]
+
+    @property
+    def prediction_count(self) -> int:
+        """How many particles came from the prediction sampler."""
+        return (len(self.particles) if self.particles else 0) - self.observation_count
+
+    @property
+    def effective_sample_size(self) -> float:
+        """1 / sum w^2; 0 without particles."""
+        return self.particles.effective_sample_size if self.particles else 0.0
+
+    @property
+    def unique_ancestors(self) -> int:
+        """How many different parents the particles have."""
+        return self.particles.unique_ancestors if self.particles else 0
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        size = 1024
+        if self.particles is not None:
+            particles = self.particles
+            size += particles.states.nbytes + 2 * particles.log_weights.nbytes + particles.ancestors.nbytes
+        if self.lineage is not None:
+            size += self.lineage.paths.nbytes
+        return size
+
+    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+        """Return states and log weights of the particles; empty without."""
+        if self.particles is None:
+            return {}
+        return {"states": self.particles.states, "log_weights": self.particles.log_weights}
