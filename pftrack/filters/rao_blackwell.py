@@ -133,10 +133,10 @@ def _common(
     observation[:, :3] = points_mm
     observation[:, 3] = 1.0
     cross = observation @ predicted
-    root = np.linalg.cholesky(cross @ observation.T + scatter_px**2 * np.eye(count))
-    gain = np.linalg.solve(root, cross).T.copy()
+    root = np.linalg.cholesky(cross @ observation.T + scatter_px**2 * np.eye(count)).astype(np.float64)
+    gain = np.linalg.solve(root, cross).T.astype(np.float64)
     known = predicted - gain @ gain.T
-    return root, gain, 0.5 * (known + known.T)
+    return root, gain, (0.5 * (known + known.T)).astype(np.float64)
 
 
 @compiled
