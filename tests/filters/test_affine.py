@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+
+from pftrack.dynamics import autoregression
+from pftrack.filters import kalman
+from pftrack.filters.affine import AffineBelief, AffineLayer
+from pftrack.gaussian import Gaussian
+from pftrack.geometry.camera import affine_projection
+from pftrack.geometry.rotation import rotation
+from pftrack.random import Purpose, Stream
+
+POINTS = np.random.default_rng(1).normal(size=(9, 3)) * 15
+CAMERA = np.array([[5.0, 0.1, -0.2, 12.0], [0.3, 4.9, 0.2, -7.0]])
+LAYER = AffineLayer(POINTS, CAMERA)
+
+
+def rng(frame: int = 1) -> Stream:
+    return Stream(3, frame, Purpose.TRACK)
+
+
+def turned(theta: list[float]) -> np.ndarray:
+    camera = CAMERA.copy()
+    camera[:, :3] = CAMERA[:, :3] @ rotation(np.array(theta))
+    return camera
+
+
+def watched(frames: int = 6) -> tuple[AffineBelief, list[tuple[np.ndarray, np.ndarray]]]:
+    numbers = np.random.default_rng(2)
+    belief, seen = LAYER.begin(), []
+    for t in range(1, frames):
+        positions = affine_projection(turned([0.02 * t, -0.03 * t, 0.01 * t]), POINTS) + numbers.normal(size=(9, 2))
+        variances = numbers.uniform(0.25, 4.0, size=(9, 2))
+        seen.append((positions, variances))
+        belief = LAYER.update(LAYER.predict(belief), positions, variances, rng(t))
+    return belief, seen
+
+
+def test_the_camera_is_filtered_exactly() -> None:
+    """Two filters of eight components give what one Kalman filter over sixteen, with all features at once, gives."""
+    belief, seen = watched()
+    noise = np.tile(LAYER.noise_sd, 2)
+    one = np.eye(8)
+    model = autoregression(2 * one, -one, np.zeros(8), np.diag(noise))
+    # Order of the whole state: both rows of the camera, then both a frame ago.
+    exact = Gaussian(np.tile(CAMERA.ravel(), 2), np.diag(np.tile(noise**2, 2)))
+    row = np.column_stack([POINTS, np.ones(len(POINTS))])
+    none = np.zeros_like(row)
+    observation = np.hstack([np.vstack([row, none]), np.vstack([none, row]), np.zeros((2 * len(row), 8))])
+    for positions, variances in seen:
+        prior = kalman.predict(exact, model)
+        exact, _ = kalman.update(prior, positions.T.ravel(), observation, np.diag(variances.T.ravel()))
+    for axis in range(2):
+        part = np.concatenate([np.arange(4) + 4 * axis, np.arange(4) + 8 + 4 * axis])
+        assert np.allclose(belief.mean[axis], exact.mean[part])
+        assert np.allclose(belief.covariance[axis], exact.covariance[np.ix_(part, part)])
+
+
+def test_features_are_projected_with_their_past() -> None:
+    """Means are those of the camera now and a frame ago, covariances [C; L] V [C; L]^T."""
+    belief = LAYER.predict(watched()[0])
+    projection = LAYER.project(belief)
+    assert np.allclose(projection.positions, affine_projection(belief.camera, POINTS))
+    assert np.allclose(projection.means[:, :, 1], affine_projection(belief.mean[:, 4:], POINTS))
+    for n, point in enumerate(POINTS):
+        rows = np.kron(np.eye(2), np.append(point, 1.0))
+        for axis in range(2):
+            assert np.allclose(projection.covariances[n, axis], rows @ belief.covariance[axis] @ rows.T)
+    assert np.array_equal(projection.variances, projection.covariances[:, :, 0, 0])
+
+
+@pytest.mark.parametrize("estimator", ["extended", "particle"])
+def test_the_pose_follows_the_camera(estimator: str) -> None:
+    """After the features have turned slowly by known angles, the pose is theirs within two degrees."""
+    layer = AffineLayer(POINTS, CAMERA, estimator=estimator)
+    belief = layer.begin()
+    for t in range(1, 40):
+        angle = 0.01 * t
+        positions = affine_projection(turned([angle, -angle, 0.5 * angle]), POINTS)
+        belief = layer.update(layer.predict(belief), positions, np.full((9, 2), 0.25), rng(t))
+    pose = layer.pose(belief)
+    assert np.allclose(pose.mean, [0.39, -0.39, 0.195], atol=np.deg2rad(2.0))
+    assert (np.linalg.eigvalsh(pose.covariance) > 0).all()
+
+
+def test_the_start_is_the_reference_at_rest() -> None:
+    """The first belief is the reference camera, now and a frame ago, facing the camera."""
+    belief = LAYER.begin()
+    assert np.array_equal(belief.camera, CAMERA)
+    assert np.array_equal(belief.mean[:, 4:], CAMERA)
+    assert not belief.theta.mean.any()

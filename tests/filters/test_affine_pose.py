@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+
+from pftrack.filters import affine_pose, extended
+from pftrack.gaussian import Gaussian
+from pftrack.geometry.rotation import rotation
+from pftrack.random import Purpose, Stream
+
+REFERENCE = np.array([[5.0, 0.2, -0.3], [0.1, 4.8, 0.4]])
+NOISE = 0.05**2 * (np.eye(6) + 0.3)
+SD = affine_pose.THETA_SD_RAD
+
+
+def measured(theta: np.ndarray) -> np.ndarray:
+    return (REFERENCE @ rotation(theta)).ravel()
+
+
+def test_the_extended_filter_is_the_one_of_the_library() -> None:
+    """A step is a random walk and the extended Kalman update with the Jacobian taken by differences."""
+    prior = Gaussian(np.array([0.1, -0.2, 0.05]), np.diag([0.01, 0.02, 0.005]))
+    seen = measured(np.array([0.15, -0.3, 0.0]))
+
+    def jacobian(theta: np.ndarray) -> np.ndarray:
+        changes = 1e-6 * np.eye(3)
+        return np.column_stack([(measured(theta + d) - measured(theta - d)) / 2e-6 for d in changes])
+
+    walked = extended.predict(prior, lambda theta: theta, lambda _: np.eye(3), SD**2 * np.eye(3))
+    exact, _ = extended.update(walked, seen, measured, jacobian, NOISE)
+    ours = affine_pose.extended(prior, seen, NOISE, REFERENCE, SD)
+    assert np.allclose(ours.mean, exact.mean, atol=1e-8)
+    assert np.allclose(ours.covariance, exact.covariance, atol=1e-8)
+
+
+def test_particles_agree_with_the_extended_filter() -> None:
+    """Where the model is nearly linear, many particles come to the extended filter's posterior (0.1 degrees, 10 %)."""
+    prior = Gaussian(np.array([0.1, -0.2, 0.05]), np.diag([1e-3, 1e-3, 1e-3]))
+    seen = measured(np.array([0.12, -0.22, 0.04]))
+    rng = Stream(0, 1, Purpose.TRACK)
+    particles = prior.sample(rng, 200_000)
+    ours, survivors = affine_pose.particle(particles, seen, NOISE, REFERENCE, SD, rng, 1000)
+    exact = affine_pose.extended(prior, seen, NOISE, REFERENCE, SD)
+    assert np.allclose(ours.mean, exact.mean, atol=np.deg2rad(0.1))
+    assert np.allclose(ours.standard_deviations, exact.standard_deviations, rtol=0.1)
+    assert survivors.shape == (1000, 3)
+    assert np.allclose(survivors.mean(axis=0), ours.mean, atol=np.deg2rad(0.2))
+
+
+def test_entries_come_by_rows() -> None:
+    """The first three entries of both rows and their covariances, which do not mix."""
+    mean, covariance = np.arange(16.0).reshape(2, 8), np.stack([np.eye(8), 2 * np.eye(8)])
+    entries, noise = affine_pose.entries(mean, covariance)
+    assert entries.tolist() == [0, 1, 2, 8, 9, 10]
+    assert np.array_equal(noise, np.diag([1.0, 1, 1, 2, 2, 2]))
+
+
+@pytest.mark.parametrize("camera", [np.zeros((2, 3)), np.array([[5.0, 0, 0], [5.0, 0, 0]])])
+def test_a_camera_that_sees_nothing_leaves_the_pose_finite(camera: np.ndarray) -> None:
+    """With a singular reference, and with singular noise, pose and covariance stay finite."""
+    for noise in (NOISE, np.ones((6, 6)), np.zeros((6, 6))):
+        pose = affine_pose.extended(Gaussian(np.zeros(3), np.eye(3)), np.ones(6), noise, camera, SD)
+        assert np.isfinite(pose.mean).all()
+        assert np.isfinite(pose.covariance).all()
+        moved, _ = affine_pose.particle(
+            np.zeros((50, 3)), np.ones(6), noise, camera, SD, Stream(0, 1, Purpose.TRACK), 50
+        )
+        assert np.isfinite(moved.mean).all()
