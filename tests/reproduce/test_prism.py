@@ -1,0 +1,51 @@
+"""The orders that the document claims for the prism, on few trials; figures within tolerances are the slow tests'."""
+
+import numpy as np
+import pytest
+
+from pftrack.reproduce import prism
+from pftrack.reproduce.pool import Pool
+from pftrack.reproduce.prism_course import Course, Method, Trial, course
+
+
+def errors(method: Method, trials: int) -> list[float]:
+    return [course(Trial(method, seed)).error_deg for seed in range(trials)]
+
+
+def test_methods_see_the_same_prism() -> None:
+    """A trial is reproducible, and a course has what its method has."""
+    first, again = course(Trial("alpha-1", 3)), course(Trial("alpha-1", 3))
+    assert np.array_equal(first.errors_deg, again.errors_deg)
+    assert np.isnan(first.translation_mm).all()
+    assert first.ratio_front == 1.0
+    assert isinstance(first, Course)
+    assert np.isfinite(course(Trial("alpha-1", 3, perspective=True)).translation_mm).all()
+
+
+@pytest.mark.slow
+def test_the_mixture_is_best() -> None:
+    """Over fifteen trials the mixture is at least 0.1 degrees below the upper prediction, which is below the lower."""
+    mixture, upper, lower = (np.mean(errors(method, 15)) for method in ("pf-asd", "alpha-1", "alpha-0"))
+    assert mixture + 0.1 <= upper < lower
+
+
+@pytest.mark.slow
+def test_the_ratio_rises_over_tens_of_frames_while_a_vertex_is_hidden() -> None:
+    """Hidden vertices are drawn from above more often, by a ramp of 20 to 40 frames rather than a step."""
+    courses = [course(Trial("pf-asd", seed)) for seed in range(5)]
+    assert np.mean([one.ratio_hidden - one.ratio_visible for one in courses]) > 0.15
+    ramp = np.mean([one.ramp for one in courses], axis=0)
+    assert ramp[4] < 0.3
+    assert ramp[19] < ramp[39] < ramp[59]
+    assert ramp[39] > 0.6
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("study", [prism.pose, prism.readings, prism.perspective, prism.pose_filters])
+def test_the_tables_hold(study: object) -> None:
+    """No finding of the quick form is outside its tolerance."""
+    with Pool(1) as pool:
+        findings = study(pool, False)
+    assert findings
+    assert [finding for finding in findings if finding.status == "fail"] == []
