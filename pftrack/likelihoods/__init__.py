@@ -4,9 +4,10 @@ A likelihood is a model fitted beforehand that turns a picture and states (N, d)
 constant that is the same for all states. Likelihoods know no filters. Members:
 
 - `chromaticity`: the colour of the one pixel under the particle, brightness taken out;
-- `points`: measured positions of several features, each with its own noise.
+- `points`: measured positions of several features, each with its own noise;
+- `template`: patches of the first frame by normalised correlation, and a bank of them by pose (`template_bank`).
 """
 
-from pftrack.likelihoods import chromaticity, points
+from pftrack.likelihoods import chromaticity, points, template, template_bank
 
-__all__ = ["chromaticity", "points"]
+__all__ = ["chromaticity", "points", "template", "template_bank"]

@@ -116,7 +116,7 @@ class HeadSource:
         grey *= np.float32(gain)
         points, depths = project(self.model.points_mm @ turn.T + translation, self.focal_px, centre)
         visible = _visible(points, 1.0 / depths, depth_buffer, hidden)
-        return grey, HeadTarget.seen(theta, translation, points, visible)
+        return grey, HeadTarget.seen(self.model, theta, translation, points, visible)
 
 
 def face_of(parameters: HeadSceneParameters) -> FaceModel:

@@ -1,0 +1,188 @@
+"""Where the eleven features of a face are in a first picture, and where a lost face is again.
+
+Cascades find the face and its eyes; all other points are placed by the mean model, by the similarity that brings its
+eyes onto those found, and then looked for nearby (`refinement`). What is found is a proposal: a person may drag any
+point to where it belongs, so a doubtful one comes with warnings rather than not at all. Nothing is proposed for
+a picture without a face, or with one that is cut off or not upright.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.detection import cascades
+from pftrack.detection.cascades import Box
+from pftrack.detection.refinement import refined
+from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model, place
+
+__all__ = ["DetectedFace", "FaceError", "detect", "find_again"]
+
+EYES_IN_FACE = ((0.315, 0.40), (0.685, 0.40))
+"""Where the eyes are in a face's box, as shares of its sides; the person's right eye first, left in the picture."""
+
+NEAR_FACTOR = 2.2
+"""A lost face is first looked for in a square so many times its size."""
+
+SIMILAR_SIZE = 0.5
+"""A second face counts as such if it is at least so large relative to the largest."""
+
+
+class FaceError(ValueError):
+    """A picture in which no face can be tracked; the message says what was expected and what was found.
+
+    Attributes:
+        kind: What is wrong.
+    """
+
+    def __init__(self, kind: Literal["too small", "no face", "not upright", "cut off"], message: str) -> None:
+        super().__init__(message)
+        self.kind = kind
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DetectedFace:
+    """A face found in a picture.
+
+    Attributes:
+        points_px: (11, 2) the features, in the order of `pftrack.geometry.face_model.FEATURES`.
+        box: Of the whole face, px.
+        eyes_seen: How many of the two eyes the cascades saw; the others are placed by proportion.
+        warnings: What a person should look at, one sentence each.
+    """
+
+    points_px: NDArray[np.float64]
+    box: Box
+    eyes_seen: int
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def eye_distance_px(self) -> float:
+        """Between the centres of the eyes."""
+        left, right = (self.points_px[FEATURES.index(name)] for name in ("leye", "reye"))
+        return float(np.hypot(*(left - right)))
+
+
+def detect(grey: NDArray[np.uint8], model: FaceModel | None = None, *, refine: bool = True) -> DetectedFace:
+    """Find the face to be tracked: the largest of those with two eyes, or else the largest.
+
+    Args:
+        grey: (height, width), 8 bit.
+        model: By which the points are placed; the mean model if not given.
+        refine: Whether points are looked for near their places.
+
+    Raises:
+        FaceError: There is no upright frontal face that is wholly in the picture.
+    """
+    height, width = grey.shape
+    if min(height, width) < cascades.LEAST_FACE_PX:
+        least = cascades.LEAST_FACE_PX
+        raise FaceError(
+            "too small",
+            f"expected a picture of at least {least} x {least} px to find a face in, got {width} x {height}",
+        )
+    faces = [_located(grey, box, model or mean_model(), refine=refine) for box in cascades.faces(grey)]
+    face = max(faces, key=lambda face: (face.eyes_seen == 2, face.box[2]), default=None)
+    if face is None or face.eyes_seen == 0:
+        # An inverted face looks a little like an upright one, without eyes.
+        turned = _turned(grey)
+        if turned:
+            raise FaceError("not upright", f"expected an upright face, found one {turned}; turn the picture first")
+    if face is None:
+        raise FaceError("no face", "expected a whole face that looks into the camera, found none in the picture")
+    beyond = [name for name, (x, y) in zip(FEATURES, face.points_px, strict=True) if not _within(x, y, width, height)]
+    if beyond:
+        raise FaceError("cut off", f"expected the whole face in the picture, but {', '.join(beyond)} would be outside")
+    several = sum(other.eyes_seen > 0 and other.box[2] >= SIMILAR_SIZE * face.box[2] for other in faces)
+    if several > 1:
+        crowd = f"{several} faces were found; the largest is tracked"
+        face = replace(face, warnings=(crowd, *face.warnings))
+    return face
+
+
+def find_again(
+    grey: NDArray[np.uint8], last_seen: Box | None = None, model: FaceModel | None = None
+) -> DetectedFace | None:
+    """Look for a lost face near where it was, then everywhere; None if it is not to be seen.
+
+    Two eyes are asked for, so that a map on the wall is not taken for the driver. This takes tens of milliseconds, too
+    long for every frame while the face is lost.
+
+    Args:
+        grey: (height, width), 8 bit.
+        last_seen: The face's box where it was last, px.
+        model: By which the points are placed; the mean model if not given.
+    """
+    height, width = grey.shape
+    regions = [(0, 0, width, height)]
+    if last_seen is not None:
+        x, y, w, h = last_seen
+        half = NEAR_FACTOR * max(w, h) / 2
+        left, top = (min(max(int(edge - half), 0), side) for edge, side in ((x + w / 2, width), (y + h / 2, height)))
+        right, bottom = (min(max(int(e + half), 0), side) for e, side in ((x + w / 2, width), (y + h / 2, height)))
+        regions.insert(0, (left, top, right, bottom))
+    for left, top, right, bottom in regions:
+        part = np.ascontiguousarray(grey[top:bottom, left:right])
+        for x, y, w, h in cascades.faces(part):
+            face = _located(grey, (x + left, y + top, w, h), model or mean_model(), refine=True)
+            if face.eyes_seen == 2 and all(_within(u, v, width, height) for u, v in face.points_px):
+                return face
+    return None
+
+
+def _located(grey: NDArray[np.uint8], box: Box, model: FaceModel, *, refine: bool) -> DetectedFace:
+    """Place all points of a face whose box is known."""
+    eyes, seen = _eye_centres(box, cascades.eyes(grey, box))
+    warnings: tuple[str, ...] = ()
+    if seen < 2:
+        what = "one eye was found" if seen else "no eyes were found"
+        warnings = (f"{what}, so that the points are placed by proportion; drag them to where they belong",)
+    points = place(model, {"reye": eyes[0], "leye": eyes[1]})
+    if refine and seen == 2:
+        points = refined(grey, points, model)
+    return DetectedFace(points, box, seen, warnings)
+
+
+def _eye_centres(face: Box, boxes: list[Box]) -> tuple[list[tuple[float, float]], int]:
+    """Return the centres of the right and the left eye, px, and how many of them are among the boxes.
+
+    Of all pairs the one that is most like the eyes of a face is taken; if there is no such pair, the eye that is, and
+    the other by the face's proportions.
+    """
+    x, y, w, h = face
+    usual = [(x + across * w, y + down * h) for across, down in EYES_IN_FACE]
+    centres = [(a + (c - 1) / 2, b + (d - 1) / 2) for a, b, c, d in boxes]
+
+    def strangeness(found: tuple[float, float], place: tuple[float, float]) -> float:
+        return float(np.hypot(found[0] - place[0], found[1] - place[1])) / w
+
+    pairs = [sorted(pair) for pair in combinations(centres, 2)]
+    level = [pair for pair in pairs if abs(pair[1][1] - pair[0][1]) < 0.4 * (pair[1][0] - pair[0][0])]
+    fitting = [(max(map(strangeness, pair, usual)), pair) for pair in level]
+    best = min(fitting, default=None)
+    if best is not None and best[0] < 0.16:
+        return best[1], 2
+    for side in (0, 1):
+        near = [centre for centre in centres if strangeness(centre, usual[side]) < 0.12]
+        if near:
+            off = np.subtract(near[0], usual[side])
+            other = (float(usual[1 - side][0] + off[0]), float(usual[1 - side][1] + off[1]))
+            return ([near[0], other] if side == 0 else [other, near[0]]), 1
+    return usual, 0
+
+
+def _turned(grey: NDArray[np.uint8]) -> str:
+    """Return how a face in the picture has been turned, in words, or nothing if there is none with two eyes."""
+    turns = ((cv2.ROTATE_180, "upside down"), (cv2.ROTATE_90_CLOCKWISE, "on its side"))
+    for turn, how in (*turns, (cv2.ROTATE_90_COUNTERCLOCKWISE, "on its side")):
+        turned = np.asarray(cv2.rotate(grey, turn), np.uint8)
+        if any(_eye_centres(box, cascades.eyes(turned, box))[1] == 2 for box in cascades.faces(turned)):
+            return how
+    return ""
+
+
+def _within(x: float, y: float, width: int, height: int) -> bool:
+    return -0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5
