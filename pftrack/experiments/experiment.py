@@ -121,6 +121,7 @@ class Experiment:
         on_video: Wire a recording, where the experiment takes one.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
         series: (frame, state) -> what else to write down of it, by name.
+        features: Names of the target's points, in the order in which series have one number for each.
     """
 
     id: str
@@ -141,6 +142,7 @@ class Experiment:
     on_video: OnVideo | None = None
     scale: float = 1.0
     series: Callable[[Frame, Any], Mapping[str, Series]] | None = None
+    features: tuple[str, ...] = ()
 
     @property
     def accepts_video(self) -> bool:

@@ -51,6 +51,9 @@ class Projection:
 class UpperLayer(Protocol[S]):
     """A model of the object; its belief S is a frozen value."""
 
+    def begin(self) -> S:
+        """Return the belief at the beginning."""
+
     def predict(self, belief: S) -> S:
         """Return the belief a frame later."""
 

@@ -11,18 +11,32 @@ numbers make the rear one. The solid is convex, so a face is visible exactly if 
 vertex if one of its faces is.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.frame import Frame, Landmarks, Measurements, Target
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
 from pftrack.parameters import Parameters, parameter
 from pftrack.random import Purpose, Stream
 from pftrack.sources.source import History
 
-__all__ = ["FACES", "FRAMES", "REAR", "VERTICES_MM", "PrismParameters", "PrismSource", "Sight", "sight"]
+__all__ = [
+    "FACES",
+    "FRAMES",
+    "NAMES",
+    "PRINCIPAL_PX",
+    "REAR",
+    "VERTICES_MM",
+    "PrismParameters",
+    "PrismSource",
+    "PrismTarget",
+    "Sight",
+    "sight",
+    "visible_faces",
+]
 
 FRAMES = 625
 """Length of the document's experiment; the motion then begins anew."""
@@ -41,6 +55,14 @@ VERTICES_MM: NDArray[np.float64] = np.array(
 )
 """(8, 3) x1..x8 in the object's frame, whose origin is the centre about which it turns."""
 VERTICES_MM.flags.writeable = False
+
+NAMES = tuple(f"x{number}" for number in range(1, len(VERTICES_MM) + 1))
+
+FRAME_RATE_HZ = 30.0
+SIZE_PX = (640, 480)
+PRINCIPAL_PX: NDArray[np.float64] = np.array(SIZE_PX) / 2.0
+"""Where the camera's axis meets the picture."""
+PRINCIPAL_PX.flags.writeable = False
 
 FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3))
 """Front, rear, left, right, top and bottom: places of their corners in `VERTICES_MM`, in order around the face."""
@@ -156,25 +178,43 @@ class Sight:
     true_px: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True)
+class PrismTarget(Target):
+    """Where the prism truly is: `position` is theta (3,) in rad, `landmarks` are its vertices.
+
+    Attributes:
+        translation_mm: (3,) its centre in the camera's frame.
+    """
+
+    translation_mm: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+
+
 class PrismSource:
-    """The prism, frame by frame, over a history of parameters.
+    """The prism, frame by frame, over a history of parameters; a frame has measured vertices in place of a picture.
 
     Attributes:
         size: Width and height of the picture in whose middle the principal point is, px.
         frame_rate_hz: Frames a second at which it is meant to be seen.
-        frame_count: Frames of the document's experiment.
+        frame_count: None; the motion begins anew after the document's 625 frames.
+        start: The truth of frame 0, theta = 0.
         noisy: The measurements depend on the seed.
     """
 
-    size = (640, 480)
-    frame_rate_hz = 30.0
-    frame_count: int | None = FRAMES
+    size = SIZE_PX
+    frame_rate_hz = FRAME_RATE_HZ
+    frame_count: int | None = None
     noisy = True
 
     def __init__(self, seed: int, parameters: PrismParameters) -> None:
         """Set the scene; the seed is that of the measurement noise."""
         self._seed = seed
-        self.start = sight(seed, 0, parameters)
+        self.start: Target = _target(sight(seed, 0, parameters))
+
+    def frame(self, index: int, history: History[PrismParameters]) -> Frame:
+        """Return a frame in px of the picture; the same arguments give the same frame, to the bit."""
+        seen = self.sight(index, history)
+        measurements = Measurements(seen.points_px + PRINCIPAL_PX, seen.noise_sd_px)
+        return Frame(index, index / FRAME_RATE_HZ, measurements=measurements, target=_target(seen))
 
     def sight(self, index: int, history: History[PrismParameters]) -> Sight:
         """Return a frame; the phase of the motion adds up over the history, so that a change makes no jump."""
@@ -204,6 +244,22 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
     true = pinhole(placed, parameters.focal_length_px)
     normals = Stream(seed, index, Purpose.SCENE).standard_normal(true.shape)
     return Sight(true + noise_sd[:, None] * normals, noise_sd, visible, faces, theta, translation, true)
+
+
+def visible_faces(theta_rad: NDArray[np.float64], translation_mm: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which of `FACES` (6,) are seen: those on whose outer side the camera lies, in the object's frame."""
+    seen: NDArray[np.bool_] = np.greater(NORMALS @ (-translation_mm @ rotation(theta_rad)), OFFSETS)
+    return seen
+
+
+def _target(seen: Sight) -> PrismTarget:
+    true_px = seen.true_px + PRINCIPAL_PX
+    return PrismTarget(
+        position=seen.theta_rad,
+        size=float(np.ptp(true_px, axis=0).max()),
+        landmarks=Landmarks(true_px, seen.visible, VERTICES_MM, NAMES),
+        translation_mm=seen.translation_mm,
+    )
 
 
 def _theta(u: float, parameters: PrismParameters) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The state of trackers that follow one point, or one signal: a posterior over a vector, as particles or as a Gaussian."""
+"""The state of trackers that follow one point, or one signal: a posterior over a vector, by particles or a Gaussian."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -72,9 +72,7 @@ class SignalTrackerParameters(Parameters):
     )
 
 
-def start_kalman(
-    target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator
-) -> PointState:
+def start_kalman(target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:
     """Begin at the true start with zero velocity and the initial spread."""
     del frame, rng
     dimension = len(target.position)
@@ -82,9 +80,7 @@ def start_kalman(
     return PointState(Gaussian(mean, parameters.initial_sd**2 * np.eye(2 * dimension)), dimension)
 
 
-def start_particles(
-    target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator
-) -> PointState:
+def start_particles(target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:
     """Begin with all particles at the true start with zero velocity, scattered by the initial spread."""
     exact = start_kalman(target, frame, parameters, rng).posterior
     states = exact.mean + parameters.initial_sd * rng.standard_normal((parameters.sample_count, len(exact.mean)))

@@ -1,0 +1,159 @@
+"""What can be turned on the trackers of a solid's points: two layers, and how far each is trusted."""
+
+from typing import Literal
+
+from pftrack.parameters import Parameters, parameter
+
+__all__ = ["PoseTrackerParameters"]
+
+FEATURES, MIXTURE, UPPER, SCORING = "Features", "Which prediction to trust", "Pose", "Scoring"
+LAYERED = ("pf-asd", "alpha-1", "alpha-0")
+
+
+class PoseTrackerParameters(Parameters):
+    """Everything that trackers of a solid's points have in common."""
+
+    sample_count: int = parameter(
+        50,
+        "Particles per feature",
+        "Number of particles of each feature.",
+        ge=2,
+        le=5000,
+        step=1,
+        group=FEATURES,
+        trackers=LAYERED,
+    )
+    feature_noise_px: float = parameter(
+        5,
+        "Feature noise",
+        "Process noise of the features' own dynamics, each frame.",
+        unit="px",
+        ge=0.1,
+        le=50,
+        step=0.1,
+        group=FEATURES,
+        trackers=LAYERED,
+    )
+    sd_floor_px: float = parameter(
+        0.5,
+        "Smallest deviation",
+        "Standard deviation with which a feature's position is believed at the best.",
+        unit="px",
+        ge=0.05,
+        le=20,
+        step=0.05,
+        group=FEATURES,
+        trackers=LAYERED,
+    )
+    initial_sd_px: float = parameter(
+        1,
+        "Initial spread",
+        "Standard deviation of the particles around the features at the start.",
+        unit="px",
+        ge=0,
+        le=50,
+        step=0.1,
+        live=False,
+        group=FEATURES,
+        trackers=LAYERED,
+    )
+    forgetting: float = parameter(
+        0.5,
+        "Forgetting",
+        "Weight of the past in adapting alpha; at 0.5 the memory is about two frames, at 1 it is all of the past.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=MIXTURE,
+        trackers=("pf-asd",),
+    )
+    alpha_clip: float = parameter(
+        0.1,
+        "Clip of alpha",
+        "Least share of a feature's particles that either prediction keeps.",
+        ge=0.01,
+        le=0.5,
+        step=0.01,
+        group=MIXTURE,
+        trackers=("pf-asd",),
+    )
+    lower_density: Literal["gaussian", "kernel"] = parameter(
+        "gaussian",
+        "Density of the own prediction",
+        "How the own prediction is written down in adapting alpha: one Gaussian, or a kernel around each particle.",
+        group=MIXTURE,
+        trackers=("pf-asd",),
+    )
+    upper_layer: Literal["affine", "perspective"] = parameter(
+        "affine",
+        "Camera of the upper layer",
+        "Whether the solid is predicted by an affine camera, or by pose and place before a pinhole.",
+        live=False,
+        group=UPPER,
+        trackers=LAYERED,
+    )
+    pose_estimator: Literal["extended", "particle"] = parameter(
+        "extended",
+        "Pose from the affine camera",
+        "Whether the angles are found by an extended Kalman filter or by particles.",
+        group=UPPER,
+        trackers=LAYERED,
+    )
+    pose_sample_count: int = parameter(
+        500,
+        "Particles of the pose",
+        "Number of particles, if the angles are found by particles.",
+        ge=10,
+        le=20_000,
+        step=10,
+        group=UPPER,
+        trackers=LAYERED,
+    )
+    pose_noise_deg: float = parameter(
+        3,
+        "Pose noise",
+        "How far each angle may turn in a frame, beside the affine camera.",
+        unit="°",
+        ge=0.05,
+        le=30,
+        step=0.05,
+        group=UPPER,
+    )
+    camera_noise: float = parameter(
+        1,
+        "Camera noise",
+        "How fast the upper layer may change, as a multiple of the document's noise.",
+        ge=0.05,
+        le=20,
+        step=0.05,
+        group=UPPER,
+    )
+    joint_sample_count: int = parameter(
+        25_000,
+        "Joint particles",
+        "Number of particles that carry all features at once.",
+        ge=10,
+        le=100_000,
+        step=10,
+        group=FEATURES,
+        trackers=("rb-pf",),
+    )
+    lost_deg: float = parameter(
+        15,
+        "Limit of success",
+        "The pose counts as lost when it is further off than this, averaged over the axes.",
+        unit="°",
+        ge=0.5,
+        le=180,
+        step=0.5,
+        group=SCORING,
+    )
+    lost_share: float = parameter(
+        0.1,
+        "Frames that may be lost",
+        "A run is a success if no more than this share of its frames with known truth is lost.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=SCORING,
+    )

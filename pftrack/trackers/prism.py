@@ -1,0 +1,77 @@
+"""Trackers of the prism: eight measured vertices, by the methods of `pose` (document 1, ch. 4 section 3.3).
+
+The camera is known, so the solid begins where the scene's parameters say; and so is the noise of every measurement,
+which is large while its vertex is hidden.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from pftrack.frame import Frame, Measurements, Target
+from pftrack.likelihoods import points
+from pftrack.random import Stream
+from pftrack.sources.prism import PRINCIPAL_PX, PrismParameters
+from pftrack.trackers import pose
+from pftrack.trackers.pose import METHODS, Method
+from pftrack.trackers.pose_parameters import PoseTrackerParameters
+from pftrack.trackers.pose_state import PoseState, Solid
+from pftrack.trackers.tracker import Tracker
+
+__all__ = ["TRACKERS", "TrackedPrismParameters"]
+
+SEEN_FACTOR = 3.0
+"""A vertex counts as hidden if its measurement is so many times noisier than the best one."""
+
+
+class TrackedPrismParameters(PoseTrackerParameters, PrismParameters):
+    """The scene, whose camera is known, and its trackers."""
+
+
+def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
+    """Begin at the true vertices of frame 0, where theta = 0."""
+    landmarks = target.landmarks
+    if landmarks is None:
+        raise ValueError("a prism is tracked by its vertices, got a target without any")
+    solid = _solid(landmarks.model_mm, parameters)
+    belief = pose.begin(solid, landmarks.points_px, parameters, method, rng)
+    return PoseState(solid, belief, belief.pose, _recognised(_measured(frame)))
+
+
+def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
+    """Weigh particles by the measured vertices."""
+    measured = _measured(frame)
+    belief = pose.advance(
+        state,
+        lambda positions: points.log_likelihood(positions, measured.points_px, measured.sd_px),
+        parameters,
+        method,
+        rng,
+    )
+    switched = pose.switched(state.belief, belief)
+    return PoseState(state.solid, belief, belief.pose, _recognised(measured), switched)
+
+
+def _solid(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], parameters: TrackedPrismParameters) -> Solid:
+    scale = parameters.focal_length_px / parameters.distance_mm
+    reference = np.column_stack([scale * np.eye(2, 3), PRINCIPAL_PX])
+    place = np.array([0.0, 0.0, parameters.distance_mm])
+    return Solid(points_mm, reference, parameters.focal_length_px, PRINCIPAL_PX, place)
+
+
+def _measured(frame: Frame) -> Measurements:
+    if frame.measurements is None:
+        raise ValueError("a prism is tracked by measured vertices, got a frame without any")
+    return frame.measurements
+
+
+def _recognised(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    seen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = np.less(measured.sd_px, SEEN_FACTOR * measured.sd_px.min())
+    return seen
+
+
+TRACKERS: dict[str, Tracker] = {
+    method: Tracker(method, title, description, partial(start, method), partial(step, method))
+    for method, (title, description) in METHODS.items()
+}
+"""The trackers of the prism, by name, in the order in which they are shown."""
