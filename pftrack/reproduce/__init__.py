@@ -10,12 +10,13 @@ could not be confirmed is computed all the same and reported as a known negative
 - `sensitivity`: what these hang on, the scene and the trackers varied one by one;
 - `other_scene`: the same in the other reading of the scene;
 - `counts`: how many particles, ch. 3 section 3.3;
-- `motion`: learning the dynamics while tracking, ch. 3 section 4.
+- `motion`: learning the dynamics while tracking, ch. 3 section 4;
+- `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3.
 """
 
 from collections.abc import Callable, Sequence
 
-from pftrack.reproduce import counts, motion, occlusion, oracle, other_scene, sensitivity, signals
+from pftrack.reproduce import counts, motion, occlusion, oracle, other_scene, prism, sensitivity, signals
 from pftrack.reproduce.finding import Finding
 from pftrack.reproduce.pool import Pool
 
@@ -32,6 +33,10 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "sample-count": counts.sample_count,
     "learning": motion.unobstructed,
     "learning-clutter": motion.clutter,
+    "prism": prism.pose,
+    "prism-readings": prism.readings,
+    "prism-perspective": prism.perspective,
+    "pose-filters": prism.pose_filters,
 }
 """All results by name: functions of a pool and of whether the whole protocol is to be run."""
 

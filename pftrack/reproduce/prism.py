@@ -89,7 +89,11 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
 
 
 def readings(pool: Pool, full: bool) -> list[Finding]:
-    """What comes of other readings of the experiment (table 14.2), and of other distances."""
+    """What comes of other readings of the experiment (table 14.2), and of other distances.
+
+    The features' own prediction goes astray with wild measurements that are trusted, in some trials further than in
+    others, so that its error has no reference there.
+    """
     seeds = range(5 if full else 3)
     findings = []
     for reading, references in VARIANTS.items():
@@ -97,8 +101,11 @@ def readings(pool: Pool, full: bool) -> list[Finding]:
         for method, reference in references.items():
             result = f"prism-readings: {reading}, {method}, error, degrees"
             ours = _mean(courses[method], _error)
-            findings.append(compare(result, ours, reference, 0.2 * reference, SOURCE_READINGS))
+            findings.append(compare(result, ours, reference, round(0.2 * reference, 2), SOURCE_READINGS))
         if reading == "kernel":
+            result = "prism-readings: kernel, alpha of rear vertices while hidden"
+            ours = _mean(courses["pf-asd"], lambda one: one.ratio_hidden)
+            findings.append(compare(result, ours, 0.24, 0.08, SOURCE_READINGS))
             rise = _mean(courses["pf-asd"], lambda one: one.ratio_hidden - one.ratio_visible)
             result = "prism-readings: kernel, alpha rises while a vertex is hidden (hidden less visible)"
         else:

@@ -1,10 +1,8 @@
-"""The orders that the document claims for the prism, on few trials; figures within tolerances are the slow tests'."""
+"""The orders that the document claims for the prism, on few trials; the figures are with those of all studies."""
 
 import numpy as np
 import pytest
 
-from pftrack.reproduce import prism
-from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism_course import Course, Method, Trial, course
 
 
@@ -38,14 +36,3 @@ def test_the_ratio_rises_over_tens_of_frames_while_a_vertex_is_hidden() -> None:
     assert ramp[4] < 0.3
     assert ramp[19] < ramp[39] < ramp[59]
     assert ramp[39] > 0.6
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(600)
-@pytest.mark.parametrize("study", [prism.pose, prism.readings, prism.perspective, prism.pose_filters])
-def test_the_tables_hold(study: object) -> None:
-    """No finding of the quick form is outside its tolerance."""
-    with Pool(1) as pool:
-        findings = study(pool, False)
-    assert findings
-    assert [finding for finding in findings if finding.status == "fail"] == []
