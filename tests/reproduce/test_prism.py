@@ -1,8 +1,6 @@
 """The orders that the document claims for the prism, on few trials; the figures are with those of all studies."""
 
 import numpy as np
-import pytest
-
 from pftrack.reproduce.prism_course import Course, Method, Trial, course
 
 
@@ -20,14 +18,12 @@ def test_methods_see_the_same_prism() -> None:
     assert np.isfinite(course(Trial("alpha-1", 3, perspective=True)).translation_mm).all()
 
 
-@pytest.mark.slow
 def test_the_mixture_is_best() -> None:
     """Over fifteen trials the mixture is at least 0.1 degrees below the upper prediction, which is below the lower."""
     mixture, upper, lower = (np.mean(errors(method, 15)) for method in ("pf-asd", "alpha-1", "alpha-0"))
     assert mixture + 0.1 <= upper < lower
 
 
-@pytest.mark.slow
 def test_the_ratio_rises_over_tens_of_frames_while_a_vertex_is_hidden() -> None:
     """Hidden vertices are drawn from above more often, by a ramp of 20 to 40 frames rather than a step."""
     courses = [course(Trial("pf-asd", seed)) for seed in range(5)]
