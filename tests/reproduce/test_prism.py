@@ -1,6 +1,7 @@
 """The orders that the document claims for the prism, on few trials; the figures are with those of all studies."""
 
 import numpy as np
+
 from pftrack.reproduce.prism_course import Course, Method, Trial, course
 
 
