@@ -150,7 +150,7 @@ def weigh(drawn: Draw, log_likelihoods: NDArray[np.float64], rng: Generator) -> 
 
 def surviving(features: Features) -> NDArray[np.float64]:
     """Return the positions of the survivors, (F, 2, N) px."""
-    return np.take_along_axis(features.coordinates[:, :2], features.survivors[:, None], axis=2)
+    return _surviving(features.coordinates, features.survivors)
 
 
 def propagated(features: Features) -> NDArray[np.float64]:
@@ -208,6 +208,17 @@ def _weigh(
         means[n], covariances[n] = moments(coordinates[n, :2].T, weights)
         survivors[n] = systematic_parents(weights, offsets[n], count)
     return log_weights, survivors, means, covariances, log_evidences
+
+
+@compiled
+def _surviving(coordinates: NDArray[np.float64], survivors: NDArray[np.int64]) -> NDArray[np.float64]:
+    features, count = survivors.shape
+    kept = np.empty((features, 2, count))
+    for n in range(features):
+        for axis in range(2):
+            for i in range(count):
+                kept[n, axis, i] = coordinates[n, axis, survivors[n, i]]
+    return kept
 
 
 @compiled
