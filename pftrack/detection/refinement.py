@@ -87,16 +87,23 @@ def _nearest(
         reach_mm: Half axes of the ellipse.
         lowest_mm: y below which nothing is looked for.
     """
-    response = cv2.filter2D(face, cv2.CV_32F, kernel, borderType=cv2.BORDER_REPLICATE)
-    rows, columns = np.indices(face.shape)
-    x, y = LEFT_MM + columns / PX_PER_MM, TOP_MM + rows / PX_PER_MM
+    half = kernel.shape[0] // 2
+    middle = (start - (LEFT_MM, TOP_MM)) * PX_PER_MM
+    most = np.array(face.shape)[::-1] - 1 - half
+    left, top = np.clip(np.rint(middle - np.array(reach_mm) * PX_PER_MM).astype(int), half, most)
+    right, bottom = np.clip(np.rint(middle + np.array(reach_mm) * PX_PER_MM).astype(int), half, most)
+    # Correlation where the kernel lies wholly within the part: one answer a pixel of the region.
+    part = face[top - half : bottom + half + 1, left - half : right + half + 1]
+    response = cv2.matchTemplate(part, kernel, cv2.TM_CCORR)
+    rows, columns = np.indices(response.shape)
+    x, y = LEFT_MM + (left + columns) / PX_PER_MM, TOP_MM + (top + rows) / PX_PER_MM
     away = ((x - start[0]) / reach_mm[0]) ** 2 + ((y - start[1]) / reach_mm[1]) ** 2
     allowed = (away <= 1.0) & (y <= lowest_mm)
     if not allowed.any():
         return start
     score = np.where(allowed, response * (1.0 - DISTANCE_COST * away), -np.inf)
     row, column = np.unravel_index(int(np.argmax(score)), score.shape)
-    return np.array([LEFT_MM + column / PX_PER_MM, TOP_MM + row / PX_PER_MM])
+    return np.array([x[row, column], y[row, column]])
 
 
 @cache

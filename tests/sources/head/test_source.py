@@ -47,7 +47,7 @@ def test_truth_is_the_projection_of_the_model() -> None:
 
 
 def test_a_head_turned_away_hides_its_far_side() -> None:
-    """With the nose to image left the outer corner of the right eye is behind the head, to the right that of the left."""
+    """With the nose to image left the right eye's outer corner is behind the head, to image right the left one's."""
     assert np.rad2deg(shown(TURNED_LEFT).target.position[1]) > 30
     assert set(FEATURES) - seen(shown(TURNED_LEFT)) == {"rlc"}
     assert np.rad2deg(shown(TURNED_RIGHT).target.position[1]) < -30
