@@ -109,6 +109,7 @@ def average(models: list[FaceModel]) -> FaceModel:
         models: At least one.
     """
     shapes = [model.points_mm for model in models]
+    # Beginning with one person would give the mean that person's tilt, and a tilted model mixes yaw with roll.
     mean = np.mean(shapes, axis=0)
     for _ in range(ALIGNMENT_ROUNDS):
         mean = np.mean([fit_similarity(shape, mean)(shape) for shape in shapes], axis=0)
