@@ -23,7 +23,6 @@ from pftrack.experiments.experiment import Experiment, Setup
 from pftrack.parameters import ParameterError, Value
 from pftrack.run import Change, Run
 from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import TruthTable
 
 __all__ = ["Record", "RecordError", "describe", "load", "read", "rebuild", "save"]
 
@@ -172,13 +171,21 @@ def _setup(experiment: Experiment, reference: Mapping[str, Any], open_sequence: 
     if sequence.sha256 != reference.get("sha256"):
         raise RecordError(f"the run was made on {name}; {sequence.name} has other content")
     try:
-        x, y, width, height = (float(number) for number in reference["box"])
-        boxes = {
-            int(frame): (float(box[0]), float(box[1]), float(box[2]), float(box[3]))
-            for frame, box in reference.get("truth", {}).items()
+        box = None
+        if reference["box"] is not None:
+            x, y, width, height = (float(number) for number in reference["box"])
+            box = (x, y, width, height)
+        rows = {
+            int(frame): tuple(float(number) for number in known) for frame, known in reference.get("truth", {}).items()
         }
-        truth = TruthTable(boxes) if boxes else None
-        return experiment.on_video(sequence, (x, y, width, height), start=int(reference["start"]), truth=truth)
+        points = {str(name): (float(x), float(y)) for name, (x, y) in reference.get("points", {}).items()}
+        return experiment.on_video(
+            sequence,
+            box,
+            start=int(reference["start"]),
+            truth=experiment.truth.table(rows) if rows else None,
+            points=points or None,
+        )
     except (KeyError, TypeError, IndexError, ValueError) as error:
         raise RecordError(f"the saved run does not say where on {name} it began: {error}") from None
 

@@ -4,17 +4,18 @@ Each experiment is a module here and an entry of the registry below; everything 
 finds it through `find`.
 
 - `ball`: switching particle filters on a ball behind an occluder (document 1, ch. 3);
+- `head`: the pose of a head by its features, simulated or on a recording (document 1, ch. 4);
 - `prism`: a solid's pose by adaptive sampling of its corners (document 1, ch. 4);
 - `sine`: the Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2).
 """
 
-from pftrack.experiments import ball, prism, sine
+from pftrack.experiments import ball, head, prism, sine
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 
 __all__ = ["EXPERIMENTS", "Experiment", "Preset", "Setup", "Step", "find"]
 
 EXPERIMENTS: dict[str, Experiment] = {
-    experiment.id: experiment for experiment in (ball.EXPERIMENT, prism.EXPERIMENT, sine.EXPERIMENT)
+    experiment.id: experiment for experiment in (ball.EXPERIMENT, head.EXPERIMENT, prism.EXPERIMENT, sine.EXPERIMENT)
 }
 """All experiments by name, in the order in which they are shown."""
 

@@ -18,9 +18,10 @@ from pftrack.filters.fixed_lag import smoothed
 from pftrack.likelihoods import chromaticity
 from pftrack.parameters import revise
 from pftrack.sources.ball import BallSceneParameters, BallSource
+from pftrack.sources.points import Marks
 from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
 from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import TruthTable
+from pftrack.sources.truth import Truth
 from pftrack.trackers.ball import TRACKERS
 from pftrack.trackers.ball_parameters import BallTrackerParameters
 
@@ -44,7 +45,14 @@ def simulate() -> Setup:
     return Setup(BallSource, SimulatedBallParameters(), {"kind": "simulated"})
 
 
-def on_video(sequence: FrameSequence, box: Box, *, start: int = 0, truth: TruthTable | None = None) -> Setup:
+def on_video(
+    sequence: FrameSequence,
+    box: Box | None,
+    *,
+    start: int = 0,
+    truth: Truth | None = None,
+    points: Marks | None = None,
+) -> Setup:
     """Wire a recording: the colour is fitted to the box, and lengths are scaled to it.
 
     Real targets turn and stop, so velocity is kept for a few frames only; otherwise the particles of a hidden target
@@ -56,10 +64,13 @@ def on_video(sequence: FrameSequence, box: Box, *, start: int = 0, truth: TruthT
         box: Around the target in the picture `start`: x, y, width, height, px.
         start: Number of the picture to start at.
         truth: True boxes by number of the picture, where they are known.
+        points: A ball has none.
 
     Raises:
         ValueError: The box or the start is not within the recording, or the box is black.
     """
+    if box is None or points:
+        raise ValueError("a target is tracked by its colour, so its box has to be given, and no points")
     if not 0 <= start < sequence.frame_count:
         raise ValueError(f"the start frame must be between 0 and {sequence.frame_count - 1}, got {start}")
     check_box(box, sequence.size)
@@ -95,7 +106,7 @@ def on_video(sequence: FrameSequence, box: Box, *, start: int = 0, truth: TruthT
         "sha256": sequence.sha256,
         "box": list(box),
         "start": start,
-        "truth": {str(frame): list(known) for frame, known in truth.boxes.items()} if truth else {},
+        "truth": {str(frame): list(known) for frame, known in truth.rows.items()} if truth else {},
     }
     return Setup(open_source, parameters, reference)
 

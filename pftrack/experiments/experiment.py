@@ -11,10 +11,11 @@ from pftrack.diagnostics import Diagnostics, Series
 from pftrack.drawing import Drawing
 from pftrack.frame import Frame
 from pftrack.parameters import Parameters, Value
+from pftrack.sources.points import Marks
 from pftrack.sources.recording import Box
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.source import Source
-from pftrack.sources.truth import TruthTable
+from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.trackers import Tracker
 
 __all__ = ["Experiment", "OnVideo", "Preset", "Setup", "Step"]
@@ -79,21 +80,23 @@ class OnVideo(Protocol):
     def __call__(
         self,
         sequence: FrameSequence,
-        box: Box,
+        box: Box | None,
         *,
         start: int = 0,
-        truth: TruthTable | None = None,
+        truth: Truth | None = None,
+        points: Marks | None = None,
     ) -> Setup:
         """Return the setup of a recording.
 
         Args:
             sequence: The pictures.
-            box: Around the target in the picture `start`, px.
-            start: Number of the picture to start at.
-            truth: True boxes by number of the picture, where they are known.
+            box: Around the target in the picture `start`, px; None to have the target found, where that can be done.
+            start: Number of the picture to start at, or to look for the target from.
+            truth: By number of the picture, where it is known.
+            points: The target's features in the picture `start`, where a person has marked some.
 
         Raises:
-            ValueError: The box or the start is not within the recording.
+            ValueError: The box, the points or the start is not within the recording, or there is no target in it.
         """
 
 
@@ -119,8 +122,11 @@ class Experiment:
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
         on_video: Wire a recording, where the experiment takes one.
+        finds_target: Whether it finds its target on a recording by itself, so that no box is needed.
+        truth: The kind of truth that comes with a recording.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
         series: (frame, state) -> what else to write down of it, by name.
+        report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
         features: Names of the target's points, in the order in which series have one number for each.
     """
 
@@ -140,8 +146,11 @@ class Experiment:
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     on_video: OnVideo | None = None
+    finds_target: bool = False
+    truth: TruthKind = BOXES
     scale: float = 1.0
     series: Callable[[Frame, Any], Mapping[str, Series]] | None = None
+    report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
     features: tuple[str, ...] = ()
 
     @property

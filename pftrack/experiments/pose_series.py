@@ -1,9 +1,9 @@
 """What is written down of every frame in which a pose is estimated, beside error and estimate.
 
 The pose is given as yaw, pitch and roll of the face (`geometry.gaze`), in degrees, each with its standard deviation
-and, where it is known, the truth. Of each feature: alpha, whether it was recognised, its distance from the truth and its
-standard deviation. Whether the truth lies in the central 50 % and 95 % of the posterior is written down for each angle,
-in the order (theta_x, theta_y, theta_z): over many frames it should, as often as that.
+and, where it is known, the truth. Of each feature: alpha, whether it was recognised, its distance from the truth and
+its standard deviation. Whether the truth lies in the central 50 % and 95 % of the posterior is written down for each
+angle, in the order (theta_x, theta_y, theta_z): over many frames it should, as often as that.
 """
 
 from collections.abc import Mapping

@@ -35,11 +35,17 @@ class RecordingSource:
         size: Width and height of the picture, px.
         frame_rate_hz: Frames a second.
         frame_count: Frames from the chosen one to the end.
-        start: Where the person drew the box.
+        start: Where the person drew the box, or what else is known of the target in the first picture.
     """
 
     def __init__(
-        self, sequence: FrameSequence, box: Box, first: int = 0, truth: Callable[[int], Target | None] | None = None
+        self,
+        sequence: FrameSequence,
+        box: Box,
+        first: int = 0,
+        truth: Callable[[int], Target | None] | None = None,
+        *,
+        start: Target | None = None,
     ) -> None:
         """Wire a recording up.
 
@@ -48,6 +54,7 @@ class RecordingSource:
             box: Around the target in the first picture used.
             first: Number of that picture within the sequence.
             truth: Where the target truly is, by number of the picture within the sequence.
+            start: The target in the first picture, if it is more than the middle of the box.
 
         Raises:
             ValueError: The box or the first frame is not within the recording.
@@ -64,7 +71,7 @@ class RecordingSource:
         self.frame_count: int | None = sequence.frame_count - first
         x, y, w, h = box
         self.noisy = False
-        self.start = Target(np.array([x + (w - 1) / 2, y + (h - 1) / 2]), max(w, h))
+        self.start = start or Target(np.array([x + (w - 1) / 2, y + (h - 1) / 2]), max(w, h))
 
     def frame(self, index: int, history: History[RecordingParameters]) -> Frame:
         """Return a picture with its overlay; the same arguments give the same frame, to the bit."""

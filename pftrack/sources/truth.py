@@ -1,32 +1,72 @@
-"""Truth for recorded clips: a table of boxes drawn by hand, one a frame.
+"""Truth for recorded clips: a table of boxes drawn by hand, or of poses, one a frame.
 
-The file is comma-separated text with a header that names at least `frame, x, y, w, h`: the frame's number from 0, the
-left and upper edge of the box and its width and height, in px of the picture. Further columns are ignored. A frame that
-is not listed, or whose `x` is empty, is a frame without truth: it counts neither for the tracker nor against it.
+The file is comma-separated text with a header. For boxes it names at least `frame, x, y, w, h`: the frame's number from
+0, the left and upper edge of the box and its width and height, in px of the picture. For poses it names
+`frame, yaw_deg, pitch_deg, roll_deg`, with the signs of `geometry.gaze`. Further columns are ignored. A frame that is
+not listed, or whose first value is empty, is a frame without truth: it counts neither for the tracker nor against it.
 """
 
 import csv
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TextIO
+from typing import Any, NamedTuple, Protocol, TextIO
 
 import numpy as np
 
 from pftrack.frame import Target
+from pftrack.geometry.gaze import theta_of
+from pftrack.geometry.rotation import wrapped
 
-__all__ = ["TruthError", "TruthTable", "read_truth"]
+__all__ = [
+    "BOXES",
+    "POSES",
+    "PoseTable",
+    "Truth",
+    "TruthError",
+    "TruthKind",
+    "TruthTable",
+    "read_poses",
+    "read_truth",
+]
 
-COLUMNS = ("frame", "x", "y", "w", "h")
 LARGEST_FILE_BYTES = 16 * 1024 * 1024
 LARGEST_FRAME = 10_000_000
-LARGEST_PX = 100_000.0
+
+
+class Form(NamedTuple):
+    """What a file has: its columns, what the values are called, the largest of them, and their unit."""
+
+    columns: tuple[str, ...]
+    one: str
+    several: str
+    largest: float
+    unit: str
+
+
+BOX_FORM = Form(("frame", "x", "y", "w", "h"), "box", "boxes", 100_000.0, "px")
+POSE_FORM = Form(("frame", "yaw_deg", "pitch_deg", "roll_deg"), "pose", "poses", 360.0, "degrees")
 
 
 class TruthError(ValueError):
     """A table of truth that cannot be read; the message names the line and what is allowed."""
+
+
+class Truth(Protocol):
+    """What is known of a recording: numbers by frame, and the target that they mean."""
+
+    @property
+    def rows(self) -> Mapping[int, tuple[float, ...]]:
+        """The numbers of each frame that has any, as the file has them."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was passed over in reading, one sentence each."""
+
+    def at(self, frame: int) -> Target | None:
+        """Return the target of a frame, or None where there is no truth."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +81,11 @@ class TruthTable:
     boxes: Mapping[int, tuple[float, float, float, float]]
     warnings: tuple[str, ...] = field(default=())
 
+    @property
+    def rows(self) -> Mapping[int, tuple[float, ...]]:
+        """The boxes."""
+        return self.boxes
+
     def at(self, frame: int) -> Target | None:
         """Return the target of a frame of the clip, or None where there is no truth.
 
@@ -54,6 +99,34 @@ class TruthTable:
         return Target(position=np.array([x + (w - 1) / 2, y + (h - 1) / 2]), size=max(w, h))
 
 
+@dataclass(frozen=True)
+class PoseTable:
+    """The true poses of a clip.
+
+    Attributes:
+        poses: Yaw, pitch and roll in degrees by frame number; a frame without truth is missing.
+        warnings: What was passed over in reading, one sentence each.
+        zero: Frame whose pose counts as none: what is estimated is relative to a frame, and so is the truth.
+    """
+
+    poses: Mapping[int, tuple[float, float, float]]
+    warnings: tuple[str, ...] = field(default=())
+    zero: int | None = None
+
+    @property
+    def rows(self) -> Mapping[int, tuple[float, ...]]:
+        """The poses."""
+        return self.poses
+
+    def at(self, frame: int) -> Target | None:
+        """Return the target of a frame, its pose less that of frame `zero`, or None where there is no truth."""
+        pose = self.poses.get(frame)
+        if pose is None:
+            return None
+        first = (0.0, 0.0, 0.0) if self.zero is None else self.poses[self.zero]
+        return Target(position=theta_of(wrapped(np.deg2rad(np.subtract(pose, first)))))
+
+
 def read_truth(path: Path) -> TruthTable:
     """Read a table of true boxes.
 
@@ -63,78 +136,117 @@ def read_truth(path: Path) -> TruthTable:
     Raises:
         TruthError: The file is missing, is no such table, or a line of it is wrong.
     """
+    rows, warnings = _read(path, BOX_FORM)
+    boxes = {}
+    for frame, (line, (x, y, w, h)) in rows.items():
+        if w <= 0 or h <= 0:
+            raise TruthError(f"{path.name}, line {line}: w and h must be above 0, got {w:g} and {h:g}")
+        boxes[frame] = (x, y, w, h)
+    return TruthTable(MappingProxyType(boxes), warnings)
+
+
+def read_poses(path: Path) -> PoseTable:
+    """Read a table of true poses.
+
+    Args:
+        path: A comma-separated file with the columns frame, yaw_deg, pitch_deg, roll_deg and any others.
+
+    Raises:
+        TruthError: The file is missing, is no such table, or a line of it is wrong.
+    """
+    rows, warnings = _read(path, POSE_FORM)
+    poses = {frame: (yaw, pitch, roll) for frame, (_, (yaw, pitch, roll)) in rows.items()}
+    return PoseTable(MappingProxyType(poses), warnings)
+
+
+class TruthKind(NamedTuple):
+    """A kind of truth: how to read its file, and how to make its table of rows that were saved."""
+
+    read: Callable[[Path], Truth]
+    table: Callable[[Any], Truth]
+
+
+BOXES = TruthKind(read_truth, TruthTable)
+POSES = TruthKind(read_poses, PoseTable)
+
+Rows = dict[int, tuple[int, list[float]]]
+"""Number of the line, and the values, by frame."""
+
+
+def _read(path: Path, form: Form) -> tuple[Rows, tuple[str, ...]]:
+    """Read a file of this form."""
     name = path.name
     try:
         if path.stat().st_size > LARGEST_FILE_BYTES:
             raise TruthError(f"{name} is larger than the {LARGEST_FILE_BYTES // 1024**2} MiB allowed")
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return _table(name, file)
+            return _table(name, file, form)
     except FileNotFoundError:
         raise TruthError(f"there is no file {path}") from None
     except OSError as error:
         raise TruthError(f"{path} cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error):
-        raise TruthError(f"{name} is not comma-separated text with the columns {', '.join(COLUMNS)}") from None
+        raise TruthError(f"{name} is not comma-separated text with the columns {', '.join(form.columns)}") from None
 
 
-def _table(name: str, file: TextIO) -> TruthTable:
-    boxes: dict[int, tuple[float, float, float, float]] = {}
+def _table(name: str, file: TextIO, form: Form) -> tuple[Rows, tuple[str, ...]]:
+    wanted = form.columns
+    found: Rows = {}
     seen: set[int] = set()
     repeated = 0
     rows = csv.reader(file)
-    columns = _columns(name, next(rows, []))
+    columns = _columns(name, next(rows, []), wanted)
     several = "object" in columns
     for line, row in _filled(rows):
-        if len(row) <= max(columns[column] for column in COLUMNS):
-            raise TruthError(f"{name}, line {line}: expected {len(columns)} values, got {len(row)}")
-        frame, box = _row(f"{name}, line {line}", {column: row[index].strip() for column, index in columns.items()})
+        place = f"{name}, line {line}"
+        if len(row) <= max(columns[column] for column in wanted):
+            raise TruthError(f"{place}: expected {len(columns)} values, got {len(row)}")
+        texts = {column: row[columns[column]].strip() for column in wanted}
+        frame = _frame(place, texts["frame"])
+        values = None
+        if texts[wanted[1]]:
+            values = [_number(place, column, texts[column], form) for column in wanted[1:]]
         if frame in seen:
             if not several:
-                raise TruthError(f"{name}, line {line}: frame {frame} is listed twice; one box a frame")
+                raise TruthError(f"{place}: frame {frame} is listed twice; one {form.one} a frame")
             repeated += 1
             continue
         seen.add(frame)
-        if box is not None:
-            boxes[frame] = box
+        if values is not None:
+            found[frame] = (line, values)
     if not seen:
         raise TruthError(f"{name} lists no frames")
-    left_out = f"{name} has several objects; further boxes of the same frames were left out ({repeated})"
-    return TruthTable(MappingProxyType(boxes), (left_out,) if repeated else ())
+    left_out = f"{name} has several objects; further {form.several} of the same frames were left out ({repeated})"
+    return found, (left_out,) if repeated else ()
 
 
-def _columns(name: str, header: list[str]) -> dict[str, int]:
+def _columns(name: str, header: list[str], wanted: tuple[str, ...]) -> dict[str, int]:
     names = [column.strip().lower() for column in header]
-    missing = [column for column in COLUMNS if column not in names]
-    if missing:
+    if not set(wanted) <= set(names):
         found = ", ".join(names)[:80] or "nothing"
-        raise TruthError(f"{name}, line 1: expected the columns {', '.join(COLUMNS)}, got {found}")
-    return {column: names.index(column) for column in (*COLUMNS, "object") if column in names}
+        raise TruthError(f"{name}, line 1: expected the columns {', '.join(wanted)}, got {found}")
+    return {column: names.index(column) for column in (*wanted, "object") if column in names}
 
 
 def _filled(rows: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
     return ((line, row) for line, row in enumerate(rows, start=2) if any(value.strip() for value in row))
 
 
-def _row(place: str, row: dict[str, str]) -> tuple[int, tuple[float, float, float, float] | None]:
+def _frame(place: str, text: str) -> int:
     try:
-        frame = int(row["frame"])
+        frame = int(text)
     except ValueError:
         frame = -1
     if not 0 <= frame <= LARGEST_FRAME:
-        raise TruthError(f"{place}: frame must be a whole number from 0 on, got {row['frame'][:40]!r}")
-    if not row["x"]:
-        return frame, None
-    x, y, w, h = (_number(place, column, row[column]) for column in ("x", "y", "w", "h"))
-    if w <= 0 or h <= 0:
-        raise TruthError(f"{place}: w and h must be above 0, got {w:g} and {h:g}")
-    return frame, (x, y, w, h)
+        raise TruthError(f"{place}: frame must be a whole number from 0 on, got {text[:40]!r}")
+    return frame
 
 
-def _number(place: str, column: str, text: str) -> float:
+def _number(place: str, column: str, text: str, form: Form) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not abs(value) <= LARGEST_PX:
-        raise TruthError(f"{place}: {column} must be a number of px, got {text[:40]!r}")
+    if not abs(value) <= form.largest:
+        raise TruthError(f"{place}: {column} must be a number of {form.unit}, got {text[:40]!r}")
     return value

@@ -12,14 +12,12 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponentials
-from pftrack.filters import adaptive, rao_blackwell
+from pftrack.filters import rao_blackwell
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.filters.rao_blackwell import RaoBlackwell
 from pftrack.gaussian import Gaussian
-from pftrack.geometry.camera import affine_fit
 from pftrack.geometry.rotation import rotation
 from pftrack.learning import mixture_em
 from pftrack.random import Generator
@@ -28,7 +26,7 @@ from pftrack.trackers.layered import FeatureLikelihood, Layered
 from pftrack.trackers.pose_parameters import PoseTrackerParameters
 from pftrack.trackers.pose_state import PoseState, Solid
 
-__all__ = ["METHODS", "Belief", "Method", "advance", "begin", "pose_of", "switched", "translation"]
+__all__ = ["METHODS", "Belief", "Method", "advance", "begin", "switched", "translation"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 Belief: TypeAlias = Layered[Any] | RaoBlackwell
@@ -51,15 +49,38 @@ METHODS: dict[Method, tuple[str, str]] = {
 
 
 def begin(
-    solid: Solid, positions: NDArray[np.float64], parameters: PoseTrackerParameters, method: Method, rng: Generator
+    solid: Solid,
+    positions: NDArray[np.float64],
+    parameters: PoseTrackerParameters,
+    method: Method,
+    rng: Generator,
+    *,
+    theta: Gaussian | None = None,
+    spread_px: float | None = None,
 ) -> Belief:
-    """Begin with features at known positions (F, 2) px and the pose theta = 0."""
+    """Begin with features at known positions, at rest.
+
+    Args:
+        solid: What is tracked.
+        positions: (F, 2) px of its features.
+        parameters: In force.
+        method: How it will be tracked.
+        rng: The frame's generator.
+        theta: Belief in the angles (3,), rad; as certain as one frame's process noise around 0 if not given.
+        spread_px: Standard deviation of the particles; that of the parameters if not given.
+    """
+    sd = float(np.deg2rad(parameters.pose_noise_deg))
+    pose = theta or Gaussian(np.zeros(3), sd**2 * np.eye(3))
     if method == "rb-pf":
-        return rao_blackwell.begin(_affine(solid, parameters), parameters.joint_sample_count)
-    layer = _layer(solid, parameters)
-    settings = _settings(parameters, method)
+        return _joint(solid, parameters, positions, np.zeros((len(positions), 2, 2)), pose)
     return layered.begin(
-        layer, layer.begin(), positions, settings, rng, ratio=RATIOS[method], spread_px=parameters.initial_sd_px
+        _layer(solid, parameters),
+        _upper(solid, parameters, positions, pose),
+        positions,
+        _settings(parameters, method),
+        rng,
+        ratio=RATIOS[method],
+        spread_px=parameters.initial_sd_px if spread_px is None else spread_px,
     )
 
 
@@ -73,19 +94,17 @@ def advance(
     """Take one observation, given its likelihood."""
     belief = state.belief
     if method == "rb-pf":
+        if not isinstance(belief, RaoBlackwell):
+            means, covariances = state.feature_means, state.feature_covariances
+            belief = _joint(state.solid, parameters, means, covariances, belief.pose)
         layer = _affine(state.solid, parameters)
-        joint = belief if isinstance(belief, RaoBlackwell) else _joined(belief, state, layer, parameters)
-        return rao_blackwell.step(joint, layer, log_likelihood, rng, count=parameters.joint_sample_count)
+        return rao_blackwell.step(belief, layer, log_likelihood, rng, count=parameters.joint_sample_count)
     if isinstance(belief, RaoBlackwell):
-        belief = _split(belief, state, parameters, rng)
-    belief = replace(belief, mixture=_steered(belief.mixture, parameters, method))
+        belief = begin(state.solid, state.feature_means, parameters, method, rng, theta=belief.pose)
+    apart: Layered[Any] = belief  # type: ignore[assignment] # `begin` gives no joint particles to these methods
+    apart = replace(apart, mixture=_steered(apart.mixture, parameters, method))
     settings = _settings(parameters, method)
-    return layered.step(belief, _layer(state.solid, parameters), log_likelihood, settings, rng)
-
-
-def pose_of(belief: Belief) -> Gaussian:
-    """Return the belief in the angles, rad."""
-    return belief.pose
+    return layered.step(apart, _layer(state.solid, parameters), log_likelihood, settings, rng)
 
 
 def switched(before: Belief, after: Belief) -> bool:
@@ -152,35 +171,41 @@ def _affine(solid: Solid, parameters: PoseTrackerParameters) -> AffineLayer:
     )
 
 
-def _joined(
-    belief: Layered[Any], state: PoseState, layer: AffineLayer, parameters: PoseTrackerParameters
+def _upper(
+    solid: Solid, parameters: PoseTrackerParameters, positions: NDArray[np.float64], pose: Gaussian
+) -> AffineBelief | Gaussian:
+    """Return the belief of the upper layer in a solid of this pose whose features are here."""
+    initial = _layer(solid, parameters).begin()
+    if isinstance(initial, AffineBelief):
+        return AffineBelief(np.tile(_camera(solid, positions, pose.mean), 2), initial.covariance, pose)
+    turned = solid.points_mm @ rotation(pose.mean).T
+    place = translation(turned, positions, solid.focal_px, solid.principal_px)
+    covariance = initial.covariance.copy()
+    covariance[:3, :3] = np.maximum(covariance[:3, :3], pose.covariance)
+    return Gaussian(np.tile(np.concatenate([pose.mean, place]), 2), covariance)
+
+
+def _joint(
+    solid: Solid,
+    parameters: PoseTrackerParameters,
+    positions: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    pose: Gaussian,
 ) -> RaoBlackwell:
-    """Begin joint particles where the features and the pose are."""
+    """Return joint particles of a solid of this pose whose features are here, all of them at one place."""
     count = parameters.joint_sample_count
-    fresh = rao_blackwell.begin(layer, count)
-    camera = affine_fit(state.solid.points_mm, belief.features.means)
+    camera = np.tile(_camera(solid, positions, pose.mean), 2)
     return replace(
-        fresh,
-        cameras=np.repeat(np.tile(camera, 2)[:, :, None], count, axis=2),
-        coordinates=np.repeat(belief.features.means.T[:, :, None], count, axis=2),
-        feature_means=belief.features.means,
-        feature_covariances=belief.features.covariances,
-        pose=belief.pose,
+        rao_blackwell.begin(_affine(solid, parameters), count),
+        cameras=np.repeat(camera[:, :, None], count, axis=2),
+        coordinates=np.repeat(positions.T[:, :, None], count, axis=2),
+        feature_means=positions,
+        feature_covariances=covariances,
+        pose=pose,
     )
 
 
-def _split(belief: RaoBlackwell, state: PoseState, parameters: PoseTrackerParameters, rng: Generator) -> Layered[Any]:
-    """Begin features of their own where those of the joint particles are."""
-    layer, solid = _layer(state.solid, parameters), state.solid
-    upper = layer.begin()
-    if isinstance(upper, AffineBelief):
-        weights = exponentials(belief.log_weights)
-        covariance = np.stack([belief.covariance, belief.covariance]) + upper.covariance
-        upper = AffineBelief(belief.cameras @ weights, covariance, belief.pose)
-    else:
-        turned = solid.points_mm @ rotation(belief.pose.mean).T
-        place = translation(turned, belief.feature_means, solid.focal_px, solid.principal_px)
-        upper = Gaussian(np.tile(np.concatenate([belief.pose.mean, place]), 2), upper.covariance)
-    features = adaptive.begin(belief.feature_means, 1.0, parameters.sample_count, rng)
-    mixture = mixture_em.begin(len(features.means), 0.5)
-    return Layered(features, upper, mixture, belief.pose)
+def _camera(solid: Solid, positions: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the affine camera (2, 4) that sees a solid of this pose with the middle of its features in theirs."""
+    slopes = solid.reference[:, :3] @ rotation(theta)
+    return np.column_stack([slopes, positions.mean(axis=0) - slopes @ solid.points_mm.mean(axis=0)])

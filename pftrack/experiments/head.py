@@ -1,0 +1,191 @@
+"""A driver's head, simulated or on any recording: its pose by eleven features (document 1, ch. 4 section 4).
+
+A feature that turns away or is covered no longer looks like its template; where it should be is then known only from
+the pose of the head, which is known from the other features. The adaptive sampling distribution learns for each feature
+how far to trust which.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.diagnostics import Diagnostics, Series
+from pftrack.drawing import COLOURS, Colour, Drawing, Mesh, Picture, Polyline, Primitive
+from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiments.head_recording import on_video
+from pftrack.experiments.pose_series import mean_error_deg, pose_series
+from pftrack.experiments.pose_sketch import feature_clouds, feature_marks, pose_axes, true_marks
+from pftrack.frame import Frame
+from pftrack.geometry.face_model import FEATURES, FaceModel
+from pftrack.geometry.gaze import gaze
+from pftrack.geometry.head_surface import HeadMesh, head_mesh
+from pftrack.geometry.rotation import rotation, wrapped
+from pftrack.sources.head import HeadSceneParameters, HeadSource
+from pftrack.sources.truth import POSES
+from pftrack.trackers.head import TRACKERS
+from pftrack.trackers.head_memory import HeadMemory
+from pftrack.trackers.head_parameters import HeadTrackerParameters
+from pftrack.trackers.pose_state import PoseState
+
+__all__ = ["EXPERIMENT", "SimulatedHeadParameters"]
+
+LONGITUDES, LATITUDES = 25, 29
+DEEPEST_MM = 60.0
+"""Of the head only what is in front of this is drawn: the rest is hair, and behind the picture."""
+
+LOOK_MM = 110.0
+"""Length of the line that shows where the head looks."""
+
+
+class SimulatedHeadParameters(HeadTrackerParameters, HeadSceneParameters):
+    """The simulated driver and its trackers."""
+
+
+def simulate() -> Setup:
+    """Wire the simulated driver with the document's values."""
+    return Setup(HeadSource, SimulatedHeadParameters(), {"kind": "simulated"})
+
+
+def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
+    """Draw a frame: picture, particles, features, the head over the face, where it looks and truly looks."""
+    del past
+    image, state = step.frame.image_rgb, step.state
+    memory: HeadMemory = state.memory
+    if image is None:
+        raise ValueError("a head is drawn on a picture, got a frame without one")
+    height, width, _ = image.shape
+    mark = max(width, height) / 200.0
+    primitives: dict[str, Primitive] = {"picture": Picture(image)}
+    head, triangles = _head(memory.model)
+    colour = COLOURS["lost"] if memory.lost else COLOURS["estimate"]
+    vertices = state.drawn(head @ memory.turn.T).astype(np.float32)
+    primitives["head"] = Mesh(vertices, triangles, colour, 0.25, "head")
+    if not memory.lost:
+        primitives |= feature_clouds(state, mark)
+        primitives |= feature_marks(state, FEATURES, mark)
+    target = step.frame.target
+    if target is not None:
+        if target.landmarks is not None:
+            primitives |= true_marks(target.landmarks, mark)
+        primitives["true look"] = _look(state, target.position, COLOURS["truth"], "truth", memory)
+    primitives["look"] = _look(state, state.estimate, colour, "viewing direction", memory)
+    primitives |= pose_axes(state, memory.turn @ memory.model["nose"], 0.35 * memory.box[2])
+    return Drawing(width, height, primitives, _caption(step))
+
+
+def _look(state: PoseState, theta: NDArray[np.float64], colour: Colour, layer: str, memory: HeadMemory) -> Polyline:
+    """Draw where a head of this pose looks, from the tip of the estimated nose."""
+    nose = memory.turn @ memory.model["nose"]
+    # What turns the estimated pose's direction into this one's, in the solid's own frame.
+    ahead = rotation(state.estimate).T @ rotation(theta) @ np.array([0.0, 0.0, -LOOK_MM])
+    return Polyline(state.drawn(np.stack([nose, nose + ahead])).astype(np.float32), colour, 3.0, layer)
+
+
+@lru_cache(maxsize=8)
+def _head(model: FaceModel) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Return vertices (n, 3), mm, and triangles of the front of a head."""
+    mesh: HeadMesh = head_mesh(model, LONGITUDES, LATITUDES)
+    front = mesh.vertices_mm[:, 2] < DEEPEST_MM
+    kept = mesh.triangles[front[mesh.triangles].all(axis=1)]
+    used, places = np.unique(kept, return_inverse=True)
+    return mesh.vertices_mm[used], places.reshape(-1, 3).astype(np.int32)
+
+
+def _caption(step: Step) -> str:
+    row, memory = step.diagnostics, step.state.memory
+    yaw, pitch, roll = np.rad2deg(gaze(step.state.estimate))
+    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    if memory.lost:
+        parts.append(f"no face for {memory.lost_frames} frames")
+    else:
+        parts.append(f"yaw {yaw:.0f}°, pitch {pitch:.0f}°, roll {roll:.0f}°")
+    if row.error is not None:
+        parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
+    return " · ".join(parts)
+
+
+def series(frame: Frame, state: PoseState) -> Mapping[str, Series]:
+    """Return the series of a pose, and how well the features are recognised, and whether there is a face."""
+    memory: HeadMemory = state.memory
+    return {
+        **pose_series(frame, state),
+        "correlation": tuple(memory.correlations.tolist()),
+        "face": 0.0 if memory.lost else 1.0,
+    }
+
+
+def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
+    """Say of a whole run how the head turned, how often it was tracked, and how far from the truth, if that is known.
+
+    The errors are those of yaw, pitch and roll after both the estimate and the truth have been taken relative to the
+    first frame whose truth is known. A frame counts as tracked if there is a face and it is not known to be lost.
+    """
+    found = {name: [row.series[f"{name}_deg"] for row in rows] for name in ("yaw", "pitch", "roll")}
+    said: dict[str, Any] = {f"{name}_deg": values for name, values in found.items()}
+    said["tracked_share"] = float(np.mean([row.series["face"] == 1.0 and not row.lost for row in rows]))
+    labelled = np.array([row.truth is not None for row in rows])
+    said["mean_abs_error_deg"] = None
+    if labelled.any():
+        errors = {}
+        for name, values in found.items():
+            truth = np.array([row.series[f"{name}_deg_true"] for row in rows])
+            off = (np.array(values) - truth)[labelled]
+            errors[name] = float(np.abs(np.rad2deg(wrapped(np.deg2rad(off - off[0])))).mean())
+        said["mean_abs_error_deg"] = errors
+    return said
+
+
+def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
+    del sizes
+    return errors > parameters.lost_deg
+
+
+EXPERIMENT = Experiment(
+    id="head",
+    title="Pose of a head",
+    question="Which way does the driver look, and can one be sure when half of the face is hidden?",
+    document="Adaptive sampling distribution, document 1, chapter 4",
+    description=(
+        "Eleven features of a face are tracked by templates of the first frame; the pose of the head comes from all of "
+        "them. Each feature's particles come from two predictions, the head's and its own past, and alpha is the share "
+        "of the first. On a recording the face is found by itself; its focal length is not known and taken to be the "
+        "picture's width. The Rao-Blackwellised filter (RB-PF) is slow: it compares templates for thousands of "
+        "particles of all features at once."
+    ),
+    unit="deg",
+    trackers=TRACKERS,
+    default_tracker="pf-asd",
+    frames=900,
+    presets=(
+        Preset("works", "works", "pf-asd"),
+        Preset("personal", "works: the driver's own face model", "pf-asd", {"face_model": "personal"}),
+        Preset("solid", "breaks: head only", "alpha-1"),
+        Preset("features", "breaks: features only", "alpha-0", {"speed": 2}),
+        Preset("pillar", "breaks: a wide pillar", "pf-asd", {"pillar_width_px": 120}),
+        Preset("sunglasses", "sunglasses", "pf-asd", {"sunglasses": True}),
+    ),
+    layers={
+        "picture": True,
+        "head": True,
+        "particles by prediction": True,
+        "features": True,
+        "names": False,
+        "viewing direction": True,
+        "axes": True,
+        "truth": True,
+    },
+    simulate=simulate,
+    draw=draw,
+    error=mean_error_deg,
+    lost=_lost,
+    on_video=on_video,
+    finds_target=True,
+    truth=POSES,
+    scale=float(np.rad2deg(1.0)),
+    series=series,
+    report=report,
+    features=FEATURES,
+)

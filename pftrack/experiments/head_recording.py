@@ -1,0 +1,177 @@
+"""A recording of a face, wired for tracking its pose.
+
+The face is found by detection, unless a person has drawn a box around it or marked its features. Nothing is known of
+the camera or the person: the focal length is taken to be the picture's width, and the mean face is stretched over the
+features of the first picture. All lengths in px follow the size of the face, so that a large picture of a face is
+tracked as a small one is.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.detection.face import DetectedFace, FaceError, detect
+from pftrack.experiments.experiment import Setup
+from pftrack.frame import Landmarks, Target
+from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
+from pftrack.likelihoods.template import EYE_DISTANCE_PX, luma
+from pftrack.parameters import revise
+from pftrack.sources.points import Marks
+from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.truth import PoseTable, Truth
+from pftrack.trackers.head_memory import around, eye_distance
+from pftrack.trackers.head_parameters import HeadTrackerParameters
+
+__all__ = ["RecordedHeadParameters", "on_video"]
+
+CLOSELY_SEARCHED, THEN_EVERY = 50, 5
+"""So many pictures are looked at one by one for a first face, and of later ones every so-many-th."""
+
+BOX_MARGIN = 0.3
+"""A box around a face is made larger by this share on each side: the cascades want some of what is around it."""
+
+
+class RecordedHeadParameters(HeadTrackerParameters, RecordingParameters):
+    """A recording with an overlay, and its trackers."""
+
+
+def on_video(
+    sequence: FrameSequence,
+    box: Box | None,
+    *,
+    start: int = 0,
+    truth: Truth | None = None,
+    points: Marks | None = None,
+) -> Setup:
+    """Wire a recording.
+
+    Args:
+        sequence: The pictures.
+        box: Around the face in the picture `start`, px; None to have it found.
+        start: Number of the picture to start at; if the face has to be found, to look for it from.
+        truth: True poses by number of the picture, where they are known.
+        points: Features in the picture `start`, px, at least two, by their names; the others are placed by the model.
+
+    Raises:
+        ValueError: The box, a point or the start is not within the recording, a point is unknown, or there is no face.
+    """
+    if not 0 <= start < sequence.frame_count:
+        raise ValueError(f"the start frame must be between 0 and {sequence.frame_count - 1}, got {start}")
+    if box is not None:
+        check_box(box, sequence.size)
+    if points:
+        first, found = start, place(mean_model(), points)
+        for name, position in points.items():
+            found[FEATURES.index(name)] = position
+    elif box is not None:
+        first, found = start, _in_box(luma(sequence.picture(start)), box).points_px
+    else:
+        first, found = _first_face(sequence, start)
+    _check_points(found, sequence.size)
+    size = eye_distance(found) / EYE_DISTANCE_PX
+    if size <= 0.0:
+        raise ValueError("the two eyes must be marked at different places")
+    target = _target(found)
+    known = _relative(truth, first, sequence.frame_count)
+
+    def open_source(seed: int, parameters: RecordedHeadParameters) -> RecordingSource:
+        del seed, parameters
+        return RecordingSource(
+            sequence, _clipped(found, sequence.size), first, known.at if known else None, start=target
+        )
+
+    return Setup(open_source, _parameters(size), _reference(sequence, first, found, truth))
+
+
+def _parameters(size: float) -> RecordedHeadParameters:
+    """Return the defaults for a face of this size, relative to the document's."""
+    return revise(
+        RecordedHeadParameters(),
+        {
+            "face_model": "personal",
+            "focal_widths": 1.0,
+            "feature_noise_px": min(max(5.0 * size, 0.5), 50.0),
+            "sd_floor_px": min(max(0.5 * size, 0.2), 20.0),
+            "initial_sd_px": min(max(size, 0.2), 50.0),
+            "camera_noise": min(max(size, 0.05), 20.0),
+            "hidden_weight": 0.001,
+            "find_again": True,
+        },
+    )
+
+
+def _reference(
+    sequence: FrameSequence, first: int, found: NDArray[np.float64], truth: Truth | None
+) -> dict[str, object]:
+    """Return what finds the same recording and the same face again, without looking for it."""
+    return {
+        "kind": "recording",
+        "name": sequence.name,
+        "sha256": sequence.sha256,
+        "box": None,
+        "points": {name: place.tolist() for name, place in zip(FEATURES, found, strict=True)},
+        "start": first,
+        "truth": {str(frame): list(known) for frame, known in truth.rows.items()} if truth else {},
+    }
+
+
+def _first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.float64]]:
+    """Return the first picture with a face from one on, and its features (11, 2) px."""
+    refused: FaceError | None = None
+    near = range(start, min(start + CLOSELY_SEARCHED, sequence.frame_count))
+    far = range(start + CLOSELY_SEARCHED, sequence.frame_count, THEN_EVERY)
+    for index in (*near, *far):
+        try:
+            face = detect(luma(sequence.picture(index)))
+        except FaceError as error:
+            refused = refused or error
+            if error.kind == "too small":
+                break
+            continue
+        if face.eyes_seen == 2:
+            return index, face.points_px
+    raise refused or FaceError("no face", "expected a face with two eyes, found none; mark its features or its box")
+
+
+def _in_box(grey: NDArray[np.uint8], box: Box) -> DetectedFace:
+    """Return the face in a box that a person has drawn."""
+    height, width = grey.shape
+    x, y, w, h = box
+    left, top = max(int(x - BOX_MARGIN * w), 0), max(int(y - BOX_MARGIN * h), 0)
+    right, bottom = min(int(x + (1 + BOX_MARGIN) * w), width), min(int(y + (1 + BOX_MARGIN) * h), height)
+    face = detect(np.ascontiguousarray(grey[top:bottom, left:right]))
+    return replace(face, points_px=face.points_px + np.array([left, top]))
+
+
+def _check_points(points: NDArray[np.float64], size: tuple[int, int]) -> None:
+    for name, (x, y) in zip(FEATURES, points, strict=True):
+        if not (-0.5 <= x < size[0] - 0.5 and -0.5 <= y < size[1] - 0.5):
+            raise ValueError(
+                f"all features must lie within the picture of {size[0]} x {size[1]} px, got {name} at {x:.1f}, {y:.1f}"
+            )
+
+
+def _target(points: NDArray[np.float64]) -> Target:
+    """Return the face in the first picture, with the mean face stretched over its features as its own."""
+    model = mean_model().points_mm
+    flat = fit_similarity(points, model[:, :2])(points)
+    own = FaceModel(np.column_stack([flat, model[:, 2]])).points_mm
+    landmarks = Landmarks(points, np.ones(len(points), np.bool_), own, FEATURES)
+    return Target(np.zeros(3), float(np.ptp(points, axis=0).max()), landmarks=landmarks)
+
+
+def _relative(truth: Truth | None, first: int, count: int) -> Truth | None:
+    """Return the truth less that of the first picture used, or of the first later one that has any."""
+    if not isinstance(truth, PoseTable):
+        return truth
+    zero = min((frame for frame in truth.poses if first <= frame < count), default=None)
+    return replace(truth, zero=zero)
+
+
+def _clipped(points: NDArray[np.float64], size: tuple[int, int]) -> Box:
+    """Return the box around a face, cut to the picture."""
+    x, y, w, h = around(points)
+    left, top = min(max(x, 0.0), size[0] - 1.0), min(max(y, 0.0), size[1] - 1.0)
+    return left, top, max(min(x + w, size[0]) - left, 1.0), max(min(y + h, size[1]) - top, 1.0)

@@ -1,0 +1,106 @@
+"""What trackers of a head carry along beside both layers: what the features look like, and whether there is a face.
+
+A face is *doubtful* in a frame in which too few of its features are recognised, and *lost* when it has been so for too
+long. A lost face is not tracked but looked for, every few frames, near where it was and then everywhere. What is found
+is the same face again: its templates and its frame 0 stay what they were, unless it has come so much nearer or gone so
+much further away that the templates no longer fit.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.detection.cascades import Box
+from pftrack.gaussian import Gaussian
+from pftrack.geometry.face_model import FEATURES, FaceModel
+from pftrack.likelihoods.template import Templates, scaled_sizes
+from pftrack.likelihoods.template_bank import TemplateBank
+
+__all__ = ["SEARCH_EVERY", "HeadMemory", "around", "eye_distance", "template_sizes", "widened"]
+
+SEARCH_EVERY = 5
+WIDEST_RAD = float(np.deg2rad(60.0))
+"""Standard deviation of angles of which nothing is known any more."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadMemory:
+    """Beside the layers, immutable.
+
+    Attributes:
+        bank: Templates, by pose if so asked for.
+        model: The face that is assumed.
+        turn: (3, 3) from the model's frame to the solid's, in which the head looks as it did in frame 0.
+        points_px: (11, 2) the features when the templates were cut.
+        box: Around the features where they were last recognised, px.
+        correlations: (11,) NCC of each feature at its estimated position.
+        doubtful_frames: How many frames in a row had too few recognised features.
+        lost_frames: For how many frames the face has been lost; 0 while it is tracked.
+    """
+
+    bank: TemplateBank
+    model: FaceModel
+    turn: NDArray[np.float64]
+    points_px: NDArray[np.float64]
+    box: Box
+    correlations: NDArray[np.float64] = field(default_factory=lambda: np.ones(len(FEATURES)))
+    doubtful_frames: int = 0
+    lost_frames: int = 0
+
+    @property
+    def lost(self) -> bool:
+        """Whether there is no face."""
+        return self.lost_frames > 0
+
+    def templates(self, theta_rad: NDArray[np.float64], *, by_pose: bool) -> Templates:
+        """Return the templates to use at a pose (3,)."""
+        return self.bank.choose(theta_rad if by_pose else np.zeros(3))
+
+    def judged(
+        self,
+        correlations: NDArray[np.float64],
+        recognised: int,
+        means_px: NDArray[np.float64],
+        least: int,
+        patience: int,
+    ) -> "HeadMemory":
+        """Return what is remembered after a frame.
+
+        Args:
+            correlations: (11,) NCC at the estimated positions.
+            recognised: How many features were.
+            means_px: (11, 2) the estimated positions.
+            least: With fewer recognised features a frame is doubtful.
+            patience: After so many doubtful frames the face is lost; 0 for never.
+        """
+        doubtful = self.doubtful_frames + 1 if recognised < least else 0
+        lost = 1 if patience and doubtful >= patience else 0
+        box = self.box if doubtful else around(means_px)
+        return replace(self, correlations=correlations, doubtful_frames=doubtful, lost_frames=lost, box=box)
+
+
+def around(points_px: NDArray[np.float64]) -> Box:
+    """Return the box of a face (x, y, width, height) with these points (11, 2): half as large again as theirs."""
+    low, high = points_px.min(axis=0), points_px.max(axis=0)
+    side = 1.5 * float((high - low).max())
+    x, y = (low + high) / 2.0 - side / 2.0
+    return float(x), float(y), side, side
+
+
+def eye_distance(points_px: NDArray[np.float64]) -> float:
+    """Return the distance between the eyes among points (11, 2), px."""
+    left, right = (points_px[FEATURES.index(name)] for name in ("leye", "reye"))
+    return float(np.hypot(*(left - right)))
+
+
+def template_sizes(points_px: NDArray[np.float64], factor: float) -> NDArray[np.int64]:
+    """Return widths and heights (11, 2) of templates for a face with these points, px."""
+    return scaled_sizes(FEATURES, eye_distance(points_px), factor)
+
+
+def widened(pose: Gaussian, sd_rad: float) -> Gaussian:
+    """Return a belief in angles that nobody has looked at for a frame more."""
+    covariance = pose.covariance + sd_rad**2 * np.eye(3)
+    most = float(covariance.diagonal().max())
+    return Gaussian(pose.mean, covariance if most <= WIDEST_RAD**2 else WIDEST_RAD**2 * np.eye(3))
