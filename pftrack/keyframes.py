@@ -40,4 +40,3 @@ class Keyframes:
             if index <= frame:
                 twin.offer(index, state)
         return twin
-

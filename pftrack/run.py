@@ -317,9 +317,7 @@ class Run:
             return self._seen(index, state, frame)
         series = self.experiment.series(frame, state) if self.experiment.series else {}
         verdict = self._judge(frame, state, parameters)
-        self.diagnostics.append(
-            diagnose(frame, state, verdict, step_ms, scale=self.experiment.scale, series=series)
-        )
+        self.diagnostics.append(diagnose(frame, state, verdict, step_ms, scale=self.experiment.scale, series=series))
         self._keyframes.offer(index, state)
         return Step(frame, state, self.diagnostics[index], parameters, name)
 
