@@ -5,7 +5,8 @@ and y down. Angles are radians.
 
 - `rotation`: R = R_Y R_X R_Z, its derivatives and its inverse; differences of angles;
 - `camera`: the pinhole with its derivatives, and the affine camera;
-- `face_model`: eleven named points of a face, their mean and their spread over people.
+- `face_model`: eleven named points of a face, their mean and their spread over people;
+- `head_surface`: a smooth head through these points, as a mesh.
 """
 
-__all__ = ["camera", "face_model", "rotation"]
+__all__ = ["camera", "face_model", "head_surface", "rotation"]
