@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
@@ -39,14 +39,24 @@ def run(
     experiment: Annotated[str, typer.Argument(help="An experiment's name, as `list` prints it.")],
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     video: Annotated[Path | None, typer.Option(help="A video, an animated GIF or a folder of pictures.")] = None,
-    box: Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="The target's box on the first frame, px.")] = None,
+    box: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,W,H", help="The target's box on the first frame, px; a face is found without."),
+    ] = None,
+    points: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The face's features on the first frame, JSON or CSV with name,x,y, px."),
+    ] = None,
     start: Annotated[
         str | None,
         typer.Option(
             metavar="FRAME", help="Frame on which the box is drawn; the first with truth, or 0, if not given."
         ),
     ] = None,
-    truth: Annotated[Path | None, typer.Option(help="CSV with the columns frame,x,y,w,h.")] = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option(help="CSV with the columns frame,x,y,w,h; of a head frame,yaw_deg,pitch_deg,roll_deg."),
+    ] = None,
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
     ] = None,
@@ -67,7 +77,7 @@ def run(
     length = None if frames is None else whole("--frames", frames, 1, LONGEST_RUN)
     _check_places(out, video_out)
     with ExitStack() as stack:
-        setup = _setup(stack, found, video=video, box=box, start=start, truth=truth)
+        setup = _setup(stack, found, Footage(video, box, points, start, truth))
         if out is not None and video is not None:
             setup = replace(setup, reference={**setup.reference, "path": _relative(video, out)})
         values = _values(setup, assignments or [])
@@ -111,39 +121,54 @@ def replay(
         raise typer.Exit(FAILED)
 
 
-def _setup(
-    stack: ExitStack,
-    experiment: "Experiment",
-    *,
-    video: Path | None,
-    box: str | None,
-    start: str | None,
-    truth: Path | None,
-) -> "Setup":
-    from pftrack.sources.truth import read_truth
+@dataclass(frozen=True)
+class Footage:
+    """What was said of a recording, as it was said."""
 
-    if video is None:
-        for name, given in {"--box": box, "--start": start, "--truth": truth}.items():
-            if given is not None:
-                raise wrong_use(f"{name} needs --video: a simulated scene knows its own start and truth")
+    video: Path | None
+    box: str | None
+    points: Path | None
+    start: str | None
+    truth: Path | None
+
+
+def _setup(stack: ExitStack, experiment: "Experiment", said: Footage) -> "Setup":
+    from pftrack.sources.points import read_points
+
+    _check_said(experiment, said)
+    if said.video is None or experiment.on_video is None:
         return experiment.simulate()
-    if experiment.on_video is None:
-        raise wrong_use(f"{experiment.id} is simulated and takes no --video")
-    if box is None:
-        raise wrong_use("--video needs --box x,y,w,h: where the target is on the first frame, px")
-    outline = _box(box)
-    if not video.exists():
-        raise CommandError(f"there is no file or folder {video}")
-    table_of_boxes = read_truth(truth) if truth else None
-    for warning in table_of_boxes.warnings if table_of_boxes else ():
+    outline = None if said.box is None else _box(said.box)
+    if not said.video.exists():
+        raise CommandError(f"there is no file or folder {said.video}")
+    marks = None if said.points is None else read_points(said.points)
+    known = experiment.truth.read(said.truth) if said.truth else None
+    for warning in known.warnings if known else ():
         note(f"pftrack: {warning}")
-    sequence = stack.enter_context(closing(_open(video)))
+    sequence = stack.enter_context(closing(_open(said.video)))
     for warning in sequence.index.warnings:
         note(f"pftrack: {warning}")
-    labelled = min(table_of_boxes.boxes, default=0) if table_of_boxes else 0
-    first = whole("--start", start or str(labelled), 0, sequence.frame_count - 1)
-    _check_inside(outline, sequence.size)
-    return experiment.on_video(sequence, outline, start=first, truth=table_of_boxes)
+    labelled = min(known.rows, default=0) if known else 0
+    first = whole("--start", said.start or str(labelled), 0, sequence.frame_count - 1)
+    if outline is not None:
+        _check_inside(outline, sequence.size)
+    return experiment.on_video(sequence, outline, start=first, truth=known, points=marks)
+
+
+def _check_said(experiment: "Experiment", said: Footage) -> None:
+    """Refuse what does not go together, before anything is opened."""
+    if said.video is None:
+        options = {"--box": said.box, "--points": said.points, "--start": said.start, "--truth": said.truth}
+        for name, given in options.items():
+            if given is not None:
+                raise wrong_use(f"{name} needs --video: a simulated scene knows its own start and truth")
+        return
+    if experiment.on_video is None:
+        raise wrong_use(f"{experiment.id} is simulated and takes no --video")
+    if said.points is not None and not experiment.finds_target:
+        raise wrong_use(f"{experiment.id} has no features and takes no --points")
+    if said.box is None and not experiment.finds_target:
+        raise wrong_use("--video needs --box x,y,w,h: where the target is on the first frame, px")
 
 
 def _open(path: Path) -> "FrameSequence":
@@ -233,18 +258,25 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
                 film.write(render(run.experiment.draw(step, run.diagnostics), layers=run.experiment.layers))
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
-    return run.summary()
+    said = run.experiment.report(run.diagnostics) if run.experiment.report else {}
+    return {**run.summary(), **said}
 
 
 def _print(summary: Mapping[str, object], *, json: bool) -> None:
     if json:
         emit(summary)
     else:
-        rows = [(name.replace("_", " "), _shown(value)) for name, value in summary.items() if value not in ([], None)]
+        short = {name: value for name, value in summary.items() if value is not None and not _is_series(value)}
+        rows = [(name.replace("_", " "), _shown(value)) for name, value in short.items()]
         table("", ("", ""), rows)
+
+
+def _is_series(value: object) -> bool:
+    """Whether a value is empty, or has a number for every frame: nothing for a table."""
+    return isinstance(value, list) and (not value or isinstance(value[0], float))
 
 
 def _shown(value: object) -> str:
     if isinstance(value, Mapping):
-        return ", ".join(f"{name}={item}" for name, item in value.items())
+        return ", ".join(f"{name}={_shown(item)}" for name, item in value.items())
     return f"{value:.4g}" if isinstance(value, float) else str(value)

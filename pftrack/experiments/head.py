@@ -162,10 +162,11 @@ EXPERIMENT = Experiment(
     presets=(
         Preset("works", "works", "pf-asd"),
         Preset("personal", "works: the driver's own face model", "pf-asd", {"face_model": "personal"}),
-        Preset("solid", "breaks: head only", "alpha-1"),
-        Preset("features", "breaks: features only", "alpha-0", {"speed": 2}),
-        Preset("pillar", "breaks: a wide pillar", "pf-asd", {"pillar_width_px": 120}),
-        Preset("sunglasses", "sunglasses", "pf-asd", {"sunglasses": True}),
+        Preset("sunglasses", "works: sunglasses", "pf-asd", {"sunglasses": True}),
+        Preset("faster", "works: a faster head", "pf-asd", {"speed": 2}),
+        Preset("solid", "breaks: a faster head, solid only", "alpha-1", {"speed": 2}),
+        Preset("features", "worse: a faster head, features only", "alpha-0", {"speed": 2}),
+        Preset("few", "breaks: too few particles", "pf-asd", {"sample_count": 8}),
     ),
     layers={
         "picture": True,

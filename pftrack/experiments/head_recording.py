@@ -1,9 +1,10 @@
 """A recording of a face, wired for tracking its pose.
 
 The face is found by detection, unless a person has drawn a box around it or marked its features. Nothing is known of
-the camera or the person: the focal length is taken to be the picture's width, and the mean face is stretched over the
-features of the first picture. All lengths in px follow the size of the face, so that a large picture of a face is
-tracked as a small one is.
+the camera or the person: the focal length is taken to be the picture's width, and the face to be the mean one, or on
+request the mean one stretched over the features of the first picture. All lengths in px follow the size of the face, so
+that a large picture of a face is tracked as a small one is, and what may happen between two pictures follows the time
+between them.
 """
 
 from dataclasses import replace
@@ -25,6 +26,9 @@ from pftrack.trackers.head_memory import around, eye_distance
 from pftrack.trackers.head_parameters import HeadTrackerParameters
 
 __all__ = ["RecordedHeadParameters", "on_video"]
+
+FRAME_RATE_HZ = 30.0
+"""Of the document's pictures, for which its noise of motion was chosen."""
 
 CLOSELY_SEARCHED, THEN_EVERY = 50, 5
 """So many pictures are looked at one by one for a first face, and of later ones every so-many-th."""
@@ -82,20 +86,20 @@ def on_video(
             sequence, _clipped(found, sequence.size), first, known.at if known else None, start=target
         )
 
-    return Setup(open_source, _parameters(size), _reference(sequence, first, found, truth))
+    return Setup(open_source, _parameters(size, sequence.frame_rate_hz), _reference(sequence, first, found, truth))
 
 
-def _parameters(size: float) -> RecordedHeadParameters:
+def _parameters(size: float, frame_rate_hz: float) -> RecordedHeadParameters:
     """Return the defaults for a face of this size, relative to the document's."""
+    motion = size * min(max(FRAME_RATE_HZ / frame_rate_hz, 0.5), 3.0)
     return revise(
         RecordedHeadParameters(),
         {
-            "face_model": "personal",
             "focal_widths": 1.0,
-            "feature_noise_px": min(max(5.0 * size, 0.5), 50.0),
+            "feature_noise_px": min(max(5.0 * motion, 0.5), 50.0),
             "sd_floor_px": min(max(0.5 * size, 0.2), 20.0),
             "initial_sd_px": min(max(size, 0.2), 50.0),
-            "camera_noise": min(max(size, 0.05), 20.0),
+            "camera_noise": min(max(motion, 0.05), 20.0),
             "hidden_weight": 0.001,
             "find_again": True,
         },

@@ -105,7 +105,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
         group=LOSS,
     )
     patience_frames: int = parameter(
-        12,
+        8,
         "Patience",
         "After so many frames with too few recognised features the face is lost.",
         unit="frames",
