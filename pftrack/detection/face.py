@@ -136,6 +136,9 @@ def find_again(
 def _located(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort, *, refine: bool) -> DetectedFace:
     """Place all points of a face whose box is known."""
     eyes, seen = _eye_centres(box, cascades.eyes(grey, box, effort))
+    if seen < 2 and effort is not CLOSE:
+        # A quick look misses an eye now and then; a face is worth a second one.
+        eyes, seen = _eye_centres(box, cascades.eyes(grey, box, CLOSE))
     warnings: tuple[str, ...] = ()
     if seen < 2:
         what = "one eye was found" if seen else "no eyes were found"
