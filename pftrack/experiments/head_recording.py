@@ -100,7 +100,6 @@ def _parameters(size: float, frame_rate_hz: float) -> RecordedHeadParameters:
             "sd_floor_px": min(max(0.5 * size, 0.2), 20.0),
             "initial_sd_px": min(max(size, 0.2), 50.0),
             "camera_noise": min(max(motion, 0.05), 20.0),
-            "hidden_weight": 0.001,
             "find_again": True,
         },
     )

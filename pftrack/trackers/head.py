@@ -69,13 +69,10 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     means = after.feature_means
     correlations = template.correlations(grey, means[:, None], templates)[:, 0]
     recognised = correlations >= parameters.recognised_correlation
-    memory = memory.judged(
-        correlations,
-        int(recognised.sum()),
-        means,
-        parameters.least_recognised,
-        parameters.patience_frames if parameters.find_again else 0,
-    )
+    misfit = memory.misfit(after.drawn(after.solid.points_mm)[:, :2], means)
+    doubtful = int(recognised.sum()) < parameters.least_recognised or misfit > parameters.largest_misfit
+    patience = parameters.patience_frames if parameters.find_again else 0
+    memory = memory.judged(correlations, means, patience, doubtful=doubtful)
     return replace(after, recognised=recognised, memory=_learned(memory, grey, after, templates, parameters))
 
 

@@ -1,9 +1,10 @@
 """What trackers of a head carry along beside both layers: what the features look like, and whether there is a face.
 
-A face is *doubtful* in a frame in which too few of its features are recognised, and *lost* when it has been so for too
-long. A lost face is not tracked but looked for, every few frames, near where it was and then everywhere. What is found
-is the same face again: its templates and its frame 0 stay what they were, unless it has come so much nearer or gone so
-much further away that the templates no longer fit.
+A face is *doubtful* in a frame in which too few of its features are recognised, or in which they lie elsewhere than a
+head of the estimated pose would have them; it is *lost* when it has been so for too long. A lost face is not tracked
+but looked for, every few frames, near where it was and then everywhere. What is found is the same face again: its
+templates and its frame 0 stay what they were, unless it has come so much nearer or gone so much further away that the
+templates no longer fit.
 """
 
 from dataclasses import dataclass, field, replace
@@ -35,7 +36,7 @@ class HeadMemory:
         points_px: (11, 2) the features when the templates were cut.
         box: Around the features where they were last recognised, px.
         correlations: (11,) NCC of each feature at its estimated position.
-        doubtful_frames: How many frames in a row had too few recognised features.
+        doubtful_frames: How many frames in a row were doubtful.
         lost_frames: For how many frames the face has been lost; 0 while it is tracked.
     """
 
@@ -58,26 +59,24 @@ class HeadMemory:
         return self.bank.choose(theta_rad if by_pose else np.zeros(3))
 
     def judged(
-        self,
-        correlations: NDArray[np.float64],
-        recognised: int,
-        means_px: NDArray[np.float64],
-        least: int,
-        patience: int,
+        self, correlations: NDArray[np.float64], means_px: NDArray[np.float64], patience: int, *, doubtful: bool
     ) -> "HeadMemory":
         """Return what is remembered after a frame.
 
         Args:
             correlations: (11,) NCC at the estimated positions.
-            recognised: How many features were.
             means_px: (11, 2) the estimated positions.
-            least: With fewer recognised features a frame is doubtful.
             patience: After so many doubtful frames the face is lost; 0 for never.
+            doubtful: Whether this frame is.
         """
-        doubtful = self.doubtful_frames + 1 if recognised < least else 0
-        lost = 1 if patience and doubtful >= patience else 0
+        frames = self.doubtful_frames + 1 if doubtful else 0
+        lost = 1 if patience and frames >= patience else 0
         box = self.box if doubtful else around(means_px)
-        return replace(self, correlations=correlations, doubtful_frames=doubtful, lost_frames=lost, box=box)
+        return replace(self, correlations=correlations, doubtful_frames=frames, lost_frames=lost, box=box)
+
+    def misfit(self, expected_px: NDArray[np.float64], means_px: NDArray[np.float64]) -> float:
+        """Return how far features (11, 2) are from where they are expected: the median, in distances of the eyes."""
+        return float(np.median(np.hypot(*(expected_px - means_px).T))) / eye_distance(self.points_px)
 
 
 def around(points_px: NDArray[np.float64]) -> Box:

@@ -104,10 +104,20 @@ class HeadTrackerParameters(PoseTrackerParameters):
         step=1,
         group=LOSS,
     )
+    largest_misfit: float = parameter(
+        0.25,
+        "Features out of place",
+        "With the features further from where the pose has them than this share of the distance between the eyes, by "
+        "their median and for some frames, the face is lost.",
+        ge=0.02,
+        le=2,
+        step=0.01,
+        group=LOSS,
+    )
     patience_frames: int = parameter(
         8,
         "Patience",
-        "After so many frames with too few recognised features the face is lost.",
+        "After so many frames with too few recognised features, or with features out of place, the face is lost.",
         unit="frames",
         ge=1,
         le=300,

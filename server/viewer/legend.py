@@ -9,8 +9,11 @@ __all__ = ["caption_html", "legend_html"]
 MEANINGS = (
     ("estimate", "estimate", ""),
     ("truth", "truth", "truth"),
-    ("prediction", "particles from the prediction", "particles"),
-    ("observation", "particles from the observation", "particles"),
+    ("prediction", "particles from the prediction", "particles by sampler"),
+    ("observation", "particles from the observation", "particles by sampler"),
+    ("observation", "particles from the solid's pose", "particles by prediction"),
+    ("prediction", "particles from the feature's own past", "particles by prediction"),
+    ("lost", "feature not recognised", "features"),
     ("lost", "limit of success", "region of success"),
     ("second", "smoothed path", "smoothed path"),
     ("second", "exact", "exact"),

@@ -1,6 +1,6 @@
 import pytest
 
-from pftrack.experiments import Preset, find
+from pftrack.experiments import Experiment, Preset, find
 from pftrack.run import Change, Run
 
 BALL = find("ball")
@@ -13,6 +13,44 @@ def test_presets_of_the_ball_do_what_they_say(preset: Preset) -> None:
     run = Run(BALL, BALL.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
     run.finish()
     assert run.summary()["success"] == preset.title.startswith("works")
+
+
+PRISM, HEAD = find("prism"), find("head")
+
+
+@pytest.mark.parametrize(
+    ("experiment", "preset"),
+    [
+        *(pytest.param(PRISM, preset, id=f"prism-{preset.name}") for preset in PRISM.presets),
+        *(pytest.param(HEAD, preset, id=f"head-{preset.name}", marks=pytest.mark.slow) for preset in HEAD.presets),
+    ],
+)
+def test_presets_of_the_poses_do_what_they_say(experiment: Experiment, preset: Preset) -> None:
+    """What works ends in success, what breaks does not, and what is worse has a larger error than what works."""
+    best, _ = finished(experiment, experiment.presets[0].name)
+    error, success = finished(experiment, preset.name)
+    if preset.title.startswith("worse"):
+        assert error > 1.05 * best
+    else:
+        assert success == preset.title.startswith("works")
+
+
+_known: dict[tuple[str, str], tuple[float, bool]] = {}
+
+
+def finished(experiment: Experiment, name: str) -> tuple[float, bool]:
+    if (experiment.id, name) not in _known:
+        preset = next(preset for preset in experiment.presets if preset.name == name)
+        _known[experiment.id, name] = outcome(experiment, preset)
+    return _known[experiment.id, name]
+
+
+def outcome(experiment: Experiment, preset: Preset) -> tuple[float, bool]:
+    timeline = (Change(0, preset.parameters),) if preset.parameters else ()
+    run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+    run.finish()
+    summary = run.summary()
+    return summary["mean_error"], summary["success"]
 
 
 def test_presets_of_the_signal_do_what_they_say() -> None:

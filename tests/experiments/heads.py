@@ -1,0 +1,62 @@
+"""Recordings of faces for tests: sequences in memory, drawn by the simulated head."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.frame import Frame
+from pftrack.parameters import revise
+from pftrack.sources.head import HeadSceneParameters, HeadSource
+from pftrack.sources.sequence import FrameIndex
+from pftrack.sources.source import History
+
+Picture = NDArray[np.uint8]
+
+
+class Pictures:
+    """A `FrameSequence` of given pictures."""
+
+    def __init__(self, pictures: Sequence[Picture], name: str = "face.mp4", frame_rate_hz: float = 30.0) -> None:
+        self._pictures = pictures
+        self.name = name
+        self.frame_count = len(pictures)
+        self.frame_rate_hz = frame_rate_hz
+        height, width = pictures[0].shape[:2]
+        self.size = (width, height)
+        self.sha256 = "0" * 64
+        self.times_s = np.arange(len(pictures)) / frame_rate_hz
+
+    @property
+    def index(self) -> FrameIndex:
+        size = self.size
+        times, sums = tuple(self.times_s.tolist()), (0,) * self.frame_count
+        return FrameIndex("video", self.sha256, *size, self.frame_rate_hz, times, sums)
+
+    def picture(self, index: int) -> Picture:
+        return self._pictures[index]
+
+    def close(self) -> None:
+        pass
+
+
+@cache
+def simulated(count: int, *, width: int = 320, every: int = 1, sunglasses: bool = False) -> tuple[Frame, ...]:
+    """Return frames of the simulated driver, every so-many-th of the script."""
+    scene = revise(HeadSceneParameters(), {"image_width_px": width, "sunglasses": sunglasses})
+    source = HeadSource(5, scene)
+    history = History(((0, scene),))
+    return tuple(source.frame(every * index, history) for index in range(count))
+
+
+def pictures(count: int, change: Callable[[Picture], Picture] = np.asarray, **options: int) -> list[Picture]:
+    """Return pictures of the simulated driver, changed one by one."""
+    shown = [frame.image_rgb for frame in simulated(count, **options)]
+    return [np.ascontiguousarray(change(picture)) for picture in shown if picture is not None]
+
+
+def empty(picture: Picture) -> Picture:
+    """Return a picture of the same size in which there is nobody."""
+    rng = np.random.default_rng(3)
+    return (60 + 4 * rng.standard_normal(picture.shape)).clip(0, 255).astype(np.uint8)

@@ -1,0 +1,210 @@
+"""The head on recordings: found, started late, lost and found again; and pictures without a face refused clearly."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pftrack.detection.face import FaceError
+from pftrack.experiments import find
+from pftrack.geometry.face_model import FEATURES
+from pftrack.geometry.gaze import gaze
+from pftrack.run import Change, Run
+from pftrack.sources.sequence import open_sequence
+from pftrack.sources.truth import PoseTable, read_poses
+from tests.experiments.heads import Picture, Pictures, empty, pictures, simulated
+
+HEAD = find("head")
+BALL = find("ball")
+CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
+
+
+def on(shown: list[Picture], **options: object) -> Run:
+    """Return a finished run on pictures; options are those of `on_video`, and a timeline."""
+    timeline = options.pop("timeline", ())
+    setup = HEAD.on_video(Pictures(shown), options.pop("box", None), **options)  # type: ignore[misc, arg-type]
+    run = Run(HEAD, setup, seed=2, timeline=timeline)  # type: ignore[arg-type]
+    run.finish()
+    for row in run.diagnostics:
+        json.dumps(row.as_dict(), allow_nan=False)
+        assert np.isfinite([*row.estimate, *row.sigma]).all()
+    return run
+
+
+def true_poses(count: int, every: int) -> PoseTable:
+    poses = {}
+    for index, frame in enumerate(simulated(count, width=480, every=every)):
+        assert frame.target is not None
+        yaw, pitch, roll = np.rad2deg(gaze(frame.target.position)).tolist()
+        poses[index] = (yaw, pitch, roll)
+    return PoseTable(poses)
+
+
+def test_a_face_is_found_and_its_pose_has_the_right_signs() -> None:
+    """Through a turn to either side yaw, pitch and roll follow the truth; all of it comes from the pictures alone."""
+    run = on(pictures(110, width=480, every=2), truth=true_poses(110, 2))
+    report = HEAD.report(run.diagnostics)  # type: ignore[misc]
+    assert report["tracked_share"] == 1.0
+    assert max(report["mean_abs_error_deg"].values()) < 7.0
+    yaw = np.array(report["yaw_deg"])
+    truth = np.array([row.series["yaw_deg_true"] for row in run.diagnostics])
+    assert np.corrcoef(yaw, truth)[0, 1] > 0.95
+    assert abs(truth).max() > 20
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda picture: np.stack([picture[:, :, 0], picture[:, :, 0] // 2, picture[:, :, 0] // 3], axis=2),
+        lambda picture: np.repeat(np.repeat(picture, 3, axis=0), 3, axis=1),
+        lambda picture: picture[12:-11, 7:-8],
+    ],
+    ids=["colour", "large", "odd size"],
+)
+def test_any_picture_of_a_face_will_do(change: object) -> None:
+    """A tinted, an enlarged and a cropped picture are tracked as well."""
+    run = on(pictures(24, change, width=320))  # type: ignore[arg-type]
+    assert HEAD.report(run.diagnostics)["tracked_share"] == 1.0  # type: ignore[misc]
+    assert max(abs(angle) for angle in run.diagnostics[-1].estimate) < 12
+
+
+def test_who_enters_late_is_tracked_from_then_on() -> None:
+    """The run begins at the first picture with a face, which is where it says that it began."""
+    shown = pictures(12, width=320)
+    setup = HEAD.on_video(Pictures([empty(shown[0])] * 7 + shown), None)  # type: ignore[misc]
+    assert setup.reference["start"] == 7
+    run = Run(HEAD, setup)
+    assert run.frames == 12
+    assert run.finish().diagnostics.series["face"] == 1.0
+
+
+def test_who_leaves_and_comes_back_is_found_again() -> None:
+    """Without a face the state says so with growing uncertainty, and with one again it is small again."""
+    shown = pictures(40, width=320)
+    run = on([*shown[:10], *[empty(shown[0])] * 40, *shown[10:40]])
+    face = np.array([row.series["face"] for row in run.diagnostics])
+    sigma = np.array([row.sigma[1] for row in run.diagnostics])
+    assert face[:10].all()
+    assert not face[25:50].any()
+    assert face[60:].all()
+    assert sigma[45] > 3 * sigma[9]
+    assert sigma[45] > sigma[30]
+    assert sigma[79] < 2 * sigma[9]
+    assert abs(run.diagnostics[-1].estimate[1]) < 12
+    assert HEAD.report(run.diagnostics)["tracked_share"] == pytest.approx(face.mean())  # type: ignore[misc]
+
+
+def test_who_never_comes_back_leaves_wide_uncertainty() -> None:
+    """However long nobody is there, the estimate stays finite and its deviation stays below a turn."""
+    shown = pictures(6, width=320)
+    run = on([*shown, *[empty(shown[0])] * 300])
+    assert run.diagnostics[-1].series["face"] == 0.0
+    assert 40 < run.diagnostics[-1].sigma[1] < 90
+    drawing = HEAD.draw(run.current, run.diagnostics)
+    assert "no face" in drawing.caption
+    assert "particles" not in drawing.primitives
+
+
+def test_a_cover_that_comes_and_goes_is_survived() -> None:
+    """While an occluder covers the face uncertainty grows, and the face is found again behind it."""
+    cover = (Change(10, {"occlusion_width_px": 260}), Change(40, {"occlusion_width_px": 0}))
+    run = on(pictures(60, width=320), timeline=cover)
+    sigma = [row.sigma[1] for row in run.diagnostics]
+    assert sigma[39] > 3 * sigma[9]
+    assert sigma[59] < 2 * sigma[9]
+    assert run.diagnostics[-1].series["face"] == 1.0
+
+
+def test_marked_points_are_taken_as_they_are() -> None:
+    """Points that a person has marked stay where they were put; the others are placed by the model."""
+    first = simulated(1, width=320)[0].target
+    assert first is not None
+    assert first.landmarks is not None
+    marked = dict(zip(FEATURES, map(tuple, first.landmarks.points_px.tolist()), strict=True))
+    some = {name: marked[name] for name in ("leye", "reye", "nose")}
+    for points in (marked, some):
+        setup = HEAD.on_video(Pictures(pictures(3, width=320)), None, points=points)  # type: ignore[misc, arg-type]
+        for name, place in points.items():
+            assert setup.reference["points"][name] == pytest.approx(place)
+        assert len(setup.reference["points"]) == 11
+        assert np.isfinite(Run(HEAD, setup).finish().diagnostics.estimate).all()
+
+
+def test_a_box_says_which_face() -> None:
+    """Of two faces the one in the box is tracked; a box without a face is refused."""
+    one = pictures(2, width=320)
+    both = [np.hstack([picture, picture]) for picture in one]
+    for left in (0, 320):
+        setup = HEAD.on_video(Pictures(both), (left + 100.0, 40.0, 120.0, 150.0))  # type: ignore[misc]
+        xs = [x for x, _ in setup.reference["points"].values()]
+        assert left < min(xs)
+        assert max(xs) < left + 320
+    with pytest.raises(FaceError):
+        HEAD.on_video(Pictures(both), (0.0, 0.0, 40.0, 40.0))  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (empty, "found none"),
+        (lambda picture: picture[:8, :8], "at least 24 x 24 px"),
+        (lambda picture: picture[:, :165], "face"),
+        (lambda picture: picture[::-1], "face"),
+        (np.zeros_like, "found none"),
+    ],
+    ids=["nobody", "8x8", "half a face", "upside down", "black"],
+)
+def test_pictures_without_a_face_are_refused(change: object, message: str) -> None:
+    """What can be no face is refused with a sentence that says what was expected."""
+    with pytest.raises(FaceError, match=message):
+        HEAD.on_video(Pictures(pictures(3, change, width=320)), None)  # type: ignore[misc, arg-type]
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ({"nose": (10.0, 10.0)}, "at least two"),
+        ({"leye": (1.0, 1.0), "ear": (2.0, 2.0)}, "at least two of nose"),
+        ({"leye": (190.0, 90.0), "reye": (140.0, 90.0), "nose": (9999.0, 90.0)}, "within the picture of 320 x 240 px"),
+        ({"leye": (190.0, 90.0), "reye": (190.0, 90.0)}, "all at one place"),
+        (dict.fromkeys(FEATURES, (100.0, 100.0)), "all at one place"),
+        ({name: (100.0 + 9 * index, 100.0) for index, name in enumerate(FEATURES)}, "one line or all in one place"),
+    ],
+)
+def test_points_that_make_no_face_are_refused(points: dict[str, tuple[float, float]], message: str) -> None:
+    """Too few, unknown, outside, in one place or on one line: each is said."""
+    shown = Pictures(pictures(3, width=320))
+    with pytest.raises(ValueError, match=message):
+        Run(HEAD, HEAD.on_video(shown, None, points=points))  # type: ignore[misc]
+
+
+def test_a_start_behind_the_end_is_refused() -> None:
+    """A start that is not within the recording is refused with its bounds."""
+    with pytest.raises(ValueError, match="between 0 and 2, got 3"):
+        HEAD.on_video(Pictures(pictures(3, width=320)), None, start=3)  # type: ignore[misc]
+    with pytest.raises(ValueError, match="must lie within the picture"):
+        HEAD.on_video(Pictures(pictures(3, width=320)), (300.0, 0.0, 100.0, 50.0))  # type: ignore[misc]
+
+
+def test_a_ball_is_not_found_by_itself() -> None:
+    """An experiment that cannot find its target says that it needs the box."""
+    with pytest.raises(ValueError, match="its box has to be given"):
+        BALL.on_video(Pictures(pictures(3, width=320)), None)  # type: ignore[misc]
+
+
+def test_the_real_clip_is_followed() -> None:
+    """On the sample clip yaw, pitch and roll stay within 5 degrees of the reference, without a loss."""
+    if not CLIP.exists():
+        pytest.skip("the sample clips are not beside this checkout")
+    sequence = open_sequence(CLIP / "clip.mp4")
+    setup = HEAD.on_video(sequence, None, truth=read_poses(CLIP / "reference_pose.csv"))  # type: ignore[misc]
+    run = Run(HEAD, setup, seed=0)
+    run.finish()
+    sequence.close()
+    report = HEAD.report(run.diagnostics)  # type: ignore[misc]
+    assert report["tracked_share"] == 1.0
+    assert max(report["mean_abs_error_deg"].values()) < 3.0
+    yaw = np.array(report["yaw_deg"])
+    truth = np.array([row.series["yaw_deg_true"] for row in run.diagnostics])
+    assert np.corrcoef(yaw, truth)[0, 1] > 0.9
