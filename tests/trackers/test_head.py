@@ -1,0 +1,75 @@
+"""The head's own memory: templates by pose or renewed, and doubt."""
+
+import numpy as np
+import pytest
+
+from pftrack.experiments import find
+from pftrack.gaussian import Gaussian
+from pftrack.parameters import Value
+from pftrack.run import Change, Run
+from pftrack.trackers.head_memory import HeadMemory, around, eye_distance, widened
+
+HEAD = find("head")
+
+
+def memory_after(frames: int, **values: Value) -> tuple[HeadMemory, HeadMemory]:
+    timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3, **values}),)
+    run = Run(HEAD, HEAD.simulate(), seed=1, frames=frames, timeline=timeline)
+    first = run.current.state.memory
+    return first, run.finish().state.memory
+
+
+def test_templates_stay_what_they_were() -> None:
+    """Without renewal and a bank the templates of frame 0 are used throughout: the very same."""
+    first, last = memory_after(20)
+    assert last.bank is first.bank
+    assert last.lost is False
+
+
+def test_templates_can_follow_what_is_seen() -> None:
+    """With renewal they change a little in every frame, and still have unit norm."""
+    first, last = memory_after(20, template_renewal=0.05)
+    old, new = (memory.templates(np.zeros(3), by_pose=False) for memory in (first, last))
+    assert not np.array_equal(old.pixels, new.pixels)
+    assert float(old.pixels @ new.pixels) > 0.8 * 11
+    assert float(new.pixels @ new.pixels) == pytest.approx(11, abs=1e-3)
+
+
+def test_templates_can_be_gathered_by_pose() -> None:
+    """While the head turns, sets of other poses come to the frontal one."""
+    first, last = memory_after(90, templates_by_pose=True)
+    assert len(first.bank.sets) == 1
+    assert len(last.bank.sets) > 1
+
+
+def test_doubt_needs_patience() -> None:
+    """A face is lost after as many doubtful frames in a row as patience allows, never without, and a good one resets."""
+    memory, _ = memory_after(1)
+    points = memory.points_px + 5
+    for count in (1, 2):
+        memory = memory.judged(np.zeros(11), points, 3, doubtful=True)
+        assert (memory.doubtful_frames, memory.lost) == (count, False)
+    assert memory.judged(np.zeros(11), points, 3, doubtful=True).lost
+    assert not memory.judged(np.zeros(11), points, 0, doubtful=True).lost
+    good = memory.judged(np.ones(11), points, 3, doubtful=False)
+    assert good.doubtful_frames == 0
+    assert good.box == around(points)
+    assert memory.box != good.box
+
+
+def test_misfit_is_measured_in_distances_of_the_eyes() -> None:
+    """Features that are all one distance of the eyes away have a misfit of one."""
+    memory, _ = memory_after(1)
+    moved = memory.points_px + np.array([eye_distance(memory.points_px), 0.0])
+    assert memory.misfit(memory.points_px, moved) == pytest.approx(1.0)
+
+
+def test_uncertainty_grows_to_a_bound() -> None:
+    """Unseen for long, the angles' deviation grows, and stops at that of not knowing."""
+    belief, last = Gaussian(np.ones(3), 1e-4 * np.eye(3)), 0.0
+    for _ in range(2000):
+        belief = widened(belief, 0.05)
+        assert belief.standard_deviations[0] >= last
+        last = float(belief.standard_deviations[0])
+    assert last == pytest.approx(np.deg2rad(60.0))
+    assert np.array_equal(belief.mean, np.ones(3))
