@@ -113,7 +113,7 @@ def _reference(
         "kind": "recording",
         "name": sequence.name,
         "sha256": sequence.sha256,
-        "box": None,
+        "box": list(_clipped(found, sequence.size)),
         "points": {name: place.tolist() for name, place in zip(FEATURES, found, strict=True)},
         "start": first,
         "truth": {str(frame): list(known) for frame, known in truth.rows.items()} if truth else {},
@@ -165,10 +165,14 @@ def _target(points: NDArray[np.float64]) -> Target:
     return Target(np.zeros(3), float(np.ptp(points, axis=0).max()), landmarks=landmarks)
 
 
-def _relative(truth: Truth | None, first: int, count: int) -> Truth | None:
+def _relative(truth: Truth | None, first: int, count: int) -> PoseTable | None:
     """Return the truth less that of the first picture used, or of the first later one that has any."""
+    if truth is None:
+        return None
     if not isinstance(truth, PoseTable):
-        return truth
+        raise ValueError(  # noqa: TRY004 - a person has given it
+            "expected the truth of a head as a table of poses, got a table of boxes"
+        )
     zero = min((frame for frame in truth.poses if first <= frame < count), default=None)
     return replace(truth, zero=zero)
 

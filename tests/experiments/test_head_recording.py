@@ -12,7 +12,7 @@ from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.gaze import gaze
 from pftrack.run import Change, Run
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.truth import PoseTable, read_poses
+from pftrack.sources.truth import PoseTable, TruthTable, read_poses
 from tests.experiments.heads import Picture, Pictures, empty, pictures, simulated
 
 HEAD = find("head")
@@ -208,3 +208,9 @@ def test_the_real_clip_is_followed() -> None:
     yaw = np.array(report["yaw_deg"])
     truth = np.array([row.series["yaw_deg_true"] for row in run.diagnostics])
     assert np.corrcoef(yaw, truth)[0, 1] > 0.9
+
+
+def test_truth_of_another_kind_is_refused() -> None:
+    """A table of boxes is no truth for a head."""
+    with pytest.raises(ValueError, match="expected the truth of a head as a table of poses"):
+        HEAD.on_video(Pictures(pictures(3, width=320)), None, truth=TruthTable({0: (1, 2, 3, 4)}))  # type: ignore[misc]

@@ -43,7 +43,7 @@ def test_templates_can_be_gathered_by_pose() -> None:
 
 
 def test_doubt_needs_patience() -> None:
-    """A face is lost after as many doubtful frames in a row as patience allows, never without, and a good one resets."""
+    """A face is lost after as many doubtful frames in a row as patience allows, never without; a good one resets."""
     memory, _ = memory_after(1)
     points = memory.points_px + 5
     for count in (1, 2):
