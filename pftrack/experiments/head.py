@@ -6,23 +6,21 @@ how far to trust which.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.diagnostics import Diagnostics, Series
-from pftrack.drawing import COLOURS, Colour, Drawing, Mesh, Picture, Polyline, Primitive
+from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.head_recording import on_video
+from pftrack.experiments.head_sketch import head_surface, look
 from pftrack.experiments.pose_series import mean_error_deg, pose_series
 from pftrack.experiments.pose_sketch import feature_clouds, feature_marks, pose_axes, true_marks
 from pftrack.frame import Frame
-from pftrack.geometry.face_model import FEATURES, FaceModel
+from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.gaze import gaze
-from pftrack.geometry.head_surface import HeadMesh, head_mesh
-from pftrack.geometry.rotation import rotation, wrapped
+from pftrack.geometry.rotation import wrapped
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.sources.truth import POSES
 from pftrack.trackers.head import TRACKERS
@@ -31,13 +29,6 @@ from pftrack.trackers.head_parameters import HeadTrackerParameters
 from pftrack.trackers.pose_state import PoseState
 
 __all__ = ["EXPERIMENT", "SimulatedHeadParameters"]
-
-LONGITUDES, LATITUDES = 25, 29
-DEEPEST_MM = 60.0
-"""Of the head only what is in front of this is drawn: the rest is hair, and behind the picture."""
-
-LOOK_MM = 110.0
-"""Length of the line that shows where the head looks."""
 
 
 class SimulatedHeadParameters(HeadTrackerParameters, HeadSceneParameters):
@@ -59,10 +50,8 @@ def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
     height, width, _ = image.shape
     mark = max(width, height) / 200.0
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
-    head, triangles = _head(memory.model)
     colour = COLOURS["lost"] if memory.lost else COLOURS["estimate"]
-    vertices = state.drawn(head @ memory.turn.T).astype(np.float32)
-    primitives["head"] = Mesh(vertices, triangles, colour, 0.25, "head")
+    primitives |= head_surface(state, memory, colour)
     if not memory.lost:
         primitives |= feature_clouds(state, mark)
         primitives |= feature_marks(state, FEATURES, mark)
@@ -70,41 +59,23 @@ def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
     if target is not None:
         if target.landmarks is not None:
             primitives |= true_marks(target.landmarks, mark)
-        primitives["true look"] = _look(state, target.position, COLOURS["truth"], "truth", memory)
-    primitives["look"] = _look(state, state.estimate, colour, "viewing direction", memory)
+        primitives["true look"] = look(state, memory, target.position, COLOURS["truth"], "truth")
+    primitives["look"] = look(state, memory, state.estimate, colour, "viewing direction")
     primitives |= pose_axes(state, memory.turn @ memory.model["nose"], 0.35 * memory.box[2])
     return Drawing(width, height, primitives, _caption(step))
-
-
-def _look(state: PoseState, theta: NDArray[np.float64], colour: Colour, layer: str, memory: HeadMemory) -> Polyline:
-    """Draw where a head of this pose looks, from the tip of the estimated nose."""
-    nose = memory.turn @ memory.model["nose"]
-    # What turns the estimated pose's direction into this one's, in the solid's own frame.
-    ahead = rotation(state.estimate).T @ rotation(theta) @ np.array([0.0, 0.0, -LOOK_MM])
-    return Polyline(state.drawn(np.stack([nose, nose + ahead])).astype(np.float32), colour, 3.0, layer)
-
-
-@lru_cache(maxsize=8)
-def _head(model: FaceModel) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Return vertices (n, 3), mm, and triangles of the front of a head."""
-    mesh: HeadMesh = head_mesh(model, LONGITUDES, LATITUDES)
-    front = mesh.vertices_mm[:, 2] < DEEPEST_MM
-    kept = mesh.triangles[front[mesh.triangles].all(axis=1)]
-    used, places = np.unique(kept, return_inverse=True)
-    return mesh.vertices_mm[used], places.reshape(-1, 3).astype(np.int32)
 
 
 def _caption(step: Step) -> str:
     row, memory = step.diagnostics, step.state.memory
     yaw, pitch, roll = np.rad2deg(gaze(step.state.estimate))
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    parts = [f"frame {row.frame}"]
     if memory.lost:
         parts.append(f"no face for {memory.lost_frames} frames")
     else:
-        parts.append(f"yaw {yaw:.0f}°, pitch {pitch:.0f}°, roll {roll:.0f}°")
+        parts.append(f"yaw {round(yaw)}°, pitch {round(pitch)}°, roll {round(roll)}°")
     if row.error is not None:
         parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
-    return " · ".join(parts)
+    return " · ".join([*parts, TRACKERS[step.tracker].title])
 
 
 def series(frame: Frame, state: PoseState) -> Mapping[str, Series]:

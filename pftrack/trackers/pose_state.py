@@ -40,6 +40,11 @@ class Solid:
     principal_px: NDArray[np.float64]
     translation_mm: NDArray[np.float64]
 
+    @property
+    def scale(self) -> float:
+        """How large a mm of it is at the start, px."""
+        return float(np.sqrt(abs(np.linalg.det(self.reference[:, :2]))))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseState:
@@ -183,10 +188,9 @@ class PoseState:
         upper = None if isinstance(self.belief, RaoBlackwell) else self.belief.upper
         turned = points_mm @ rotation(self.pose.mean).T
         reference = self.solid.reference
-        scale = float(np.sqrt(abs(np.linalg.det(reference[:, :2]))))
         radius = float(np.linalg.norm(self.solid.points_mm, axis=1).max())
         raised = np.empty((len(points_mm), 3))
-        raised[:, 2] = scale * (radius - turned[:, 2])
+        raised[:, 2] = self.solid.scale * (radius - turned[:, 2])
         if upper is None or isinstance(upper, AffineBelief):
             raised[:, :2] = turned @ reference[:, :3].T + self.camera[:, 3]
         else:
