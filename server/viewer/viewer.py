@@ -18,6 +18,7 @@ from viser import _messages
 from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration, Value
 from server.viewer.camera import Box, Cameras
+from server.viewer.haste import hasten
 from server.viewer.pacing import FASTEST_S, Pacer
 from server.viewer.panel import Panel
 from server.viewer.scene import Scene
@@ -71,6 +72,7 @@ class Viewer:
         on_tracker: Callable[[str], None],
         on_transport: Callable[[dict[str, Any]], None],
     ) -> None:
+        hasten()
         with _quiet():
             self._server = server = viser.ViserServer("127.0.0.1", 0, label=title, verbose=False)
         self.port = server.get_port()
