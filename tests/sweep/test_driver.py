@@ -283,7 +283,6 @@ def test_workers_have_the_environment_of_one_thread() -> None:
         assert (done[0].number, done[0].value, done[0].lost) == (0, "1", "")
         workers.start(1, json.loads, "{")
         with pytest.raises(SweepError, match="JSONDecodeError"):
-            while True:
-                workers.finished(5)
+            workers.finished(30)
     finally:
         workers.close()
