@@ -62,7 +62,7 @@ POOLED: dict[str, tuple[float, float]] = {
 CORRECTED = {"h-spf": (0.595, 7.54), "s-spf": (0.625, 6.88)}
 ERROR_ALLOWANCE = {"pc-pf": 2.5}
 ERROR_ALLOWANCE_OTHERS = 1.0
-"""In px. A run that is lost in its last frames still counts, with errors up to the width of the picture: with other seeds
+"""In px. A run that is lost in its last frames still counts, with errors as wide as the picture: with other seeds
 the pooled error moves by as much as this. The specification states no tolerance here."""
 
 SMALL_COUNT_ALLOWANCE = 0.15

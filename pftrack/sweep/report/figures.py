@@ -21,7 +21,7 @@ from pftrack.sweep.cells import Code, errors_by_cell
 from pftrack.sweep.report.colours import CODE_NAMES, CODES, TRACKERS, diverging
 from pftrack.sweep.report.study import Study, label, shown
 
-__all__ = ["boxes", "error_maps", "figures", "significance_maps", "success_maps"]
+__all__ = ["boxes", "curves", "error_maps", "figures", "significance_maps", "success_maps"]
 
 PANEL_IN = 3.4
 MOST_TICKS = 10
@@ -45,7 +45,7 @@ def figures(study: Study) -> dict[str, Callable[[], Figure]]:
             wanted["significance"] = lambda: significance_maps(study, kinds)
     several = [axis for axis in study.result.plan.axes if len(axis.values) > 1]
     if several:
-        wanted["curves"] = lambda: _curves(study, several)
+        wanted["curves"] = lambda: curves(study, several)
     boxed = _boxed_axis(study)
     if boxed is not None:
         wanted["boxes"] = lambda: boxes(study, boxed)
@@ -115,8 +115,8 @@ def significance_maps(study: Study, kinds: Sequence[Literal["success", "error"]]
     return figure
 
 
-def _curves(study: Study, axes_: Sequence[Axis]) -> Figure:
-    """Success with its interval along every axis, all others pooled; error where nothing is judged."""
+def curves(study: Study, axes_: Sequence[Axis]) -> Figure:
+    """Draw the success with its interval along every axis, all others pooled; error where nothing is judged."""
     columns = min(len(axes_), 3)
     rows = -(-len(axes_) // columns)
     figure = Figure(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
