@@ -118,11 +118,12 @@ def report(
     from pftrack.sweep import read_result
     from pftrack.sweep.report import write_report
 
+    significant = _level(level)
     result = read_result(file)
     folder = out or result.path.with_name(f"{file.name.split('.parquet')[0]}-report")
     if folder.exists() and not folder.is_dir():
         raise wrong_use(f"--out must be a folder, {folder} is a file")
-    made = write_report(result, folder, x=x, y=y, level=_level(level))
+    made = write_report(result, folder, x=x, y=y, level=significant)
     if json:
         emit(made.as_dict())
         return

@@ -9,8 +9,8 @@ correction for a map of hundreds of tests, of which one in a hundred would other
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # it loads its parts when they are asked for: scipy.stats takes half a second
 from numpy.typing import ArrayLike, NDArray
-import scipy
 
 __all__ = ["RankSum", "chi_square", "fisher_exact", "holm", "rank_sum", "wilson"]
 
