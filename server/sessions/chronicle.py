@@ -98,12 +98,14 @@ class Chronicle:
         self.spec.branch, self.spec.values = now.branch, now.values
         branch.position, branch.head = now.position, now.head
         branch.first_tracker, branch.tracker = now.first_tracker, now.tracker
+        branch.first_values = now.first_values
         self.playing, self.spec.speed = now.playing, now.speed
+        reseeded, self.spec.seed = self.spec.seed != now.seed, now.seed
         if last is None or now.timeline != last.timeline:
             branch.timeline = as_models(now.timeline)
         self.moved = True
         # While it plays only its position changes, which is worth a look now and then.
-        self.dirty = self.dirty or not now.playing or changed != {} or switched
+        self.dirty = self.dirty or not now.playing or changed != {} or switched or reseeded
         if last is not None and now.beginnings != last.beginnings:
             self._forget(now.branch)
         self.become("playing" if now.playing else "ended" if now.ended else "ready")
@@ -111,7 +113,7 @@ class Chronicle:
             self.tell_branches()
         if changed or switched:
             self._tell_values(branch, changed)
-        if last is None or last.speed != now.speed:
+        if last is None or reseeded or last.speed != now.speed:
             self._on_values()
         if last is None or switched or _where(last) != _where(now):
             self._tell_position(now)

@@ -244,8 +244,8 @@ class Worker:
                 self._seek(frame, number)
             case Speed(speed=speed):
                 self._speed, self._due = speed, time.monotonic()
-            case Restart():
-                self._bench.restart()
+            case Restart(seed=seed):
+                self._bench.restart(seed)
                 self._anew()
             case Change(values=values, branch=branch):
                 return self._change(values, branch)

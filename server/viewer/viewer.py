@@ -49,6 +49,7 @@ class Viewer:
         values: What is in force; a declaration without a value gets no control.
         trackers: Titles by identifier, in display order.
         tracker: The one in force.
+        seed: The seed of the run.
         layers: Layers by name, and whether they are shown at first.
         title: Heading of the panel.
         on_change: Takes new values of parameters by name, not yet validated.
@@ -66,6 +67,7 @@ class Viewer:
         values: dict[str, Value],
         trackers: dict[str, str],
         tracker: str,
+        seed: int,
         layers: dict[str, bool],
         title: str,
         on_change: Callable[[dict[str, Value]], None],
@@ -98,10 +100,12 @@ class Viewer:
                 values=values,
                 trackers=trackers,
                 tracker=tracker,
+                seed=seed,
                 layers=layers,
                 on_change=on_change,
                 on_tracker=on_tracker,
                 on_speed=lambda speed: on_transport({"action": "speed", "speed": speed}),
+                on_seed=lambda seed: on_transport({"action": "restart", "seed": seed}),
                 on_layer=self._set_layer,
                 on_look=self._look,
                 wake=self._wake,
@@ -134,6 +138,10 @@ class Viewer:
     def set_speed(self, speed: float) -> None:
         """Show the speed in force; `on_transport` is not called for it."""
         self._panel.show_speed(speed)
+
+    def set_seed(self, seed: int) -> None:
+        """Show the seed of the run; `on_transport` is not called for it."""
+        self._panel.show_seed(seed)
 
     def refuse(self, message: str) -> None:
         """Say why a value was refused; the controls spring back to what is in force."""

@@ -95,6 +95,7 @@ class Session:
             values=dict(VALUES),
             trackers=TRACKERS,
             tracker=self.tracker,
+            seed=7,
             layers=LAYERS,
             title="Ball behind an occluder",
             on_change=self._change,
@@ -191,6 +192,7 @@ class Peer:
         self.asked = 0
         self._question = ""
         self.batches = 0
+        self.sent: list[float] = []
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
         self.look(wide=800, high=600)
@@ -252,7 +254,9 @@ class Peer:
                 data = self.socket.recv()
                 assert isinstance(data, bytes)
                 self.batches += 1
-                for message in _decode(data):
+                sent_s, messages = _decode(data)
+                self.sent.append(sent_s)
+                for message in messages:
                     self._take(message)
 
     def _take(self, message: dict[str, Any]) -> None:
@@ -278,8 +282,8 @@ class Peer:
             self.nodes[message["name"]] = {"kind": kind, **props}
 
 
-def _decode(data: bytes) -> list[dict[str, Any]]:
-    """Undo viser's framing: sizes, compressed msgpack, then the arrays that placeholders in it point to."""
+def _decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
+    """Return when a batch was sent, and what is in it: sizes, packed messages, the arrays they point to."""
     plain, packed = (int.from_bytes(data[at : at + 8], "little") for at in (0, 8))
     inner = msgspec.msgpack.decode(
         zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], max_output_size=plain)
@@ -297,7 +301,7 @@ def _decode(data: bytes) -> list[dict[str, Any]]:
             return {key: fill(item) for key, item in value.items()}
         return value
 
-    return [fill(message) for message in inner["messages"]]
+    return inner["timestampSec"], [fill(message) for message in inner["messages"]]
 
 
 def wait_for(condition: Callable[[], object], seconds: float = 10.0) -> None:
