@@ -12,14 +12,16 @@ const VIRIDIS = [
 /** The first of two methods is purple, the second orange, as in ColorBrewer's PuOr. */
 const FIRST = [[242, 240, 244], [178, 171, 210], [128, 115, 172], [84, 39, 136]];
 const SECOND = [[242, 240, 244], [253, 184, 99], [224, 130, 20], [179, 88, 6]];
-const DARK_MIDDLE = [58, 62, 70];
+/** On a dark page the middle is dark, and the arms grow lighter. */
+const DARK_FIRST = [[52, 56, 64], [92, 82, 132], [140, 122, 196], [196, 180, 240]];
+const DARK_SECOND = [[52, 56, 64], [132, 86, 34], [214, 130, 34], [253, 196, 120]];
 
 /** What a test says of a cell, by the code that the server sends. */
 export const VERDICTS = {
   first: { light: [128, 115, 172], dark: [150, 137, 196], sign: "1" },
   second: { light: [224, 130, 20], dark: [224, 130, 20], sign: "2" },
   none: { light: [200, 204, 209], dark: [92, 99, 109], sign: "=" },
-  untested: { light: [245, 246, 248], dark: [38, 42, 48], sign: "·" },
+  untested: { light: [255, 255, 255], dark: [27, 30, 35], sign: "·" },
 };
 
 /** @param {number} share 0..1 */
@@ -29,8 +31,8 @@ export function viridis(share) {
 
 /** @param {number} share -1..1; above 0 the first method is ahead. */
 export function diverging(share) {
-  const arm = (share >= 0 ? FIRST : SECOND).map((colour, index) => (index === 0 && isDark() ? DARK_MIDDLE : colour));
-  return ramp(arm, Math.abs(share));
+  const [first, second] = isDark() ? [DARK_FIRST, DARK_SECOND] : [FIRST, SECOND];
+  return ramp(share >= 0 ? first : second, Math.abs(share));
 }
 
 /** @param {keyof VERDICTS} verdict */

@@ -19,7 +19,7 @@ function content(store) {
   if (quantity === "success") parts.push(scale("Success rate", gradient(viridis), "0", "1"));
   else parts.push(scale("Mean error, less is brighter", gradient((share) => viridis(share)), `${short(rangeOf(store, "error")[1])}${unit}`, `0${unit}`));
   if (store.compares) {
-    const [first, second] = [view.first, view.second].map((id) => store.titleOf(id));
+    const [first, second] = [view.first, view.second].map((id) => store.shortOf(id));
     if (view.show === "difference") {
       const most = `${short(differenceRange(store))}${view.measure === "error" ? unit : ""}`;
       parts.push(scale("Difference", gradient((share) => diverging(-share), -1), `${first} better by ${most}`, `${second} by ${most}`));

@@ -42,7 +42,7 @@ export function comparisonLook(store) {
     if (comparison === null) return { ...there, colour: null };
     if (view.show === "significance") {
       const code = comparison.verdict[index];
-      return { ...there, colour: there.filled > 0 ? verdict(code) : null, text: VERDICTS[code].sign };
+      return { ...there, colour: there.filled > 0 ? verdict(code) : null, outlined: true, text: VERDICTS[code].sign };
     }
     const value = comparison.difference[index];
     if (value === null) return { ...there, colour: null };

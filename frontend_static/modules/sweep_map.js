@@ -15,13 +15,14 @@ const BOTTOM = 44;
 const SMALLEST_TEXT_PX = 30;
 const LARGEST_CELL_PX = 72;
 const LONGEST_HEIGHT_PX = 400;
-const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
+const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 
 /**
  * @typedef {object} Look What a cell looks like.
  * @property {number[]|null} colour Red, green, blue; null where there is no value yet.
  * @property {string} [text] Written into the cell if there is room.
  * @property {number} filled Share of the cell that is coloured, 0..1.
+ * @property {boolean} [outlined] With a line around it, for colours near that of the page.
  * @property {boolean} hatched Not tested, and not going to be.
  */
 
@@ -140,24 +141,43 @@ export class HeatMap {
       pen.lineWidth = 1;
       pen.strokeRect(left + 0.5, top + 0.5, w - 1, t - 1);
     }
-    if (look.colour === null || look.filled === 0) return;
+    if (look.filled === 0) return;
+    if (look.colour === null) {
+      // Computed, but without a value: no run succeeded, say.
+      pen.strokeStyle = ink.line;
+      pen.lineWidth = 1;
+      pen.strokeRect(left + 0.5, top + 0.5, w - 1, t - 1);
+      if (look.filled === 1) this.#write(pen, "–", ink.muted, left, top, w, t);
+      return;
+    }
     // An area that grows with the runs that are done; from the first on it can be seen.
     const side = Math.max(Math.sqrt(look.filled), 0.25);
     const [inner, tall] = [w * side, t * side];
     pen.fillStyle = css(look.colour);
     pen.fillRect(left + (w - inner) / 2, top + (t - tall) / 2, inner, tall);
-    if (look.text && look.filled === 1 && w >= SMALLEST_TEXT_PX && t >= 16) {
-      pen.fillStyle = inkOn(look.colour);
-      pen.textAlign = "center";
-      pen.textBaseline = "middle";
-      pen.fillText(look.text, left + w / 2, top + t / 2 + 0.5);
+    if (look.outlined) {
+      pen.strokeStyle = ink.line;
+      pen.lineWidth = 1;
+      pen.strokeRect(left + 0.5, top + 0.5, w - 1, t - 1);
     }
+    if (look.text && look.filled === 1) this.#write(pen, look.text, inkOn(look.colour), left, top, w, t);
+  }
+
+  /** Write into a cell, if there is room. */
+  #write(pen, text, colour, left, top, width, height) {
+    if (width < SMALLEST_TEXT_PX || height < SMALLEST_TEXT_PX / 2) return;
+    pen.fillStyle = colour;
+    pen.font = FONT.replace("12px", `${Math.round(Math.min(17, Math.max(11, 0.3 * Math.min(width, height))))}px`);
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    pen.fillText(text, left + width / 2, top + height / 2 + 0.5);
   }
 
   #scales(pen, ink) {
     const { x, y } = this.#axes;
     const [wide, high] = this.#size.cell;
     const [across, up] = this.#count;
+    pen.font = FONT;
     pen.fillStyle = ink.muted;
     pen.textBaseline = "top";
     pen.textAlign = "center";

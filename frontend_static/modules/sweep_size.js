@@ -51,7 +51,7 @@ export function sizeCard(form, read, on) {
     fill(runs, found.runs.toLocaleString("en-GB"), " ", h("small", {}, found.runs === 1 ? "run" : "runs"));
     fill(words, h("p", {}, `${count(found.conditions, "condition")} × ${count(methods, "run")}`), h("p", { class: "hint" }, `${count(found.cells, "cell")} a map, at most ${bytes(found.bytes)}`));
     if (found.seconds !== null) fill(time, duration(found.seconds), " ", h("small", {}, "to compute"));
-    fill(jobs, `Measured on a few runs, for ${count(found.jobs, "process").replace("processs", "processes")}.`);
+    fill(jobs, `Measured on a few runs, for ${found.jobs === 1 ? "1 process" : `${found.jobs} processes`}; some seconds to start come on top.`);
     problem.hidden = found.problem === null;
     problem.textContent = found.problem ?? "";
     button.disabled = found.problem !== null;

@@ -43,7 +43,7 @@ def as_plan(wish: SweepWish, settings: Settings) -> Plan:
         _part("trackers", partial(checked, experiment, Axis(TRACKER, (name,))))
     for name, value in wish.values.items():
         if name in names:
-            raise RefusedError(f"{name} is an axis and cannot have a fixed value as well.", field=f"values.{name}")
+            raise RefusedError(f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"values.{name}")
         _part(f"values.{name}", partial(checked, experiment, Axis(name, (value,))))
     plan = _part(
         "axes",
@@ -107,6 +107,12 @@ def _blamed(experiment: Experiment, wish: AxisWish) -> str:
     return "step" if (wish.stop - wish.start) * wish.step < 0 else "stop"
 
 
+def _sentence(said: str) -> str:
+    """Return the library's words as a sentence; the name of a parameter is no word to begin one with."""
+    first = said.partition(" ")[0]
+    return f"The parameter {said}." if "_" in first else f"{said[:1].upper()}{said[1:]}."
+
+
 def _plain(number: float | None) -> str:
     """Return a number as a person would type it: `0.1`, and no exponent that hides a digit."""
     return repr(int(number)) if number is not None and number == int(number) else repr(number)
@@ -129,5 +135,4 @@ def _part(field: str, part: Callable[[], Part]) -> Part:
     try:
         return part()
     except (SweepError, ParameterError) as error:
-        said = str(error)
-        raise RefusedError(f"{said[:1].upper()}{said[1:]}.", field=field) from None
+        raise RefusedError(_sentence(str(error)), field=field) from None
