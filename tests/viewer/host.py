@@ -18,7 +18,7 @@ from websockets.typing import Subprotocol
 
 from pftrack.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
 from pftrack.parameters import Declaration, Value
-from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_page
+from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 LAYERS = {"picture": True, "particles": True, "trail": True, "estimate": True, "labels": False}
@@ -134,6 +134,7 @@ class Site:
         app = FastAPI()
         app.get("/")(self._page)
         app.get("/viz/one/")(self._client)
+        app.get("/viz/client/{name}")(self._asset)
         app.websocket("/viz/one")(self._bridge)
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
@@ -167,6 +168,11 @@ class Site:
         return Response(
             client_page(), media_type="text/html", headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY}
         )
+
+    async def _asset(self, name: str) -> Response:
+        file = client_asset(name)
+        assert file is not None
+        return Response(file.content, media_type=file.media_type)
 
     async def _bridge(self, websocket: WebSocket) -> None:
         self.bridges += 1
