@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.csv
@@ -117,7 +118,11 @@ def rows_of(
         for name, value in where.items():
             same = pc.equal(piece[name], pa.scalar(value, piece.schema.field(name).type))
             mask = same if mask is None else pc.and_(mask, same)
-        found += (piece if mask is None else piece.filter(mask)).to_pylist()
+        chosen = piece if mask is None else piece.filter(mask)
+        if failures_first:
+            won = pc.fill_null(pc.cast(chosen["success"], pa.float64()), 0.5).to_numpy()
+            chosen = chosen.take(np.argsort(won, kind="stable")[:limit])
+        found += chosen.slice(0, limit).to_pylist()
         found.sort(key=lambda row: (FAILURES_FIRST[row["success"]] if failures_first else 0, row["run"]))
         del found[limit:]
     for row in found:
