@@ -3,7 +3,7 @@
 It alone changes the spec's branches and positions, and it alone decides what of that is news.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from server.sessions import messages
@@ -87,8 +87,11 @@ class Chronicle:
         else:
             self.listeners.emit(messages.Frames(branch=branch, rows=rows))
 
-    def stand(self, now: Standing) -> None:
-        """Take down where the run stands, and tell what has changed."""
+    def stand(self, now: Standing, rows: Sequence[dict[str, Any]] = (), shown: int | None = None) -> None:
+        """Take down where the run stands and the diagnostics of frames just computed, and tell what has changed.
+
+        The diagnostics of a frame are told before the position, so that no page stands on a frame it knows nothing of.
+        """
         last, self._last = self._last, now
         branch = self.spec.branches.get(now.branch) or self._new_branch(now)
         switched = self.spec.branch != now.branch
@@ -115,6 +118,7 @@ class Chronicle:
             self._tell_values(branch, changed)
         if last is None or reseeded or last.speed != now.speed:
             self._on_values()
+        self.add(now.branch, list(rows), shown)
         if last is None or switched or _where(last) != _where(now):
             self._tell_position(now)
 

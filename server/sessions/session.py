@@ -273,8 +273,7 @@ class Session:
 
     def _event(self, event: protocol.Event) -> None:
         if isinstance(event, protocol.Progress):
-            self.chronicle.stand(event.standing)
-            self.chronicle.add(event.standing.branch, event.rows, event.shown["frame"] if event.shown else None)
+            self.chronicle.stand(event.standing, event.rows, event.shown["frame"] if event.shown else None)
             if event.drawing is not None and event.shown is not None:
                 self.stage.offer(event.drawing, event.shown)
 
