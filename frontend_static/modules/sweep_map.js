@@ -100,6 +100,8 @@ export class HeatMap {
     const wide = Math.min((width - LEFT - RIGHT) / across, LARGEST_CELL_PX);
     const high = Math.min(wide, (LONGEST_HEIGHT_PX - TOP - BOTTOM) / up);
     this.#size = { width, height: Math.round(high * up + TOP + BOTTOM), cell: [wide, Math.max(high, 3)] };
+    // Where the cells are, for whoever looks at the page from outside.
+    Object.assign(this.element.dataset, { left: LEFT, top: TOP, wide, high: this.#size.cell[1], up });
     const scale = globalThis.devicePixelRatio || 1;
     const canvas = this.#canvas;
     const [w, t] = [Math.round(width * scale), Math.round(this.#size.height * scale)];
@@ -237,13 +239,6 @@ export class HeatMap {
     const bounds = this.#canvas.getBoundingClientRect();
     const [x, y, width, height] = this.#box(i, j);
     return { x: bounds.left + x + width / 2, y: bounds.top + y, below: bounds.top + y + height };
-  }
-
-  /** The middle of a cell in the window, for whoever wants to click there. */
-  centre(cell) {
-    const bounds = this.#canvas.getBoundingClientRect();
-    const [x, y, width, height] = this.#box(cell.i, cell.j);
-    return { x: bounds.left + x + width / 2, y: bounds.top + y + height / 2 };
   }
 
   #tellCursor() {

@@ -59,10 +59,6 @@ export function maps(root, store) {
 
   store.on("sweep cells view comparison chosen", draw);
   addEventListener("scroll", tip.hide, { passive: true });
-  return {
-    /** The middle of a cell in the window, for whoever has no eyes. */
-    centre: (id, cell) => figures.get(id).map.centre(cell),
-  };
 }
 
 /** "h-SPF · Hard switching": what is cut off in a narrow place is the less important part. */

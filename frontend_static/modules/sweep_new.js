@@ -81,6 +81,7 @@ async function planForm(experiments, wish) {
     frames: amount("Frames of a run", wish.frames ?? experiment.frames, 1, changed),
     seed: amount("Seed", wish.seed ?? 0, 0, changed),
   };
+  const title = h("input", { type: "text", value: wish.title ?? "", maxlength: 200, placeholder: "Made up from the plan", "aria-label": "Title" });
   const chooser = h("select", { "aria-label": "Experiment", data: { field: "experiment" } }, experiments.map(({ id, title }) => h("option", { value: id, selected: id === experiment.id }, title)));
   chooser.addEventListener("change", async () => {
     try {
@@ -92,6 +93,7 @@ async function planForm(experiments, wish) {
   });
 
   const read = () => ({
+    ...(title.value.trim() === "" ? {} : { title: title.value.trim() }),
     experiment: experiment.id,
     axes: axes.map((axis) => axis.read()),
     trackers: methods.filter(({ box }) => box.checked).map(({ box }) => box.value),
@@ -115,7 +117,7 @@ async function planForm(experiments, wish) {
       h("p", { class: "hint" }, "Axes multiply. A map shows two of them; further ones are pooled, and you can choose which."),
     ),
     h("section", { class: "plan-part", data: { field: "trackers" } }, h("h2", {}, "Methods"), h("div", { class: "methods" }, methods.map(({ label }) => label)), wrong(), h("p", { class: "hint" }, "All methods meet the same scenes and seeds.")),
-    h("section", { class: "plan-part" }, h("h2", {}, "Runs"), h("div", { class: "plan-fields" }, Object.entries(amounts).map(([name, one]) => field(name, one.title, one.input)))),
+    h("section", { class: "plan-part" }, h("h2", {}, "Runs"), h("div", { class: "plan-fields" }, Object.entries(amounts).map(([name, one]) => field(name, one.title, one.input)), h("div", { class: "grow" }, field("title", "Title, if you like", title)))),
     h(
       "section",
       { class: "plan-part", data: { field: "values" } },

@@ -128,6 +128,7 @@ class Sweeps:
             "message": None,
             "done": 0,
             "successes": None,
+            "problems": 0,
             "seconds": 0.0,
             "created": now(),
         }
@@ -221,7 +222,7 @@ class Sweeps:
 
     def _known(self, row: SweepRow) -> Sweep:
         plan = Plan.from_dict(json.loads(row.plan))
-        names = ("id", "title", "state", "message", "done", "successes", "seconds", "created")
+        names = ("id", "title", "state", "message", "done", "successes", "problems", "seconds", "created")
         return self._sweep({name: getattr(row, name) for name in names}, plan)
 
     def _sweep(self, row: dict[str, Any], plan: Plan) -> Sweep:

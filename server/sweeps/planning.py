@@ -43,7 +43,9 @@ def as_plan(wish: SweepWish, settings: Settings) -> Plan:
         _part("trackers", partial(checked, experiment, Axis(TRACKER, (name,))))
     for name, value in wish.values.items():
         if name in names:
-            raise RefusedError(f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"values.{name}")
+            raise RefusedError(
+                f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"values.{name}"
+            )
         _part(f"values.{name}", partial(checked, experiment, Axis(name, (value,))))
     plan = _part(
         "axes",

@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.parameters import declarations
+from pftrack.parameters import Value, declarations
 from pftrack.sweep import (
     CellMap,
     Code,
@@ -44,7 +44,7 @@ from server.sweeps.views import (
     Verdict,
 )
 
-__all__ = ["NO_AXIS", "Results", "axis_view"]
+__all__ = ["NO_AXIS", "Results", "axis_view", "fixed_views"]
 
 NO_AXIS = "none"
 """What is said for an axis to pool all of its values."""
@@ -65,6 +65,7 @@ class Results:
     Attributes:
         done: Runs that are there.
         successes: How many of them succeeded.
+        problems: How many of them could not be computed.
     """
 
     def __init__(self, plan: Plan, out: Path) -> None:
@@ -77,6 +78,7 @@ class Results:
         self._views: dict[Pair, CellsView] = {}
         self.done = 0
         self.successes = 0
+        self.problems = 0
 
     def refresh(self) -> bool:
         """Count what has appeared since the last time; return whether there was anything."""
@@ -84,9 +86,7 @@ class Results:
             if self._complete:
                 return False
             if self._out.exists():
-                self._complete = True
-                if self.done < self._plan.runs:
-                    self._recount()
+                self._complete_now()
                 return True
             return self._count_new()
 
@@ -230,21 +230,29 @@ class Results:
             self._told()
         return news
 
-    def _recount(self) -> None:
-        result = self._result()
-        for pair in self._counts:
-            self._counts[pair] = _sum(result, self._plan, pair)
-        self._told()
+    def _complete_now(self) -> None:
+        """Go over from the chunks, which are gone, to the one file that was made of them."""
+        if self.done < self._plan.runs:
+            result = Result(self._plan, (self._out,), complete=True)
+            self._counts = {pair: _sum(result, self._plan, pair) for pair in self._counts}
+            self._told()
+        self._complete = True
 
     def _told(self) -> None:
         self._views.clear()
-        total = cells(self._counts[TOTAL]).values()
-        self.done = sum(int(one.runs.sum()) for one in total)
+        total = list(cells(self._counts[TOTAL]).values())
+        self.done = _runs(self._counts[TOTAL])
         self.successes = sum(int(one.successes.sum()) for one in total)
+        self.problems = sum(int(one.problems.sum()) for one in total)
 
     def _counted(self, pair: Pair) -> Counts:
         if pair not in self._counts:
-            self._counts[pair] = _sum(self._result(), self._plan, pair)
+            found = _sum(self._result(), self._plan, pair)
+            if _runs(found) < self.done and self._out.exists():
+                # The chunks went into the result while they were counted.
+                self._complete_now()
+                found = _sum(self._result(), self._plan, pair)
+            self._counts[pair] = found
         return self._counts[pair]
 
     def _result(self) -> Result:
@@ -299,10 +307,18 @@ class Results:
 
 def axis_view(plan: Plan, name: str) -> AxisView:
     """Return an axis with what is to be written beside it."""
-    axis = plan.axis(name)
+    return _described(plan, name, plan.axis(name).values)
+
+
+def fixed_views(plan: Plan) -> list[AxisView]:
+    """Return the parameters that have the same value in all runs, each like an axis of one value."""
+    return [_described(plan, name, (value,)) for name, value in plan.values.items()]
+
+
+def _described(plan: Plan, name: str, values: tuple[Value, ...]) -> AxisView:
     known = {it.name: it for it in declarations(type(plan.wiring.simulate().parameters))}
     it = known[name]
-    return AxisView(name=name, title=it.title, unit=it.unit, kind=it.kind, values=list(axis.values))
+    return AxisView(name=name, title=it.title, unit=it.unit, kind=it.kind, values=list(values))
 
 
 def _sum(result: Result, plan: Plan, pair: Pair) -> Counts:
@@ -311,6 +327,10 @@ def _sum(result: Result, plan: Plan, pair: Pair) -> Counts:
     for piece in result.pieces(columns):
         total += count(plan, piece, *pair)
     return total
+
+
+def _runs(counts: Counts) -> int:
+    return sum(int(one.runs.sum()) for one in cells(counts).values())
 
 
 def _map(tracker: str, one: CellMap) -> MapView:

@@ -22,7 +22,7 @@ from server.errors import ConflictError
 from server.settings import Settings
 from server.sweeps.child import Child
 from server.sweeps.listeners import Listener
-from server.sweeps.results import Results, axis_view
+from server.sweeps.results import Results, axis_view, fixed_views
 from server.sweeps.views import CellsView, State, SweepView
 
 __all__ = ["Sweep"]
@@ -57,8 +57,11 @@ class Sweep:
         self.message: str | None = row["message"]
         self.done: int = row["done"]
         self.successes: int | None = row["successes"]
+        self.problems: int = row["problems"]
         self.results = Results(plan, out)
         self._seconds: float = row["seconds"]
+        self._axes = [axis_view(plan, axis.name) for axis in plan.axes]
+        self._fixed = fixed_views(plan)
         self._out = out
         self._settings = settings
         self._keep = keep
@@ -97,6 +100,7 @@ class Sweep:
             "runs": self.plan.runs,
             "done": self.done,
             "successes": self.successes,
+            "problems": self.problems,
             "seconds": self._now_seconds(),
             "created": self.created,
         }
@@ -112,16 +116,18 @@ class Sweep:
             experiment_title=experiment.title,
             unit=experiment.unit,
             judged=self.judged,
-            axes=[axis_view(plan, axis.name) for axis in plan.axes],
+            axes=self._axes,
             trackers=[{"id": name, "title": experiment.trackers[name].title} for name in plan.trackers],
             trials=plan.trials,
             frames=plan.frames,
             seed=plan.seed,
             values=dict(plan.values),
+            fixed=self._fixed,
             runs=plan.runs,
             conditions=plan.conditions,
             done=self.done,
             successes=self.successes if self.judged else None,
+            problems=self.problems,
             state=self.state,
             message=self.message,
             rate=rate,
@@ -212,6 +218,7 @@ class Sweep:
 
     def _take(self) -> None:
         self.done, self.successes = self.results.done, self.results.successes
+        self.problems = self.results.problems
         self._past.append((time.monotonic(), self.done))
         while len(self._past) > 2 and self._past[-1][0] - self._past[0][0] > RATE_OVER_S:
             self._past.popleft()
@@ -272,8 +279,8 @@ class Sweep:
             parts.append(f"{self.done:,} of {self.plan.runs:,} runs")
         else:
             parts.append(f"{self.plan.runs:,} runs")
-        if self.judged and self.successes is not None and self.done:
-            parts.append(f"{100 * self.successes / self.done:.0f} % succeeded")
+        if self.judged and self.successes is not None and self.done > self.problems:
+            parts.append(f"{100 * self.successes / (self.done - self.problems):.0f} % succeeded")
         return ", ".join(parts)
 
 

@@ -66,7 +66,11 @@ class EstimateView(BaseModel):
 
 
 class SweepView(BaseModel):
-    """A sweep; `successes` counts over all runs so far, where the experiment knows success."""
+    """A sweep.
+
+    `fixed` is `values` with titles and units; `successes` counts over all runs so far, where the experiment knows
+    success; `problems` counts runs whose values are at odds with each other.
+    """
 
     id: str
     title: str
@@ -80,10 +84,12 @@ class SweepView(BaseModel):
     frames: int
     seed: int
     values: dict[str, Value]
+    fixed: list[AxisView]
     runs: int
     conditions: int
     done: int
     successes: int | None = None
+    problems: int
     state: State
     message: str | None = None
     rate: float | None = None

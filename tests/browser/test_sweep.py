@@ -37,30 +37,24 @@ class SweepPage(View):
     def complete(self) -> None:
         self.until(lambda: self.words.startswith("Complete"), "the sweep is complete")
 
-    def colours(self, method: str) -> list[str]:
-        """The colours in the middle of a map's cells, a little beside the figures that stand there."""
-        return [
-            str(
-                self.page.evaluate(
-                    """([method, cell]) => {
-                        const { x, y } = pftrackMaps.centre(method, cell);
-                        const canvas = document.querySelector(`[data-map="${method}"] canvas`);
-                        const at = canvas.getBoundingClientRect();
-                        const scale = canvas.width / at.width;
-                        const pen = canvas.getContext("2d");
-                        const [left, top] = [x - at.left - 14, y - at.top - 14];
-                        return pen.getImageData(left * scale, top * scale, 1, 1).data.join();
-                    }""",
-                    [method, {"i": i, "j": j}],
-                )
-            )
-            for j in range(2)
-            for i in range(3)
-        ]
+    def centre(self, method: str, i: int, j: int) -> tuple[float, float]:
+        """Where the middle of a cell is in the map's canvas, px."""
+        grid = self.page.locator(f"[data-map='{method}'] .map-plot").evaluate("(plot) => ({ ...plot.dataset })")
+        left, top, wide, high, up = (float(grid[name]) for name in ("left", "top", "wide", "high", "up"))
+        return left + (i + 0.5) * wide, top + (up - j - 0.5) * high
+
+    def colours(self, method: str) -> list[list[int]]:
+        """The colours of a map's cells, taken a little beside the figures that stand there."""
+        read = """(canvas, [x, y]) => {
+            const scale = canvas.width / canvas.clientWidth;
+            return [...canvas.getContext("2d").getImageData((x - 14) * scale, (y - 14) * scale, 1, 1).data];
+        }"""
+        canvas = self.page.locator(f"[data-map='{method}'] canvas")
+        return [canvas.evaluate(read, list(self.centre(method, i, j))) for j in range(2) for i in range(3)]
 
     def click_cell(self, method: str, cell: dict[str, int]) -> None:
-        centre = self.page.evaluate("([method, cell]) => pftrackMaps.centre(method, cell)", [method, cell])
-        self.page.mouse.click(centre["x"], centre["y"])
+        x, y = self.centre(method, **cell)
+        self.page.locator(f"[data-map='{method}'] canvas").click(position={"x": x, "y": y})
 
     def runs(self) -> Any:
         return self.page.locator("li.run")
