@@ -82,6 +82,7 @@ class Panel:
         self._tracker = tracker
         gui = server.gui
         self._choice = self._add_tracker()
+        self._seed = SeedBox(server, seed, lambda wanted: self._moved(SEED, wanted))
         self._add_cameras(on_look)
         self._caption = gui.add_html(caption_html(""))
         gui.add_html(legend_html(layers))
@@ -91,7 +92,6 @@ class Panel:
         self._add_groups(declarations)
         self._add_layers(layers, on_layer)
         self._add_speed(on_speed)
-        self._seed = SeedBox(server, seed, lambda wanted: self._moved(SEED, wanted))
         self._choose_visible()
 
     def show(self, values: Mapping[str, Value], tracker: str) -> None:
