@@ -37,7 +37,6 @@ OPERATIONS = [
     ("GET", "/api/v1/sweeps/{sweep}"),
     ("GET", "/api/v1/sweeps/{sweep}/cells"),
     ("GET", "/api/v1/sweeps/{sweep}/rows"),
-    ("GET", "/api/v1/sweeps/{sweep}/download"),
     ("POST", "/api/v1/sweeps/{sweep}/cancel"),
     ("POST", "/api/v1/sweeps/{sweep}/resume"),
     ("POST", "/api/v1/sweeps/{sweep}/rows/{run}/open"),
