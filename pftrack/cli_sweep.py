@@ -278,8 +278,9 @@ def _stoppable() -> Iterator[Callable[[], bool]]:
         asked.set()
         signal.signal(number, before[number] if number == signal.SIGINT else signal.SIG_DFL)
 
-    for number in SIGNALS:
-        signal.signal(number, ask)
+    for number, handler in before.items():
+        if handler != signal.SIG_IGN:  # `nohup` and the background of a shell ask for that
+            signal.signal(number, ask)
     try:
         yield asked.is_set
     finally:

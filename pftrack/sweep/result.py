@@ -34,16 +34,18 @@ class Result:
         plan: What was to be computed.
         files: Parquet files that hold the rows, by run number.
         complete: Whether all runs are there.
+        place: The folder of the chunks, which there may be none of yet.
     """
 
     plan: Plan
     files: tuple[Path, ...]
     complete: bool
+    place: Path | None = None
 
     @property
     def path(self) -> Path:
         """The result file, or the folder of the chunks that are there so far."""
-        return self.files[0] if self.complete else self.files[0].parent
+        return self.place or (self.files[0] if self.complete else self.files[0].parent)
 
     @property
     def table(self) -> pa.Table:
@@ -78,7 +80,7 @@ def read_result(path: Path) -> Result:
     if not path.exists() and partial_of(path).is_dir():
         path = partial_of(path)
     if path.is_dir():
-        return Result(plan_of(path), tuple(chunk_files(path)), complete=False)
+        return Result(plan_of(path), tuple(chunk_files(path)), complete=False, place=path)
     return Result(plan_of(path), (path,), complete=True)
 
 

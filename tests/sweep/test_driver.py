@@ -165,6 +165,23 @@ def test_a_killed_driver_loses_the_running_chunks_alone(plan: Plan, finished: Re
     assert figures(result) == figures(finished)
 
 
+def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path) -> None:
+    """A chunk that takes long is not finished for nobody."""
+    plan = Plan("ball", (), ("h-spf",), trials=400, frames=60, values={"sample_count": 20_000})
+    cut(plan, tmp_path / "long.parquet", 400)
+    driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(tmp_path / "long.parquet")], stdout=subprocess.PIPE)
+    assert driver.stdout is not None
+    driver.stdout.readline()
+    workers = psutil.Process(driver.pid).children()
+    time.sleep(1)
+    driver.kill()
+    driver.wait()
+    driver.stdout.close()
+    gone, alive = psutil.wait_procs(workers, timeout=3)
+    assert len(gone) == 2
+    assert not alive
+
+
 def test_two_drivers_do_not_compute_the_same_sweep(plan: Plan, tmp_path: Path) -> None:
     """The second is told that somebody is at it already; once the first has ended it may."""
     out = tmp_path / "twice.parquet"

@@ -185,3 +185,11 @@ def test_a_damaged_cut_is_told(plan: Plan, tmp_path: Path) -> None:
     (folder / "chunks.json").write_text('{"conditions": ')
     with pytest.raises(SweepError, match="does not say how the sweep was cut"):
         carry_out(None, tmp_path / "cuts.parquet")
+
+
+def test_a_sweep_without_chunks_can_be_read(plan: Plan, tmp_path: Path) -> None:
+    """Before the first chunk there are no rows, but there is a plan and a place."""
+    journal = begin(plan, tmp_path / "none.parquet")
+    result = read_result(tmp_path / "none.parquet")
+    assert (result.path, result.complete, len(result.table)) == (journal.folder, False, 0)
+    assert result.table.column_names[0] == "run"
