@@ -24,6 +24,7 @@ from pftrack.sweep.report.study import Study, label, shown
 __all__ = ["boxes", "curves", "error_maps", "figures", "significance_maps", "success_maps"]
 
 PANEL_IN = 3.4
+NARROWEST_IN = 5.6
 MOST_TICKS = 10
 MOST_BOXES = 16
 MOST_COLUMNS = 4
@@ -94,20 +95,21 @@ def _difference(study: Study) -> Figure:
 
 
 def significance_maps(study: Study, kinds: Sequence[Literal["success", "error"]]) -> Figure:
-    """Draw four-colour maps of what is significant, a row a kind and a column a pair of trackers.
+    """Draw four-colour maps of what is significant: a row a kind, a column a pair; of a single pair all in one row.
 
     Args:
         study: What is looked at.
         kinds: "success" by the chi-square test, "error" of successful runs by the rank-sum test.
     """
-    figure, panels = _grid(len(kinds), len(study.comparisons), study)
+    wanted = [(kind, pair) for kind in kinds for pair in study.comparisons]
+    columns = len(study.comparisons) if len(study.comparisons) > 1 else len(kinds)
+    figure, panels = _grid(len(wanted) // columns, columns, study)
     colours = ListedColormap([CODES[code] for code in Code])
-    for row, kind in enumerate(kinds):
-        for column, pair in enumerate(study.comparisons):
-            axes = panels[row][column]
-            codes = getattr(pair, kind).codes
-            _draw(axes, study, codes.astype(float), colours, BoundaryNorm(np.arange(-0.5, 4.5), 4))
-            axes.set_title(f"{TESTS[kind]}\n1: {study.title(pair.first)}\n2: {study.title(pair.second)}", fontsize=9)
+    places = [axes for row in panels for axes in row]
+    for axes, (kind, pair) in zip(places, wanted, strict=True):
+        codes = getattr(pair, kind).codes
+        _draw(axes, study, codes.astype(float), colours, BoundaryNorm(np.arange(-0.5, 4.5), 4))
+        axes.set_title(f"{TESTS[kind]}\n1: {study.title(pair.first)}\n2: {study.title(pair.second)}", fontsize=9)
     names = {code: name.format(first="1", second="2") for code, name in CODE_NAMES.items()}
     handles = [Patch(facecolor=CODES[code], edgecolor="#888888", label=name) for code, name in names.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
@@ -195,15 +197,18 @@ def _boxed_axis(study: Study) -> Axis | None:
 
 def _maps(study: Study, panels: dict[str, NDArray[np.float64]], colours: Any, scale: Normalize, title: str) -> Figure:  # noqa: ANN401 - either of two kinds of colour map
     """Draw maps side by side on one colour scale."""
-    columns = min(len(panels), MOST_COLUMNS)
+    columns = len(panels) if len(panels) <= MOST_COLUMNS else 3
     figure, grid = _grid(-(-len(panels) // columns), columns, study)
     places = [axes for row in grid for axes in row]
     image = None
     for axes, (name, values) in zip(places, panels.items(), strict=False):
         image = _draw(axes, study, values, colours, scale)
         axes.set_title(name, fontsize=10)
-    for axes in places[len(panels) :]:
-        axes.remove()
+    for place in range(len(panels), len(places)):
+        above = places[place - columns]
+        above.tick_params(labelbottom=True)
+        above.set_xlabel(places[place].get_xlabel())
+        places[place].remove()
     if image is not None:
         bar = figure.colorbar(image, ax=places[: len(panels)], shrink=0.9, pad=0.02)
         bar.set_label(title)
@@ -214,7 +219,9 @@ def _maps(study: Study, panels: dict[str, NDArray[np.float64]], colours: Any, sc
 def _grid(rows: int, columns: int, study: Study) -> tuple[Figure, list[list[Axes]]]:
     across, down = (len(axis.values) if axis else 1 for axis in (study.x, study.y))
     height = PANEL_IN * min(max(down / across, 0.6), 1.4)
-    figure = Figure(figsize=(PANEL_IN * columns + 1.0, (height + 0.6) * rows + 0.4), layout="constrained")
+    figure = Figure(
+        figsize=(max(PANEL_IN * columns + 1.0, NARROWEST_IN), (height + 0.6) * rows + 0.4), layout="constrained"
+    )
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for row in range(rows):
         for column in range(columns):
