@@ -72,9 +72,9 @@ function axes(store) {
 function segments(label, options, chosen, choose) {
   return h(
     "span",
-    { class: "segments", role: "radiogroup", "aria-label": label },
+    { class: "segments", role: "group", "aria-label": label },
     options.map(([value, words, hint]) =>
-      h("button", { type: "button", role: "radio", title: hint, "aria-checked": String(value === chosen), data: { value }, on: { click: () => choose(value) } }, words),
+      h("button", { type: "button", title: hint, "aria-pressed": String(value === chosen), data: { value }, on: { click: () => choose(value) } }, words),
     ),
   );
 }

@@ -42,7 +42,8 @@ class Sweeps:
         self._sweeps: dict[str, Sweep] = {}
         self._measuring = asyncio.Semaphore(MEASURED_AT_ONCE)
         self._measured: dict[str, float] = {}
-        self._closing = False
+        # Places are counted and taken by one at a time.
+        self._door = asyncio.Lock()
 
     async def open(self) -> None:
         """Take over the sweeps that the store kept; none of them is running."""
@@ -61,7 +62,6 @@ class Sweeps:
 
     async def close(self) -> None:
         """End all processes; everything is on the disk."""
-        self._closing = True
         message = "The server was stopped. What was computed is kept; resume the sweep to go on."
         await asyncio.gather(*(sweep.stop(message) for sweep in self.all))
         for sweep in self.all:
@@ -120,6 +120,10 @@ class Sweeps:
         """
         plan = await asyncio.to_thread(as_plan, wish, self._settings)
         within_limits(plan, self._settings)
+        async with self._door:
+            return await self._create(wish, plan)
+
+    async def _create(self, wish: SweepWish, plan: Plan) -> Sweep:
         self._check_room(plan)
         row = {
             "id": new_name(),
@@ -161,9 +165,10 @@ class Sweeps:
             ConflictError: It is running or complete.
             UnavailableError: The server computes enough already.
         """
-        check_idle(sweep)
-        self._check_places()
-        await sweep.start()
+        async with self._door:
+            check_idle(sweep)
+            self._check_places()
+            await sweep.start()
 
     async def remove(self, sweep: Sweep) -> None:
         """Delete a sweep and everything that was computed of it."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from math import prod
 from typing import TypeVar
 
 from pftrack.experiments import EXPERIMENTS
@@ -19,6 +20,9 @@ Part = TypeVar("Part")
 
 BYTES_A_RUN = 160
 """Of the result on the disk, chunks and final file together, generously."""
+
+MOST_CELLS = 40_000
+"""Of one map: more than a screen can show, and than a page should be sent."""
 
 
 def as_plan(wish: SweepWish, settings: Settings) -> Plan:
@@ -60,6 +64,7 @@ def as_plan(wish: SweepWish, settings: Settings) -> Plan:
         ),
     )
     _within_server(plan, settings)
+    _within_a_map(plan)
     return plan
 
 
@@ -80,10 +85,7 @@ def within_limits(plan: Plan, settings: Settings) -> None:
 
 def cells_of(plan: Plan) -> int:
     """Return how many cells the map over the plan's first two axes has."""
-    cells = 1
-    for axis in plan.axes[:2]:
-        cells *= len(axis.values)
-    return cells
+    return prod(len(axis.values) for axis in plan.axes[:2])
 
 
 def _axis(experiment: Experiment, index: int, wish: AxisWish) -> Axis:
@@ -107,6 +109,20 @@ def _blamed(experiment: Experiment, wish: AxisWish) -> str:
         if (low is not None and end < low) or (high is not None and end > high):
             return name
     return "step" if (wish.stop - wish.start) * wish.step < 0 else "stop"
+
+
+def _within_a_map(plan: Plan) -> None:
+    """Refuse axes so long that a map over two of them could not be looked at."""
+    longest = sorted(plan.axes, key=lambda axis: len(axis.values))[-2:]
+    cells = prod(len(axis.values) for axis in longest)
+    if cells > MOST_CELLS:
+        raise RefusedError(
+            f"A map has at most {MOST_CELLS:,} cells; {' and '.join(axis.name for axis in longest)} would make "
+            f"{cells:,}.",
+            field="axes",
+            bound=f"at most {MOST_CELLS:,} cells",
+            value=cells,
+        )
 
 
 def _sentence(said: str) -> str:

@@ -169,11 +169,12 @@ class Sweep:
 
     async def stop(self, reason: str) -> None:
         """End its process; what was computed is kept."""
-        if self._child is None or self._watch is None:
+        child, watch = self._child, self._watch
+        if child is None or watch is None:
             return
         self._reason = self._reason or reason
-        await self._child.stop()
-        await asyncio.shield(self._watch)
+        await child.stop()
+        await asyncio.shield(watch)
 
     async def close(self) -> None:
         """Send all listeners away."""

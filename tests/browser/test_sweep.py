@@ -160,7 +160,7 @@ def test_the_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     """The switch shows error, difference and significance; axes can be swapped; the address remembers all of it."""
     for words in OPTIONS:
         page.locator(".segments button", has_text=words).click()
-        assert page.locator(".segments [aria-checked=true]").inner_text() == words
+        assert page.locator(".segments [aria-pressed=true]").inner_text() == words
     page.locator(".segments button", has_text="Significance").click()
     page.locator("[aria-label='Test']").select_option("fisher")
     page.locator("text=Holm").click()

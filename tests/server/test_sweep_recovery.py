@@ -4,6 +4,7 @@ import io
 import os
 import signal
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +81,7 @@ def test_cancel_stop_and_restart(start_server: Any) -> None:
 
 
 def test_a_killed_server(tmp_path: Path) -> None:
-    """When the server itself is killed its sweep stops with it; the next server shows it as stopped, and resumes it."""
+    """When the server itself is killed its sweep stops with it; the next server shows it as stopped."""
     server = Served(tmp_path)
     try:
         with httpx.Client(base_url=server.url, timeout=60) as client:
@@ -97,8 +98,6 @@ def test_a_killed_server(tmp_path: Path) -> None:
             assert found["state"] == "stopped"
             assert "server was stopped" in found["message"]
             assert 0 < found["done"] < LONG_RUNS
-            client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-            assert until_some(client, sweep["id"], found["done"] + 1) > found["done"]
     finally:
         server.stop()
 
@@ -122,6 +121,18 @@ def test_a_full_disk(start_server: Any, tmp_path: Path) -> None:
             path.unlink(missing_ok=True)
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
         assert until_some(client, sweep["id"], stopped["done"] + 1) > stopped["done"]
+
+
+def test_resumed_by_two_at_once(start_server: Any) -> None:
+    """Of two that resume a sweep at the same time one does, and one process computes it."""
+    with start_server(sweep_jobs=1) as (server, client):
+        sweep = begin_sweep(client, **LONG)
+        client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+        with ThreadPoolExecutor(4) as pool:
+            answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
+        assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
+        drivers = [one for one in psutil.Process().children(recursive=True) if DRIVER in one.cmdline()]
+        assert [one.pid for one in drivers if one.ppid() == os.getpid()] == [driver(server, sweep["id"]).pid]
 
 
 def test_limits(start_server: Any) -> None:

@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import cells, read_result, significance
 from server.settings import Settings
-from tests.server.host import Server, error_of, running, steer
+from tests.server.host import Server, error_of, running, steer, wait_for
 from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, show, until_state
 from tests.server.test_stream import hear
 
@@ -92,6 +92,7 @@ class TestPlanning:
             ({"axes": [{"name": "occlusion_width_px", "start": 0, "stop": 1e7, "step": 1}]}, "axes.0.stop"),
             ({"axes": [{"name": "occlusion_width_px", "start": 0, "stop": 100, "step": 1e-6}]}, "axes.0.stop"),
             ({"axes": [SMALL["axes"][0], SMALL["axes"][0]]}, "axes.1.name"),
+            ({"axes": [{"name": "occlusion_width_px", "start": 0, "stop": 500, "step": 0.01}], "trials": 1}, "axes"),
             ({"trackers": []}, "trackers"),
             ({"trackers": ["hope"]}, "trackers"),
             ({"trials": 0}, "trials"),
@@ -248,7 +249,7 @@ class TestTakingAway:
         archive = zipfile.ZipFile(io.BytesIO(client.get(f"{url}/download", params={"format": "png"}).content))
         assert archive.namelist()
         assert all(archive.read(name).startswith(b"\x89PNG") for name in archive.namelist())
-        assert list(served.app.state.services.store.files.incoming.iterdir()) == []
+        wait_for(lambda: not list(served.app.state.services.store.files.incoming.iterdir()))
 
 
 class TestStream:
