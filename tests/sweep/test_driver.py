@@ -166,9 +166,9 @@ def test_a_killed_driver_loses_the_running_chunks_alone(plan: Plan, finished: Re
 
 
 def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path) -> None:
-    """A chunk that takes long is not finished for nobody."""
-    plan = Plan("ball", (), ("h-spf",), trials=400, frames=60, values={"sample_count": 20_000})
-    cut(plan, tmp_path / "long.parquet", 400)
+    """A chunk that takes minutes is not finished for nobody."""
+    plan = Plan("ball", (), ("h-spf",), trials=8000, frames=60, values={"sample_count": 20_000})
+    cut(plan, tmp_path / "long.parquet", 4000)
     driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(tmp_path / "long.parquet")], stdout=subprocess.PIPE)
     assert driver.stdout is not None
     driver.stdout.readline()
@@ -177,7 +177,7 @@ def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path
     driver.kill()
     driver.wait()
     driver.stdout.close()
-    gone, alive = psutil.wait_procs(workers, timeout=3)
+    gone, alive = psutil.wait_procs(workers, timeout=30)
     assert len(gone) == 2
     assert not alive
 
