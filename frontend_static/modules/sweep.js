@@ -66,12 +66,13 @@ function listen() {
     {
       message: (message) => store.receive(message),
       lost: () => store.setConnection("lost"),
-      gone: () => {
+      gone: (error) => {
         store.setConnection("gone");
-        fail("This sweep has been deleted", "What was downloaded of it is all there is.");
+        if (error.status === 404) fail("This sweep has been deleted", "What was downloaded of it is all there is.");
+        else fail("This sweep cannot be shown", error.message);
       },
     },
-    { address: () => sweepStream(id, store.view), look: () => sweeps.show(id) },
+    { address: () => sweepStream(id, store.view), look: () => sweeps.cells(id, { x: store.view.x, y: store.view.y }) },
   );
 }
 

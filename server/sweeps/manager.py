@@ -55,7 +55,8 @@ class Sweeps:
                 continue
             self._sweeps[sweep.id] = sweep
             if row.state == "running":
-                await sweep.look()
+                with contextlib.suppress(SweepError):
+                    await sweep.look()
                 finished = self._store.files.sweep(sweep.id).exists()
                 sweep.state, sweep.message = ("done", None) if finished else ("stopped", RESTARTED)
                 await self._keep(sweep)

@@ -174,6 +174,22 @@ def test_files_that_somebody_touched(start_server: Any, tmp_path: Path, harm: st
             assert chunks(folder)
 
 
+def test_a_damaged_result(start_server: Any, tmp_path: Path) -> None:
+    """A complete sweep whose file was damaged says so, on a new server too, and can be deleted."""
+    with start_server(sweep_jobs=1) as (_, client):
+        sweep = begin_sweep(client)
+        until_state(client, sweep["id"], "done")
+    path = tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet"
+    path.write_bytes(path.read_bytes()[:1000])
+    with start_server(sweep_jobs=1) as (_, client):
+        assert show(client, sweep["id"])["state"] == "done"
+        for question in ("cells", "rows", "download?format=csv"):
+            message = error_of(client.get(f"/api/v1/sweeps/{sweep['id']}/{question}"), 410)["message"]
+            assert message == "The files of this sweep are damaged or were taken away."
+        assert client.delete(f"/api/v1/sweeps/{sweep['id']}").status_code == 204
+        assert not path.exists()
+
+
 def test_the_database_is_upgraded(start_server: Any, tmp_path: Path) -> None:
     """A database from before there were sweeps gets their table, and keeps what is in it."""
     with start_server() as (_, client):
