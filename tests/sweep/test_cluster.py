@@ -105,13 +105,15 @@ def test_a_cluster_that_goes_away_leaves_what_it_computed(
 
 
 def test_an_address_where_nobody_answers_is_told_soon(plan: Plan, tmp_path: Path) -> None:
-    """Within a few seconds, one sentence; nothing is lost, and nothing is left running."""
+    """Within seconds, one sentence; a new sweep has not begun, an old one is kept, and no process is left."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
     out = tmp_path / "nobody.parquet"
     with pytest.raises(SweepError, match=rf"no Dask scheduler answers at {address}"):
         carry_out(plan, out, cluster=address)
+    assert not list(tmp_path.iterdir())
+    begun(plan, out)
     with pytest.raises(SweepError, match="no Dask scheduler answers at nonsense"):
         carry_out(None, out, cluster="nonsense")
     assert not [it for it in psutil.Process().children() if "pftrack" in " ".join(it.cmdline())]
