@@ -9,6 +9,7 @@ import { toast } from "./toast.js";
 
 const COUNT_AFTER_MS = 150;
 const MEASURE_AFTER_MS = 700;
+const ASK_AGAIN_MS = 3000;
 
 /**
  * @param {HTMLFormElement} form
@@ -64,6 +65,8 @@ export function sizeCard(form, read, on) {
     problem.hidden = found.problem === null;
     problem.textContent = found.problem ?? "";
     button.disabled = found.problem !== null;
+    // A place may become free, or room on the disk.
+    if (found.problem !== null) timers.push(setTimeout(look, ASK_AGAIN_MS, asked, false));
   }
 
   function refuse(error) {

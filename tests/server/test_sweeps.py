@@ -1,5 +1,6 @@
 """Sweeps through the REST interface: plan, compute, look at cells, list rows, open a run, take the result away."""
 
+import gc
 import io
 import zipfile
 from collections.abc import Iterator
@@ -8,6 +9,7 @@ from typing import Any
 
 import httpx
 import numpy as np
+import psutil
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
@@ -297,6 +299,23 @@ class TestStream:
             socket.send("cancel")
             with pytest.raises(ConnectionClosed):
                 hear(socket)
+
+
+def test_nothing_is_left_behind(served: Server, client: httpx.Client, sweep: dict[str, Any]) -> None:
+    """Sweeps that are begun, watched and deleted leave no process, descriptor or file behind."""
+    here = psutil.Process()
+    counts = []
+    for seed in range(5):
+        begun = begin_sweep(client, seed=100 + seed)
+        with connect(f"{served.ws}/api/v1/sweeps/{begun['id']}/stream") as socket:
+            hear(socket)
+        client.delete(f"/api/v1/sweeps/{begun['id']}")
+        gc.collect()
+        counts.append((here.num_fds(), len(here.children(recursive=True))))
+    assert counts[-1][0] <= counts[1][0] + 1, counts
+    assert counts[-1][1] <= counts[0][1], counts
+    names = {path.name.split(".")[0] for path in served.app.state.services.store.files.sweeps.iterdir()}
+    assert names == {item["id"] for item in client.get("/api/v1/sweeps").json()}
 
 
 class TestStrangers:
