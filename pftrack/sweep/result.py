@@ -60,7 +60,7 @@ class Result:
         """
         for path in self.files:
             try:
-                with pq.ParquetFile(path) as file:
+                with pq.ParquetFile(path, page_checksum_verification=True) as file:
                     for batch in file.iter_batches(ROWS_A_PIECE, columns=columns):
                         yield pa.Table.from_batches([batch]).replace_schema_metadata(None)
             except (pa.ArrowException, OSError):
@@ -91,7 +91,7 @@ def read_chunk(path: Path) -> pa.Table:
         SweepError: It is damaged.
     """
     try:
-        return pq.read_table(path, partitioning=None).replace_schema_metadata(None)
+        return pq.read_table(path, partitioning=None, page_checksum_verification=True).replace_schema_metadata(None)
     except (pa.ArrowException, OSError):
         raise SweepError(f"{path} is no Parquet file, or was cut short") from None
 

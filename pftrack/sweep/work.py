@@ -48,7 +48,7 @@ def computed(text: str, conditions: int, trials: int, number: int) -> bytes:
     plan = _plan(text)
     table = compute(plan, Chunks(plan, conditions, trials)[number]).replace_schema_metadata(metadata(plan))
     sink = pa.BufferOutputStream()
-    pq.write_table(table, sink, compression="zstd")
+    pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
     return bytes(sink.getvalue().to_pybytes())
 
 

@@ -193,3 +193,20 @@ def test_a_sweep_without_chunks_can_be_read(plan: Plan, tmp_path: Path) -> None:
     result = read_result(tmp_path / "none.parquet")
     assert (result.path, result.complete, len(result.table)) == (journal.folder, False, 0)
     assert result.table.column_names[0] == "run"
+
+
+def test_a_chunk_damaged_in_the_middle_does_not_come_into_the_result(
+    plan: Plan, finished: Result, tmp_path: Path
+) -> None:
+    """Its name is told; removed, it is computed again."""
+    folder = half_done(plan, tmp_path / "spoilt.parquet")
+    spoilt = folder / "000002.parquet"
+    data = bytearray(spoilt.read_bytes())
+    data[400:500] = bytes(100)
+    spoilt.write_bytes(data)
+    with pytest.raises(SweepError, match=r"000002\.parquet is damaged; remove it and go on with --resume"):
+        carry_out(None, tmp_path / "spoilt.parquet")
+    assert not (tmp_path / "spoilt.parquet").exists()
+    spoilt.unlink()
+    result = carry_out(None, tmp_path / "spoilt.parquet")
+    assert result.table.drop_columns("step_ms") == finished.table.drop_columns("step_ms")

@@ -2,11 +2,12 @@
 
 import csv
 import io
+from pathlib import Path
 
 import pyarrow as pa
 import pytest
 
-from pftrack.sweep import Plan, Result, SweepError, csv_pieces, rows_of, summary
+from pftrack.sweep import Plan, Result, SweepError, csv_pieces, read_result, rows_of, summary
 
 
 def test_rows_of_a_cell_come_failures_first(finished: Result) -> None:
@@ -60,3 +61,13 @@ def test_pieces_are_read_by_column(finished: Result, plan: Plan) -> None:
     assert [piece.column_names for piece in pieces] == [["run", "tracker"]]
     assert len(pa.concat_tables(pieces)) == plan.runs
     assert pieces[0].schema.metadata is None
+
+
+def test_damage_in_the_middle_is_found(finished: Result, tmp_path: Path) -> None:
+    """Bytes that changed on the disk are told, not read as other numbers."""
+    path = tmp_path / "damaged.parquet"
+    data = bytearray(finished.path.read_bytes())
+    data[len(data) // 4 : len(data) // 3] = bytes(len(data) // 3 - len(data) // 4)
+    path.write_bytes(data)
+    with pytest.raises(SweepError, match=r"damaged\.parquet is damaged"):
+        _ = read_result(path).table
