@@ -120,7 +120,7 @@ function against(store, comparison, index) {
 /** "Occluder width 55 px" */
 export function placeOf(axis, index) {
   const value = axis.values[index];
-  return `${axis.title} ${typeof value === "number" ? exact(value) : value}${axis.unit ? ` ${axis.unit}` : ""}`;
+  return `${axis.title} ${typeof value === "number" ? exact(value) : value}${axis.unit ? ` ${axis.unit}` : ""}`.trim();
 }
 
 function exact(value) {

@@ -49,6 +49,8 @@ __all__ = ["NO_AXIS", "Results", "axis_view", "fixed_views"]
 NO_AXIS = "none"
 """What is said for an axis to pool all of its values."""
 
+ALL_RUNS = AxisView(name=NO_AXIS, title="All runs", unit="", kind="choice", values=[""])
+
 VERDICTS: dict[int, Verdict] = {
     Code.NOT_APPLICABLE: "untested",
     Code.NOT_SIGNIFICANT: "none",
@@ -267,7 +269,7 @@ class Results:
         plan = self._plan
         numbers = max(1, len(plan.axis(x).values) if x else 1) * max(1, len(plan.axis(y).values) if y else 1)
         return CellsView(
-            x=axis_view(plan, x) if x else AxisView(name=NO_AXIS, title="All", unit="", kind="choice", values=["all"]),
+            x=axis_view(plan, x) if x else ALL_RUNS,
             y=axis_view(plan, y) if y else None,
             planned=plan.conditions * plan.trials // numbers,
             done=self.done,

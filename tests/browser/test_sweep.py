@@ -226,6 +226,20 @@ def test_a_lost_connection(sweep: SweepPage, page: Any, server: Server, complain
     assert sweep.words.startswith("Complete")
 
 
+@pytest.mark.parametrize("width", [1280, 800, 420])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_fits(sweep: SweepPage, page: Any, width: int, scheme: str) -> None:
+    """On a wide screen, a narrow one and a phone, light and dark, nothing hangs out at the side."""
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": 800})
+    page.locator(".segments button", has_text="Significance").click()
+    sweep.until(lambda: page.locator(".map").count() == 3, "two methods and their comparison are shown")
+    sweep.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
+    sweep.click_cell("h-spf", FAILING)
+    sweep.runs().first.wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
 def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
     """A sweep that is not there is said not to be there, with the way back."""
     complaints.expected = ("404",)
