@@ -16,6 +16,7 @@ from server.store.files import new_name, now
 from server.store.tables import SweepRow
 from server.sweeps.child import ask
 from server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
+from server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
 from server.sweeps.sweep import Sweep, check_idle, default_title
 from server.sweeps.views import EstimateView, ValuesView
 from server.sweeps.wishes import EstimateWish, SweepWish
@@ -29,8 +30,6 @@ MEASURED_AT_ONCE = 1
 MOST_REMEMBERED = 64
 SHOWN_VALUES = 24
 SPARE_BYTES = 64 * 1024 * 1024
-RESTARTED = "The server was stopped while the sweep was running. What was computed is kept; resume the sweep to go on."
-CANCELLED = "The sweep was cancelled. What was computed is kept; resume the sweep to go on."
 
 
 class Sweeps:
@@ -63,8 +62,7 @@ class Sweeps:
 
     async def close(self) -> None:
         """End all processes; everything is on the disk."""
-        message = "The server was stopped. What was computed is kept; resume the sweep to go on."
-        await asyncio.gather(*(sweep.stop(message) for sweep in self.all))
+        await asyncio.gather(*(sweep.stop(STOPPED) for sweep in self.all))
         for sweep in self.all:
             await sweep.close()
 
@@ -174,7 +172,7 @@ class Sweeps:
     async def remove(self, sweep: Sweep) -> None:
         """Delete a sweep and everything that was computed of it."""
         self._sweeps.pop(sweep.id, None)
-        await sweep.stop("The sweep was deleted.")
+        await sweep.stop(DELETED)
         await sweep.close()
         await asyncio.to_thread(self._store.remove_sweep, sweep.id)
 
