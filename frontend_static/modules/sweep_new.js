@@ -100,7 +100,7 @@ async function planForm(experiments, wish) {
     trials: amounts.trials.read(),
     frames: amounts.frames.read(),
     seed: amounts.seed.read(),
-    values: Object.fromEntries(fixed.map((one) => [one.name, one.read()])),
+    parameters: Object.fromEntries(fixed.map((one) => [one.name, one.read()])),
   });
 
   const form = h(
@@ -120,7 +120,7 @@ async function planForm(experiments, wish) {
     h("section", { class: "plan-part" }, h("h2", {}, "Runs"), h("div", { class: "plan-fields" }, Object.entries(amounts).map(([name, one]) => field(name, one.title, one.input)), h("div", { class: "grow" }, field("title", "Title, if you like", title)))),
     h(
       "section",
-      { class: "plan-part", data: { field: "values" } },
+      { class: "plan-part", data: { field: "parameters" } },
       h("h2", {}, "Fixed parameters"),
       h("p", { class: "hint" }, "Everything that is not named here or varied has the experiment's own value."),
       fixedList,
@@ -134,7 +134,7 @@ async function planForm(experiments, wish) {
     size.start();
   });
   wish.axes.forEach(addAxis);
-  for (const [name, value] of Object.entries(wish.values ?? {})) addFixed(name, value);
+  for (const [name, value] of Object.entries(wish.parameters ?? {})) addFixed(name, value);
   size.changed();
   return [form, size.element];
 }
@@ -150,7 +150,7 @@ function fixedRow(declarations, known, name, value, { changed, remove }) {
   const one = { element, name: known.has(name) ? name : declarations[0].name };
   let input;
   const draw = (given) => {
-    element.dataset.field = `values.${one.name}`;
+    element.dataset.field = `parameters.${one.name}`;
     input = valueInput(known.get(one.name), given, changed);
     const choose = parameterSelect("Fixed parameter", declarations, one.name, (chosen) => {
       one.name = chosen;

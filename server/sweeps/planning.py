@@ -45,12 +45,12 @@ def as_plan(wish: SweepWish, settings: Settings) -> Plan:
         raise RefusedError("Choose at least one method.", field="trackers")
     for name in wish.trackers:
         _part("trackers", partial(checked, experiment, Axis(TRACKER, (name,))))
-    for name, value in wish.values.items():
+    for name, value in wish.parameters.items():
         if name in names:
             raise RefusedError(
-                f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"values.{name}"
+                f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"parameters.{name}"
             )
-        _part(f"values.{name}", partial(checked, experiment, Axis(name, (value,))))
+        _part(f"parameters.{name}", partial(checked, experiment, Axis(name, (value,))))
     plan = _part(
         "axes",
         lambda: Plan(
@@ -60,7 +60,7 @@ def as_plan(wish: SweepWish, settings: Settings) -> Plan:
             trials=wish.trials,
             seed=wish.seed,
             frames=wish.frames or 0,
-            values=wish.values,
+            values=wish.parameters,
         ),
     )
     _within_server(plan, settings)

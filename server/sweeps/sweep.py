@@ -121,7 +121,7 @@ class Sweep:
             trials=plan.trials,
             frames=plan.frames,
             seed=plan.seed,
-            values=dict(plan.values),
+            parameters=dict(plan.values),
             fixed=self._fixed,
             runs=plan.runs,
             conditions=plan.conditions,

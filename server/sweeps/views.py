@@ -68,7 +68,7 @@ class EstimateView(BaseModel):
 class SweepView(BaseModel):
     """A sweep.
 
-    `fixed` is `values` with titles and units; `successes` counts over all runs so far, where the experiment knows
+    `fixed` is `parameters` with titles and units; `successes` counts over all runs so far, where the experiment knows
     success; `problems` counts runs whose values are at odds with each other.
     """
 
@@ -83,7 +83,7 @@ class SweepView(BaseModel):
     trials: int
     frames: int
     seed: int
-    values: dict[str, Value]
+    parameters: dict[str, Value]
     fixed: list[AxisView]
     runs: int
     conditions: int

@@ -17,7 +17,7 @@ SMALL: dict[str, Any] = {
     "trackers": ["h-spf", "pc-pf"],
     "trials": 5,
     "frames": 40,
-    "values": {"sample_count": 100},
+    "parameters": {"sample_count": 100},
 }
 FAILING = {"i": 1, "j": 1}
 OPTIONS = ("Difference", "Significance", "Error", "Success")
@@ -198,7 +198,7 @@ def test_errors_stand_beside_their_field(page: Any, width: int, complaints: Comp
 def test_cancel_resume_delete(page: Any, server: Server, complaints: Complaints) -> None:
     """A running sweep is cancelled, resumed and deleted with a button each, and the page says how it stands."""
     complaints.expected = ("404", "WebSocket")
-    begun = server.post("sweeps", {**SMALL, "trials": 400, "frames": 120, "values": {}})
+    begun = server.post("sweeps", {**SMALL, "trials": 400, "frames": 120, "parameters": {}})
     page.goto(begun["page"])
     sweep = SweepPage(page)
     sweep.until(

@@ -16,12 +16,12 @@ SMALL: dict[str, Any] = {
     "trials": 6,
     "frames": 40,
     "seed": 3,
-    "values": {"sample_count": 100},
+    "parameters": {"sample_count": 100},
 }
 RUNS = 3 * 2 * 2 * 6
 
 # Long enough to be cut off in the middle, in pieces of a second.
-LONG = {**SMALL, "trials": 400, "frames": 120, "values": {"sample_count": 800}}
+LONG = {**SMALL, "trials": 400, "frames": 120, "parameters": {"sample_count": 800}}
 LONG_RUNS = 3 * 2 * 2 * 400
 
 

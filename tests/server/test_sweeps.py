@@ -101,10 +101,10 @@ class TestPlanning:
             ({"trials": 100_000}, "trials"),
             ({"frames": 30_000}, "frames"),
             ({"seed": -1}, "seed"),
-            ({"values": {"sample_count": -1}}, "values.sample_count"),
-            ({"values": {"sample_count": 5000}}, "sample_count"),
-            ({"values": {"hope": 1}}, "values.hope"),
-            ({"values": {"occlusion_width_px": 1}}, "values.occlusion_width_px"),
+            ({"parameters": {"sample_count": -1}}, "parameters.sample_count"),
+            ({"parameters": {"sample_count": 5000}}, "sample_count"),
+            ({"parameters": {"hope": 1}}, "parameters.hope"),
+            ({"parameters": {"occlusion_width_px": 1}}, "parameters.occlusion_width_px"),
             ({"wind": 1}, "wind"),
         ],
     )
@@ -117,7 +117,7 @@ class TestPlanning:
 
     def test_impossible_everywhere(self, client: httpx.Client) -> None:
         """Values that contradict each other in every condition are refused."""
-        changes = {"values": {"gamma_min_px": 30, "gamma_max_px": 3}}
+        changes = {"parameters": {"gamma_min_px": 30, "gamma_max_px": 3}}
         assert "impossible" in error_of(client.post("/api/v1/sweeps", json={**SMALL, **changes}), 422)["message"]
 
 
