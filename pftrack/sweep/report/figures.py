@@ -121,7 +121,7 @@ def curves(study: Study, axes_: Sequence[Axis]) -> Figure:
     """Draw the success with its interval along every axis, all others pooled; error where nothing is judged."""
     columns = min(len(axes_), 3)
     rows = -(-len(axes_) // columns)
-    figure = Figure(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
+    figure = Figure(figsize=(max(4.2 * columns, 5.6), 3.2 * rows), layout="constrained")
     for place, axis in enumerate(axes_):
         panel = figure.add_subplot(rows, columns, place + 1)
         positions = np.array(axis.values, dtype=float) if axis.numerical else np.arange(len(axis.values))
@@ -134,7 +134,8 @@ def curves(study: Study, axes_: Sequence[Axis]) -> Figure:
                 positions, values, color=colour, marker="o", markersize=3, linewidth=1.5, label=study.title(name)
             )
         if not axis.numerical or len(axis.values) <= MOST_TICKS:
-            panel.set_xticks(positions, [shown(value) for value in axis.values], fontsize=8)
+            places = _apart(positions)
+            panel.set_xticks(positions[places], [shown(axis.values[place]) for place in places], fontsize=8)
         panel.set_xlabel(label(study, axis))
         panel.set_ylabel("Success rate" if study.judged else "Mean error")
         panel.set_ylim(*((-0.02, 1.02) if study.judged else (0, None)))
@@ -144,6 +145,16 @@ def curves(study: Study, axes_: Sequence[Axis]) -> Figure:
     figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 5), frameon=False)
     figure.suptitle("Success and its 95 % interval" if study.judged else "Mean error", fontsize=11)
     return figure
+
+
+def _apart(positions: NDArray[np.floating[Any]]) -> list[int]:
+    """Return which of ascending or descending positions can carry a label without touching the one before."""
+    least = 0.07 * float(np.ptp(positions))
+    kept: list[int] = []
+    for place in range(len(positions)):
+        if not kept or abs(positions[place] - positions[kept[-1]]) >= least:
+            kept.append(place)
+    return kept
 
 
 def boxes(study: Study, axis: Axis) -> Figure:
