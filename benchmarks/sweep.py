@@ -153,11 +153,12 @@ def stages(repeats: int) -> list[dict[str, object]]:
     ancestors = parents(0, log_weights, COUNT, 0, 1, 1, 0)
     normals = standard_normals(0, 1, 1, 1, 2 * COUNT).reshape(2, COUNT)
     weights = exponentials(log_weights)
+    offset, noise = np.zeros(4), 3 * np.eye(4, 2)
     work: dict[str, Callable[[], object]] = {
-        "predict": lambda: predict(states, TRANSITION, np.zeros(4)),
+        "predict": lambda: predict(states, TRANSITION, offset),
         "parents": lambda: parents(0, log_weights, COUNT, 0, 1, 1, 0),
         "normals": lambda: standard_normals(0, 1, 1, 1, 2 * COUNT),
-        "diffuse": lambda: diffuse(centres, ancestors, 3 * np.eye(4, 2), normals),
+        "diffuse": lambda: diffuse(centres, ancestors, noise, normals),
         "likelihood": lambda: log_kernel(picture, states, *MODEL),
         "normalise": lambda: normalise(log_weights),
         "weights": lambda: exponentials(log_weights),

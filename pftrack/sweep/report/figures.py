@@ -147,7 +147,7 @@ def curves(study: Study, axes_: Sequence[Axis]) -> Figure:
     return figure
 
 
-def _apart(positions: NDArray[np.floating[Any]]) -> list[int]:
+def _apart(positions: NDArray[Any]) -> list[int]:
     """Return which of ascending or descending positions can carry a label without touching the one before."""
     least = 0.07 * float(np.ptp(positions))
     kept: list[int] = []
