@@ -34,7 +34,7 @@ __all__ = [
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 LONG = 18_000
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-background-networking"]
+FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]
 
 # What viser's client says first; without it nobody counts as looking on.
 _CAMERA = {

@@ -6,4 +6,4 @@ Data flows one way, `Source -> Tracker -> Run -> Drawing`, and parameters flow t
 
 __all__ = ["__version__"]
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -30,6 +30,9 @@ def reproduce(
     jobs: Annotated[
         str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")
     ] = None,
+    figures: Annotated[
+        Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the document's figures, in this folder.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Compute published results again and compare them within their tolerances."""
@@ -41,7 +44,8 @@ def reproduce(
         if name not in RESULTS:
             raise wrong_use(f"a result must be one of {', '.join(RESULTS)}, got {name!r}")
     with progress("results") as tick:
-        findings = [finding.as_dict() for finding in compute(results or (), full=full, jobs=processes, progress=tick)]
+        computed = compute(results or (), full=full, jobs=processes, progress=tick, folder=figures)
+    findings = [finding.as_dict() for finding in computed]
     if json:
         emit(findings)
     else:

@@ -118,11 +118,12 @@ def report(
     from pftrack.sweep import read_result
     from pftrack.sweep.report import write_report
 
+    significant = _level(level)
     result = read_result(file)
     folder = out or result.path.with_name(f"{file.name.split('.parquet')[0]}-report")
     if folder.exists() and not folder.is_dir():
         raise wrong_use(f"--out must be a folder, {folder} is a file")
-    made = write_report(result, folder, x=x, y=y, level=_level(level))
+    made = write_report(result, folder, x=x, y=y, level=significant)
     if json:
         emit(made.as_dict())
         return
@@ -277,8 +278,9 @@ def _stoppable() -> Iterator[Callable[[], bool]]:
         asked.set()
         signal.signal(number, before[number] if number == signal.SIGINT else signal.SIG_DFL)
 
-    for number in SIGNALS:
-        signal.signal(number, ask)
+    for number, handler in before.items():
+        if handler != signal.SIG_IGN:  # `nohup` and the background of a shell ask for that
+            signal.signal(number, ask)
     try:
         yield asked.is_set
     finally:

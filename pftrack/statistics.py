@@ -9,8 +9,8 @@ correction for a map of hundreds of tests, of which one in a hundred would other
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # it loads its parts when they are asked for: scipy.stats takes half a second
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
 
 __all__ = ["RankSum", "chi_square", "fisher_exact", "holm", "rank_sum", "wilson"]
 
@@ -58,7 +58,7 @@ def wilson(
         raise ValueError(f"the level must be between 0 and 1, got {level}")
     if (k < 0).any() or (k > n).any():
         raise ValueError("successes must be between 0 and the number of runs")
-    z = float(stats.norm.ppf(0.5 + level / 2))
+    z = float(scipy.stats.norm.ppf(0.5 + level / 2))
     with np.errstate(invalid="ignore", divide="ignore"):
         rate = k / n
         middle = (rate + z * z / (2 * n)) / (1 + z * z / n)
@@ -95,7 +95,9 @@ def chi_square(
         difference = a - n * succeeded
         statistic = difference**2 * (1 / n + 1 / m) / (succeeded * failed)
     applicable = expected >= SMALLEST_EXPECTED
-    p_values: NDArray[np.float64] = np.where(applicable, stats.chi2.sf(np.where(applicable, statistic, 0.0), 1), np.nan)
+    p_values: NDArray[np.float64] = np.where(
+        applicable, scipy.stats.chi2.sf(np.where(applicable, statistic, 0.0), 1), np.nan
+    )
     return p_values
 
 
@@ -122,7 +124,7 @@ def fisher_exact(
         if key[1] and key[3]:
             if key not in known:
                 table = [[key[0], key[1] - key[0]], [key[2], key[3] - key[2]]]
-                known[key] = float(stats.fisher_exact(table).pvalue)
+                known[key] = float(scipy.stats.fisher_exact(table).pvalue)
             p_values[place] = known[key]
     return p_values
 
@@ -144,7 +146,7 @@ def rank_sum(first: ArrayLike, second: ArrayLike) -> RankSum:
     x, y = (values[~np.isnan(values)] for values in (np.asarray(it, dtype=np.float64) for it in (first, second)))
     if not (len(x) and len(y)):
         return RankSum(np.nan, np.nan, np.nan)
-    found = stats.mannwhitneyu(x, y, alternative="two-sided")
+    found = scipy.stats.mannwhitneyu(x, y, alternative="two-sided")
     superiority = 1.0 - float(found.statistic) / (len(x) * len(y))
     return RankSum(float(found.pvalue), superiority, 2 * superiority - 1)
 

@@ -36,6 +36,12 @@ class AnnouncingServer(uvicorn.Server):
         if self.started and sockets:
             print(f"pftrack is at {self._settings.link(sockets[0].getsockname()[1])}", flush=True)  # noqa: T201
 
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop; a request that looks through an upload is not waited for."""
+        if self.started:
+            self.config.app.state.services.stopping.set()  # type: ignore[union-attr]  # what `create_app` has made
+        await super().shutdown(sockets)
+
 
 def serve(
     host: Annotated[

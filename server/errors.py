@@ -21,6 +21,7 @@ from pftrack.parameters import ParameterError
 from pftrack.record import RecordError
 from pftrack.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
+from pftrack.sweep import SweepError
 
 __all__ = [
     "ApiError",
@@ -161,6 +162,12 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(PastError)
     async def _time(_: Request, error: Exception) -> Response:
         return response(HTTPStatus.CONFLICT, shape(_sentence_case(str(error))))
+
+    @app.exception_handler(SweepError)
+    async def _sweep(request: Request, error: SweepError) -> Response:
+        # The library's message names paths.
+        log.error("sweep", path=request.url.path, exc_info=error)
+        return response(HTTPStatus.GONE, shape("The files of this sweep are damaged or were taken away."))
 
     @app.exception_handler(OSError)
     async def _disk(request: Request, error: OSError) -> Response:

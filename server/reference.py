@@ -34,7 +34,8 @@ pre {{ overflow: auto; padding: .75rem; }}
 <h1>REST interface</h1>
 <p>{description}</p>
 <p>The same for programs: <a href="/openapi.json">openapi.json</a>.
-A session's stream of messages is the websocket <code>/api/v1/sessions/{{session}}/stream</code>.</p>
+A session's stream of messages is the websocket <code>/api/v1/sessions/{{session}}/stream</code>, a sweep's is
+<code>/api/v1/sweeps/{{sweep}}/stream?x=&amp;y=</code>.</p>
 {operations}
 <h2 id="shapes">Shapes</h2>
 {shapes}

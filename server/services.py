@@ -1,6 +1,7 @@
 """Services: what the handlers work with, made when the app starts and closed when it stops."""
 
 import asyncio
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
@@ -31,6 +32,7 @@ class Services:
     errands: Errands
     metrics: Metrics
     probing: ThreadPoolExecutor
+    stopping: threading.Event
 
     @classmethod
     async def open(cls, settings: Settings, metrics: Metrics) -> Self:
@@ -46,10 +48,11 @@ class Services:
         metrics.watch(manager, sweeps)
         errands = Errands(memory_bytes=ERRAND_MEMORY_BYTES)
         probing = ThreadPoolExecutor(PROBES_AT_ONCE, "probe")
-        return cls(settings, store, manager, sweeps, errands, metrics, probing)
+        return cls(settings, store, manager, sweeps, errands, metrics, probing, threading.Event())
 
     async def close(self) -> None:
         """Write everything down and let go of it."""
+        self.stopping.set()
         self.probing.shutdown(wait=False, cancel_futures=True)
         await asyncio.gather(self.manager.close(), self.sweeps.close())
         await asyncio.to_thread(self.store.close)

@@ -19,7 +19,8 @@ SHORTEST_TOKEN = 16
 
 
 def _processors() -> int:
-    return os.cpu_count() or 1
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Settings(BaseSettings):

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pftrack import __version__
 from pftrack.cli import main
 from pftrack.experiments import EXPERIMENTS
 from pftrack.film import FilmWriter
@@ -124,7 +125,7 @@ def test_help_lists_the_commands_of_other_packages_too(call: Call) -> None:
 
 def test_version(call: Call) -> None:
     """`--version` prints the version and ends well."""
-    assert call("--version")[:2] == (0, "pftrack 0.1.0\n")
+    assert call("--version")[:2] == (0, f"pftrack {__version__}\n")
 
 
 # ---------------------------------------------------------------- runs

@@ -56,7 +56,7 @@ def test_the_wheel_holds_library_server_and_pages(tmp_path: Path) -> None:
         "pftrack",
         "server",
         "frontend_static",
-        "pftrack-0.1.0.dist-info",
+        f"pftrack-{pftrack.__version__}.dist-info",
     }
     assert not [name for name in packed if "__pycache__" in name]
 

@@ -5,7 +5,7 @@ from scipy import stats
 from pftrack.random import MAXIMUM_SEED, Purpose, Stream, standard_normals, uniforms
 from pftrack.random import _philox as philox
 
-# From the authors' own test suite (Random123, kat_vectors), Philox 4x32 with ten rounds: key, counter, enciphered words.
+# From the authors' own tests (Random123, kat_vectors), Philox 4x32 with ten rounds: key, counter, enciphered words.
 KNOWN = [
     ((0, 0), (0, 0, 0, 0), (0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8)),
 ]

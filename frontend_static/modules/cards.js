@@ -1,6 +1,7 @@
 /** The experiments as cards. */
 
 import { h } from "./dom.js";
+import { newSweep } from "./sweep_api.js";
 import { linkTo } from "./wish.js";
 
 /** @param {object} experiment */
@@ -31,7 +32,7 @@ export function experimentCard(experiment) {
         ),
       ),
     ),
-    h("p", { class: "document" }, experiment.document),
+    h("p", { class: "document" }, experiment.document, " · ", h("a", { href: newSweep({ experiment: experiment.id }) }, "Sweep over conditions")),
   );
 }
 

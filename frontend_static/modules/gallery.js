@@ -1,10 +1,11 @@
-/** The gallery: what there is to try, a place for one's own video, what is running and what was saved. */
+/** The gallery: what there is to try, a place for one's own video, what is running, what was saved, and the sweeps. */
 
 import { ahead } from "./ahead.js";
 import { api } from "./api.js";
 import { experimentCard, skeletonCard } from "./cards.js";
 import { fill, h } from "./dom.js";
 import { runList, sessionList } from "./lists.js";
+import { sweepList } from "./sweep_list.js";
 import { targetForm } from "./target.js";
 import { themeButton } from "./theme.js";
 import { attempt, toast } from "./toast.js";
@@ -44,7 +45,7 @@ async function load() {
   } finally {
     clearTimeout(slow);
   }
-  await Promise.all([section("sessions", sessionList), section("runs", runList), target()]);
+  await Promise.all([section("sessions", sessionList), section("runs", runList), section("sweeps", sweepList), target()]);
   await ahead();
 }
 

@@ -70,7 +70,7 @@ function row(run, again) {
       "div",
       { class: "row-words" },
       h("span", { class: "row-title" }, run.title),
-      h("span", { class: "hint" }, [outcome(run.outcome), `seed ${run.seed}`, moment(run.created)].filter(Boolean).join(", ")),
+      h("span", { class: "hint" }, [outcome(run.outcome), reproduced(run.summary), `seed ${run.seed}`, moment(run.created)].filter(Boolean).join(", ")),
     ),
     h(
       "div",
@@ -84,6 +84,12 @@ function row(run, again) {
       }, () => api.remove(run.id).then(again)),
     ),
   );
+}
+
+/** Whether a run that was brought in came to the numbers here that it had where it was saved. */
+function reproduced(summary) {
+  if (typeof summary?.reproduced !== "boolean") return "";
+  return summary.reproduced ? "same numbers as in its file" : "other numbers than in its file";
 }
 
 function outcome(value) {

@@ -24,7 +24,7 @@ part("tools").append(themeButton());
 bar(part("bar"), store);
 choices(part("choices"), store);
 legend(part("legend"), store);
-globalThis.pftrackMaps = maps(part("maps"), store);
+maps(part("maps"), store);
 runs(part("runs"), store);
 store.on("sweep", () => {
   setText(part("title"), store.sweep.title);
@@ -66,12 +66,13 @@ function listen() {
     {
       message: (message) => store.receive(message),
       lost: () => store.setConnection("lost"),
-      gone: () => {
+      gone: (error) => {
         store.setConnection("gone");
-        fail("This sweep has been deleted", "What was downloaded of it is all there is.");
+        if (error.status === 404) fail("This sweep has been deleted", "What was downloaded of it is all there is.");
+        else fail("This sweep cannot be shown", error.message);
       },
     },
-    { address: () => sweepStream(id, store.view), look: () => sweeps.show(id) },
+    { address: () => sweepStream(id, store.view), look: () => sweeps.cells(id, { x: store.view.x, y: store.view.y }) },
   );
 }
 
@@ -84,11 +85,11 @@ function fail(title, message) {
 /** What holds for all runs. */
 function facts() {
   const { sweep } = store;
-  const fixed = Object.entries(sweep.values).map(([name, value]) => `${name} ${parameterValue(value)}`);
+  const fixed = sweep.fixed.map(({ title, values: [value], ...declaration }) => `${title.toLowerCase()} ${parameterValue(value, declaration)}`);
   const pooled = sweep.axes.filter(({ name }) => ![store.view.x, store.view.y].includes(name)).map(({ title, values }) => `${values.length} values of ${title.toLowerCase()}`);
   const words = [`${sweep.trials} ${sweep.trials === 1 ? "trial" : "trials"} of ${sweep.frames} frames`, `seed ${sweep.seed}`, ...fixed];
   if (pooled.length > 0) words.push(`pooled over ${pooled.join(" and ")}`);
-  setText(part("facts"), `${words.join(", ")}. All methods meet the same seeds. Intervals are Wilson's, 95 %.`);
+  setText(part("facts"), `${words.join(", ")}. All methods meet the same seeds. Intervals are Wilson's, 95\u00a0%.`);
 }
 
 function viewOfAddress() {

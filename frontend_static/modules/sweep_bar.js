@@ -52,7 +52,7 @@ function buttons(store, downloads) {
     if (answer) store.take(answer);
   };
   const again = { experiment: sweep.experiment, axes: sweep.axes.map(({ name, values }) => ({ name, values })), trackers: sweep.trackers.map(({ id }) => id) };
-  for (const name of ["trials", "frames", "seed", "values"]) again[name] = sweep[name];
+  for (const name of ["trials", "frames", "seed", "parameters"]) again[name] = sweep[name];
   return [
     sweep.state === "running" && h("button", { type: "button", data: { role: "cancel" }, on: { click: act(() => sweeps.cancel(sweep.id)) } }, "Cancel"),
     sweep.state === "stopped" && h("button", { type: "button", class: "primary", data: { role: "resume" }, on: { click: act(() => sweeps.resume(sweep.id)) } }, "Resume"),

@@ -16,7 +16,7 @@ const LEVELS = [
 ];
 
 export function choices(root, store) {
-  store.on("view", () => fill(root, switches(store), versus(store), axes(store)));
+  store.on("view", () => fill(root, switches(store), axes(store), versus(store)));
 }
 
 function switches(store) {
@@ -28,10 +28,10 @@ function switches(store) {
 function versus(store) {
   if (!store.compares) return null;
   const { view, sweep } = store;
-  const methods = sweep.trackers.map(({ id, title }) => [id, title]);
+  const methods = sweep.trackers.map(({ id }) => [id, store.shortOf(id)]);
   return h(
     "span",
-    { class: "choice" },
+    { class: "choice versus" },
     select("First method", methods, view.first, (first) => store.show({ first })),
     " against ",
     select("Second method", methods, view.second, (second) => store.show({ second })),
@@ -72,9 +72,9 @@ function axes(store) {
 function segments(label, options, chosen, choose) {
   return h(
     "span",
-    { class: "segments", role: "radiogroup", "aria-label": label },
+    { class: "segments", role: "group", "aria-label": label },
     options.map(([value, words, hint]) =>
-      h("button", { type: "button", role: "radio", title: hint, "aria-checked": String(value === chosen), data: { value }, on: { click: () => choose(value) } }, words),
+      h("button", { type: "button", title: hint, "aria-pressed": String(value === chosen), data: { value }, on: { click: () => choose(value) } }, words),
     ),
   );
 }

@@ -9,17 +9,19 @@ const VIRIDIS = [
   [68, 1, 84], [72, 26, 108], [71, 47, 125], [65, 68, 135], [57, 86, 140], [49, 104, 142], [42, 120, 142], [35, 136, 142],
   [31, 152, 139], [34, 168, 132], [53, 183, 121], [84, 197, 104], [122, 209, 81], [165, 219, 54], [210, 226, 27], [253, 231, 37],
 ];
-/** The first of two methods is purple, the second orange, as in ColorBrewer's PuOr. */
-const FIRST = [[242, 240, 244], [178, 171, 210], [128, 115, 172], [84, 39, 136]];
-const SECOND = [[242, 240, 244], [253, 184, 99], [224, 130, 20], [179, 88, 6]];
-const DARK_MIDDLE = [58, 62, 70];
+/** The first of two methods is blue, the second orange (Okabe and Ito), as in the figures of a report. */
+const FIRST = [[244, 244, 244], [128, 184, 216], [0, 114, 178], [0, 50, 79]];
+const SECOND = [[244, 244, 244], [243, 207, 128], [230, 159, 0], [107, 61, 0]];
+/** On a dark page the middle is dark, and the arms grow lighter. */
+const DARK_FIRST = [[52, 56, 64], [24, 86, 128], [60, 150, 210], [150, 205, 240]];
+const DARK_SECOND = [[52, 56, 64], [112, 80, 16], [214, 150, 20], [253, 210, 110]];
 
 /** What a test says of a cell, by the code that the server sends. */
 export const VERDICTS = {
-  first: { light: [128, 115, 172], dark: [150, 137, 196], sign: "1" },
-  second: { light: [224, 130, 20], dark: [224, 130, 20], sign: "2" },
+  first: { light: [0, 114, 178], dark: [86, 160, 215], sign: "1" },
+  second: { light: [230, 159, 0], dark: [230, 159, 0], sign: "2" },
   none: { light: [200, 204, 209], dark: [92, 99, 109], sign: "=" },
-  untested: { light: [245, 246, 248], dark: [38, 42, 48], sign: "·" },
+  untested: { light: [255, 255, 255], dark: [27, 30, 35], sign: "·" },
 };
 
 /** @param {number} share 0..1 */
@@ -29,8 +31,8 @@ export function viridis(share) {
 
 /** @param {number} share -1..1; above 0 the first method is ahead. */
 export function diverging(share) {
-  const arm = (share >= 0 ? FIRST : SECOND).map((colour, index) => (index === 0 && isDark() ? DARK_MIDDLE : colour));
-  return ramp(arm, Math.abs(share));
+  const [first, second] = isDark() ? [DARK_FIRST, DARK_SECOND] : [FIRST, SECOND];
+  return ramp(share >= 0 ? first : second, Math.abs(share));
 }
 
 /** @param {keyof VERDICTS} verdict */

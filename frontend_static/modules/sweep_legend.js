@@ -2,7 +2,7 @@
 
 import { fill, h } from "./dom.js";
 import { css, diverging, gradient, verdict, viridis } from "./sweep_colours.js";
-import { differenceRange, rangeOf, short } from "./sweep_look.js";
+import { differenceEnd, errorEnd, short } from "./sweep_look.js";
 import { onTheme } from "./theme.js";
 
 export function legend(root, store) {
@@ -17,12 +17,16 @@ function content(store) {
   const quantity = view.show === "error" || (store.compares && view.measure === "error") ? "error" : "success";
   const parts = [];
   if (quantity === "success") parts.push(scale("Success rate", gradient(viridis), "0", "1"));
-  else parts.push(scale("Mean error, less is brighter", gradient((share) => viridis(share)), `${short(rangeOf(store, "error")[1])}${unit}`, `0${unit}`));
+  else {
+    const { most, words } = errorEnd(store);
+    parts.push(scale("Mean error", gradient(viridis), `${short(most)}${unit}${words}`, `0${unit}`));
+  }
   if (store.compares) {
-    const [first, second] = [view.first, view.second].map((id) => store.titleOf(id));
+    const [first, second] = [view.first, view.second].map((id) => store.shortOf(id));
     if (view.show === "difference") {
-      const most = `${short(differenceRange(store))}${view.measure === "error" ? unit : ""}`;
-      parts.push(scale("Difference", gradient((share) => diverging(-share), -1), `${first} better by ${most}`, `${second} by ${most}`));
+      const { most, words } = differenceEnd(store);
+      const amount = `${short(most)}${view.measure === "error" ? unit : ""}${words}`;
+      parts.push(scale("Difference", gradient((share) => diverging(-share), -1), `${first} better by ${amount}`, `${second} better`));
     } else {
       parts.push(key(css(verdict("first")), `${first} better`), key(css(verdict("second")), `${second} better`), key(css(verdict("none")), "not significant"), key(css(verdict("untested")), "not applicable"));
     }

@@ -2,17 +2,30 @@
 
 import { diverging, verdict, VERDICTS, viridis } from "./sweep_colours.js";
 
+const USUAL_SHARE = 0.95;
+
 /** The colours' range of each quantity, shared by all maps. */
 export function rangeOf(store, quantity) {
   if (quantity === "success") return [0, 1];
-  const values = store.cells.maps.flatMap((map) => map.error).filter((value) => value !== null);
-  return [0, roundUp(Math.max(...values, 0))];
+  return [0, scaleOf(store.cells.maps.flatMap((map) => map.error)).most];
+}
+
+/** What is written at the dark end of the errors' scale. */
+export function errorEnd(store) {
+  const { most, isCut } = scaleOf(store.cells.maps.flatMap((map) => map.error));
+  return { most, words: isCut ? " or more" : "" };
 }
 
 /** The largest difference, rounded up, for a scale that is the same to both sides. */
 export function differenceRange(store) {
-  if (store.view.measure === "success") return 1;
-  return roundUp(Math.max(...(store.comparison?.difference ?? []).filter((value) => value !== null).map(Math.abs), 0));
+  return differenceEnd(store).most;
+}
+
+/** What is written at the ends of the differences' scale. */
+export function differenceEnd(store) {
+  if (store.view.measure === "success") return { most: 1, words: "" };
+  const { most, isCut } = scaleOf((store.comparison?.difference ?? []).map((value) => value && Math.abs(value)));
+  return { most, words: isCut ? " or more" : "" };
 }
 
 /** The look of one method's cells. */
@@ -42,7 +55,7 @@ export function comparisonLook(store) {
     if (comparison === null) return { ...there, colour: null };
     if (view.show === "significance") {
       const code = comparison.verdict[index];
-      return { ...there, colour: there.filled > 0 ? verdict(code) : null, text: VERDICTS[code].sign };
+      return { ...there, colour: there.filled > 0 ? verdict(code) : null, outlined: true, text: VERDICTS[code].sign };
     }
     const value = comparison.difference[index];
     if (value === null) return { ...there, colour: null };
@@ -78,6 +91,13 @@ export function short(value) {
 function signed(value, measure) {
   const text = measure === "success" ? share2(Math.abs(value)) : short(Math.abs(value));
   return Number(text) === 0 ? "0" : `${value > 0 ? "+" : "−"}${text}`;
+}
+
+/** The end of a scale for amounts: a few outliers, of cells with hardly a run, shall not make all others look alike. */
+function scaleOf(column) {
+  const values = column.filter((value) => value !== null).sort((a, b) => a - b);
+  const most = roundUp(values[Math.floor((values.length - 1) * USUAL_SHARE)] ?? 0);
+  return { most, isCut: (values.at(-1) ?? 0) > most };
 }
 
 function roundUp(value) {

@@ -6,6 +6,7 @@
 import { h } from "./dom.js";
 import { coalesce } from "./pace.js";
 import { css, inkOn } from "./sweep_colours.js";
+import { clamp, hatch, short, sparse, titled } from "./sweep_strokes.js";
 import { onTheme, tokens } from "./theme.js";
 
 const LEFT = 46;
@@ -15,13 +16,14 @@ const BOTTOM = 44;
 const SMALLEST_TEXT_PX = 30;
 const LARGEST_CELL_PX = 72;
 const LONGEST_HEIGHT_PX = 400;
-const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
+const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 
 /**
  * @typedef {object} Look What a cell looks like.
  * @property {number[]|null} colour Red, green, blue; null where there is no value yet.
  * @property {string} [text] Written into the cell if there is room.
  * @property {number} filled Share of the cell that is coloured, 0..1.
+ * @property {boolean} [outlined] With a line around it, for colours near that of the page.
  * @property {boolean} hatched Not tested, and not going to be.
  */
 
@@ -99,6 +101,8 @@ export class HeatMap {
     const wide = Math.min((width - LEFT - RIGHT) / across, LARGEST_CELL_PX);
     const high = Math.min(wide, (LONGEST_HEIGHT_PX - TOP - BOTTOM) / up);
     this.#size = { width, height: Math.round(high * up + TOP + BOTTOM), cell: [wide, Math.max(high, 3)] };
+    // Where the cells are, for whoever looks at the page from outside.
+    Object.assign(this.element.dataset, { left: LEFT, top: TOP, wide, high: this.#size.cell[1], up });
     const scale = globalThis.devicePixelRatio || 1;
     const canvas = this.#canvas;
     const [w, t] = [Math.round(width * scale), Math.round(this.#size.height * scale)];
@@ -140,24 +144,43 @@ export class HeatMap {
       pen.lineWidth = 1;
       pen.strokeRect(left + 0.5, top + 0.5, w - 1, t - 1);
     }
-    if (look.colour === null || look.filled === 0) return;
+    if (look.filled === 0) return;
+    if (look.colour === null) {
+      // Computed, but without a value: no run succeeded, say.
+      pen.strokeStyle = ink.line;
+      pen.lineWidth = 1;
+      pen.strokeRect(left + 0.5, top + 0.5, w - 1, t - 1);
+      if (look.filled === 1) this.#write(pen, "–", ink.muted, left, top, w, t);
+      return;
+    }
     // An area that grows with the runs that are done; from the first on it can be seen.
     const side = Math.max(Math.sqrt(look.filled), 0.25);
     const [inner, tall] = [w * side, t * side];
     pen.fillStyle = css(look.colour);
     pen.fillRect(left + (w - inner) / 2, top + (t - tall) / 2, inner, tall);
-    if (look.text && look.filled === 1 && w >= SMALLEST_TEXT_PX && t >= 16) {
-      pen.fillStyle = inkOn(look.colour);
-      pen.textAlign = "center";
-      pen.textBaseline = "middle";
-      pen.fillText(look.text, left + w / 2, top + t / 2 + 0.5);
+    if (look.outlined) {
+      pen.strokeStyle = ink.line;
+      pen.lineWidth = 1;
+      pen.strokeRect(left + 0.5, top + 0.5, w - 1, t - 1);
     }
+    if (look.text && look.filled === 1) this.#write(pen, look.text, inkOn(look.colour), left, top, w, t);
+  }
+
+  /** Write into a cell, if there is room. */
+  #write(pen, text, colour, left, top, width, height) {
+    if (width < SMALLEST_TEXT_PX || height < SMALLEST_TEXT_PX / 2) return;
+    pen.fillStyle = colour;
+    pen.font = FONT.replace("12px", `${Math.round(Math.min(17, Math.max(11, 0.3 * Math.min(width, height))))}px`);
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    pen.fillText(text, left + width / 2, top + height / 2 + 0.5);
   }
 
   #scales(pen, ink) {
     const { x, y } = this.#axes;
     const [wide, high] = this.#size.cell;
     const [across, up] = this.#count;
+    pen.font = FONT;
     pen.fillStyle = ink.muted;
     pen.textBaseline = "top";
     pen.textAlign = "center";
@@ -219,13 +242,6 @@ export class HeatMap {
     return { x: bounds.left + x + width / 2, y: bounds.top + y, below: bounds.top + y + height };
   }
 
-  /** The middle of a cell in the window, for whoever wants to click there. */
-  centre(cell) {
-    const bounds = this.#canvas.getBoundingClientRect();
-    const [x, y, width, height] = this.#box(cell.i, cell.j);
-    return { x: bounds.left + x + width / 2, y: bounds.top + y + height / 2 };
-  }
-
   #tellCursor() {
     this.#on.point(this.#cursor, this.#place(this.#cursor));
     this.draw();
@@ -255,40 +271,4 @@ export class HeatMap {
     }
     event.preventDefault();
   }
-}
-
-/** "Occluder width, px" */
-export function titled({ title, unit }) {
-  return unit ? `${title}, ${unit}` : title;
-}
-
-/** A value of an axis, short. */
-export function short(value) {
-  return typeof value === "number" ? String(Number(value.toPrecision(4))) : String(value);
-}
-
-function hatch(pen, x, y, width, height, colour) {
-  pen.save();
-  pen.beginPath();
-  pen.rect(x, y, width, height);
-  pen.clip();
-  pen.strokeStyle = colour;
-  pen.lineWidth = 1;
-  pen.beginPath();
-  for (let d = -height; d < width; d += 5) {
-    pen.moveTo(x + d, y + height);
-    pen.lineTo(x + d + height, y);
-  }
-  pen.stroke();
-  pen.strokeRect(x + 0.5, y + 0.5, width - 1, height - 1);
-  pen.restore();
-}
-
-/** Every nth of so many places, the first always. */
-function sparse(count, step) {
-  return Array.from({ length: Math.ceil(count / step) }, (_, index) => index * step);
-}
-
-function clamp(value, count) {
-  return Math.min(Math.max(value, 0), count - 1);
 }

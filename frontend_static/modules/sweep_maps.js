@@ -33,12 +33,14 @@ export function maps(root, store) {
     const { x, y } = store.cells;
     for (const { id, tracker, quantity } of list) {
       const { map, heading, value } = figures.get(id);
-      const title = tracker ? store.titleOf(tracker) : `${store.titleOf(store.view.first)} against ${store.titleOf(store.view.second)}`;
+      const title = tracker ? named(store, tracker) : `${store.shortOf(store.view.first)} against ${store.shortOf(store.view.second)}`;
       setText(heading, title);
+      heading.title = title;
       setText(value, tracker ? pooled(store, tracker) : verdicts(store));
       const cells = tracker && store.cells.maps.find((one) => one.tracker === tracker);
       const look = tracker ? methodLook(store, cells, quantity) : comparisonLook(store);
       map.show(`${title}, ${tracker ? quantity : store.view.show}`, { x, y }, look);
+      map.mark(store.chosen);
     }
   });
 
@@ -47,20 +49,22 @@ export function maps(root, store) {
     const value = h("output", {});
     const map = new HeatMap({
       point: (cell, place) => (cell === null ? tip.hide() : tip.show(describe(store, cell, id), place)),
-      choose: ({ i, j }) => store.choose({ i, j, tracker: store.cells.maps.some(({ tracker }) => tracker === id) ? id : null }),
+      choose: ({ i, j }) => {
+        tip.hide();
+        store.choose({ i, j, tracker: store.cells.maps.some(({ tracker }) => tracker === id) ? id : null });
+      },
     });
     return { map, heading, value, element: h("figure", { class: "map", data: { map: id } }, h("figcaption", {}, heading, value), map.element) };
   }
 
-  store.on("sweep cells view comparison", draw);
-  store.on("chosen", () => {
-    for (const { map } of figures.values()) map.mark(store.chosen);
-  });
+  store.on("sweep cells view comparison chosen", draw);
   addEventListener("scroll", tip.hide, { passive: true });
-  return {
-    /** The middle of a cell in the window, for whoever has no eyes. */
-    centre: (id, cell) => figures.get(id).map.centre(cell),
-  };
+}
+
+/** "h-SPF · Hard switching": what is cut off in a narrow place is the less important part. */
+function named(store, tracker) {
+  const [whole, brief] = [store.titleOf(tracker), store.shortOf(tracker)];
+  return whole === brief ? whole : `${brief} · ${whole.replace(` (${brief})`, "")}`;
 }
 
 /** All cells of a method together. */
@@ -69,14 +73,14 @@ function pooled(store, tracker) {
   const sum = (column) => column.reduce((total, value) => total + (value ?? 0), 0);
   const runs = sum(map.runs) - sum(map.problems);
   if (runs === 0) return "";
-  return store.sweep.judged ? `${((100 * sum(map.successes)) / runs).toFixed(0)} % of ${runs.toLocaleString("en-GB")}` : count(runs, "run");
+  return store.sweep.judged ? `${((100 * sum(map.successes)) / runs).toFixed(0)} % of ${count(runs, "run")} succeeded` : count(runs, "run");
 }
 
 /** How many cells each of two methods has for itself. */
 function verdicts(store) {
   if (store.view.show !== "significance" || store.comparison === null) return "";
   const of = (code) => store.comparison.verdict.filter((one) => one === code).length;
-  return `${of("first")} : ${of("second")}`;
+  return `${count(of("first"), "cell")} to ${of("second")}, ${of("none")} not significant`;
 }
 
 /** What is said of a cell: where it is, and every method in it. */
@@ -93,7 +97,7 @@ function describe(store, { i, j }, id) {
       if (map.rate[index] !== null) words.push(h("strong", {}, number(map.rate[index], 2)), ` (${number(map.low[index], 2)} – ${number(map.high[index], 2)})`);
       if (map.error[index] !== null) words.push(h("span", { class: "tip-error" }, `error ${short(map.error[index])}${unit}`));
     }
-    return h("tr", { class: map.tracker === id ? "here" : null }, h("th", {}, store.titleOf(map.tracker)), h("td", {}, words), h("td", {}, runs > 0 ? count(runs, "run") : ""));
+    return h("tr", { class: map.tracker === id ? "here" : null }, h("th", {}, store.shortOf(map.tracker)), h("td", {}, words), h("td", {}, runs > 0 ? count(runs, "run") : ""));
   });
   return [
     h("p", {}, [cells.x, cells.y].filter(Boolean).map((axis, place) => [place > 0 && h("br"), placeOf(axis, [i, j][place])])),
@@ -105,7 +109,7 @@ function describe(store, { i, j }, id) {
 function against(store, comparison, index) {
   const value = comparison.difference[index];
   const p = comparison.p_value[index];
-  const words = { first: `${store.titleOf(comparison.first)} is better`, second: `${store.titleOf(comparison.second)} is better`, none: "not significant", untested: "the test is not applicable" };
+  const words = { first: `${store.shortOf(comparison.first)} is better`, second: `${store.shortOf(comparison.second)} is better`, none: "not significant", untested: "the test is not applicable" };
   return [
     value === null ? "" : `Difference ${value > 0 ? "+" : ""}${short(value)}, `,
     words[comparison.verdict[index]],
@@ -116,7 +120,7 @@ function against(store, comparison, index) {
 /** "Occluder width 55 px" */
 export function placeOf(axis, index) {
   const value = axis.values[index];
-  return `${axis.title} ${typeof value === "number" ? exact(value) : value}${axis.unit ? ` ${axis.unit}` : ""}`;
+  return `${axis.title} ${typeof value === "number" ? exact(value) : value}${axis.unit ? ` ${axis.unit}` : ""}`.trim();
 }
 
 function exact(value) {

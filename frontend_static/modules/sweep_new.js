@@ -81,6 +81,7 @@ async function planForm(experiments, wish) {
     frames: amount("Frames of a run", wish.frames ?? experiment.frames, 1, changed),
     seed: amount("Seed", wish.seed ?? 0, 0, changed),
   };
+  const title = h("input", { type: "text", value: wish.title ?? "", maxlength: 200, placeholder: "Made up from the plan", "aria-label": "Title" });
   const chooser = h("select", { "aria-label": "Experiment", data: { field: "experiment" } }, experiments.map(({ id, title }) => h("option", { value: id, selected: id === experiment.id }, title)));
   chooser.addEventListener("change", async () => {
     try {
@@ -92,13 +93,14 @@ async function planForm(experiments, wish) {
   });
 
   const read = () => ({
+    ...(title.value.trim() === "" ? {} : { title: title.value.trim() }),
     experiment: experiment.id,
     axes: axes.map((axis) => axis.read()),
     trackers: methods.filter(({ box }) => box.checked).map(({ box }) => box.value),
     trials: amounts.trials.read(),
     frames: amounts.frames.read(),
     seed: amounts.seed.read(),
-    values: Object.fromEntries(fixed.map((one) => [one.name, one.read()])),
+    parameters: Object.fromEntries(fixed.map((one) => [one.name, one.read()])),
   });
 
   const form = h(
@@ -115,10 +117,10 @@ async function planForm(experiments, wish) {
       h("p", { class: "hint" }, "Axes multiply. A map shows two of them; further ones are pooled, and you can choose which."),
     ),
     h("section", { class: "plan-part", data: { field: "trackers" } }, h("h2", {}, "Methods"), h("div", { class: "methods" }, methods.map(({ label }) => label)), wrong(), h("p", { class: "hint" }, "All methods meet the same scenes and seeds.")),
-    h("section", { class: "plan-part" }, h("h2", {}, "Runs"), h("div", { class: "plan-fields" }, Object.entries(amounts).map(([name, one]) => field(name, one.title, one.input)))),
+    h("section", { class: "plan-part" }, h("h2", {}, "Runs"), h("div", { class: "plan-fields" }, Object.entries(amounts).map(([name, one]) => field(name, one.title, one.input)), h("div", { class: "grow" }, field("title", "Title, if you like", title)))),
     h(
       "section",
-      { class: "plan-part", data: { field: "values" } },
+      { class: "plan-part", data: { field: "parameters" } },
       h("h2", {}, "Fixed parameters"),
       h("p", { class: "hint" }, "Everything that is not named here or varied has the experiment's own value."),
       fixedList,
@@ -132,7 +134,7 @@ async function planForm(experiments, wish) {
     size.start();
   });
   wish.axes.forEach(addAxis);
-  for (const [name, value] of Object.entries(wish.values ?? {})) addFixed(name, value);
+  for (const [name, value] of Object.entries(wish.parameters ?? {})) addFixed(name, value);
   size.changed();
   return [form, size.element];
 }
@@ -148,7 +150,7 @@ function fixedRow(declarations, known, name, value, { changed, remove }) {
   const one = { element, name: known.has(name) ? name : declarations[0].name };
   let input;
   const draw = (given) => {
-    element.dataset.field = `values.${one.name}`;
+    element.dataset.field = `parameters.${one.name}`;
     input = valueInput(known.get(one.name), given, changed);
     const choose = parameterSelect("Fixed parameter", declarations, one.name, (chosen) => {
       one.name = chosen;

@@ -19,8 +19,11 @@ export function runs(root, store) {
     tracker = store.chosen.tracker ?? ALL;
     load();
   });
+  let axes = "";
   store.on("view", () => {
-    if (store.chosen === null) return;
+    const now = `${store.view.x} ${store.view.y}`;
+    if (now === axes) return;
+    axes = now;
     // Another map has other cells.
     store.chosen = null;
     invite();
@@ -85,26 +88,27 @@ function item(store, row) {
   const shown = new Set([store.view.x, store.view.y]);
   const pooled = sweep.axes.filter(({ name }) => !shown.has(name)).map(({ name, title, unit }) => `${title.toLowerCase()} ${row.conditions[name]}${unit ? ` ${unit}` : ""}`);
   const open = row.problem === null;
-  const title = [h("span", { class: "run-method" }, store.titleOf(row.tracker)), h("span", {}, `trial ${row.trial + 1}`)];
+  const title = [h("span", { class: "run-method" }, store.titleOf(row.tracker)), h("span", {}, `trial ${row.trial}`)];
   return h(
     "li",
     { class: "run", data: { run: row.run, verdict } },
     h(
       "div",
       { class: "run-line" },
-      open ? h("a", { class: "run-title", href: runPage(sweep.id, row.run), target: "_blank", rel: "opener" }, title) : h("span", { class: "run-title" }, title),
+      open ? h("a", { class: "run-title", href: runPage(sweep.id, row.run), target: "_blank", rel: "noreferrer" }, title) : h("span", { class: "run-title" }, title),
       h("span", { class: `run-verdict ${verdict}` }, verdict),
     ),
     h("p", { class: "hint" }, row.problem ?? facts(sweep, row)),
     h("p", { class: "hint" }, [...pooled, `seed ${row.seed}`].join(", ")),
     open &&
       others.length > 0 &&
-      h("p", { class: "run-others" }, h("span", { class: "hint" }, "Same seed"), others.map(({ id, title: words }) => h("a", { class: "chip-link", href: runPage(sweep.id, row.run, id), target: "_blank", rel: "opener" }, words))),
+      h("p", { class: "run-others" }, h("span", { class: "hint" }, "Same seed"), others.map(({ id }) => h("a", { class: "chip-link", title: `The same seed with ${store.titleOf(id)}`, href: runPage(sweep.id, row.run, id), target: "_blank", rel: "noreferrer" }, store.shortOf(id)))),
   );
 }
 
 function facts(sweep, row) {
-  const unit = sweep.unit ? ` ${sweep.unit}` : "";
+  // The unit stays with its number.
+  const unit = sweep.unit ? `\u00a0${sweep.unit}` : "";
   const error = row.mean_error === null ? "" : `error ${short(row.mean_error)}${unit}`;
   if (row.lost_frames === null) return error;
   if (row.lost_frames === 0) return `no frame lost, ${error}`;

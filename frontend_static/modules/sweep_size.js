@@ -9,6 +9,7 @@ import { toast } from "./toast.js";
 
 const COUNT_AFTER_MS = 150;
 const MEASURE_AFTER_MS = 700;
+const ASK_AGAIN_MS = 3000;
 
 /**
  * @param {HTMLFormElement} form
@@ -34,7 +35,10 @@ export function sizeCard(form, read, on) {
   }
 
   async function look(mine, measure) {
-    if (measure && !button.disabled) fill(time, h("small", {}, "measuring the time"));
+    if (measure && !button.disabled) {
+      fill(time, h("small", {}, "measuring the time"));
+      fill(jobs);
+    }
     try {
       const found = await sweeps.estimate(read(), measure);
       if (mine === asked) show(found);
@@ -50,11 +54,19 @@ export function sizeCard(form, read, on) {
     const methods = found.runs / found.conditions;
     fill(runs, found.runs.toLocaleString("en-GB"), " ", h("small", {}, found.runs === 1 ? "run" : "runs"));
     fill(words, h("p", {}, `${count(found.conditions, "condition")} × ${count(methods, "run")}`), h("p", { class: "hint" }, `${count(found.cells, "cell")} a map, at most ${bytes(found.bytes)}`));
-    if (found.seconds !== null) fill(time, duration(found.seconds), " ", h("small", {}, "to compute"));
-    fill(jobs, `Measured on a few runs, for ${count(found.jobs, "process").replace("processs", "processes")}.`);
+    if (found.seconds === null) return dress(found);
+    fill(time, duration(found.seconds), " ", h("small", {}, "to compute"));
+    fill(jobs, `Measured on a few runs, for ${found.jobs === 1 ? "1 process" : `${found.jobs} processes`}; some seconds to start come on top.`);
+    return dress(found);
+  }
+
+  /** Say why the sweep cannot be started now, if it cannot. */
+  function dress(found) {
     problem.hidden = found.problem === null;
     problem.textContent = found.problem ?? "";
     button.disabled = found.problem !== null;
+    // A place may become free, or room on the disk.
+    if (found.problem !== null) timers.push(setTimeout(look, ASK_AGAIN_MS, asked, false));
   }
 
   function refuse(error) {

@@ -94,6 +94,12 @@ export class SweepStore {
 
   compare = throttle(() => this.#compare(), COMPARE_EVERY_MS);
 
+  /** "h-SPF" of "Hard switching (h-SPF)". */
+  shortOf(tracker) {
+    const title = this.titleOf(tracker);
+    return /\(([^)]+)\)$/.exec(title)?.[1] ?? title;
+  }
+
   titleOf(tracker) {
     return this.sweep.trackers.find(({ id }) => id === tracker)?.title ?? tracker;
   }

@@ -121,17 +121,22 @@ def log_kernel(
     """Return the log likelihood (N,) inside a compiled loop; arguments as for `log_likelihood`."""
     height, width, _ = image_rgb.shape
     count = states.shape[0]
-    exponents = np.full(count, -np.inf)
+    columns, rows = np.empty(count), np.empty(count)
+    red, green, total = np.zeros(count), np.zeros(count), np.zeros(count)
+    # In three loops, of which only the one that looks the pixels up cannot be vectorised.
     for n in range(count):
-        u = np.floor(states[n, 0] + 0.5)
-        v = np.floor(states[n, 1] + 0.5)
-        if 0 <= u < width and 0 <= v < height:
-            column, row = int(u), int(v)
-            r, g = float(image_rgb[row, column, 0]), float(image_rgb[row, column, 1])
-            total = r + g + float(image_rgb[row, column, 2])
-            if total > 0.0:
-                off_red, off_green = r / total - mean[0], g / total - mean[1]
-                exponents[n] = -(precision[0] * off_red * off_red + precision[1] * off_green * off_green)
+        columns[n] = np.floor(states[n, 0] + 0.5)
+        rows[n] = np.floor(states[n, 1] + 0.5)
+    for n in range(count):
+        if 0 <= columns[n] < width and 0 <= rows[n] < height:
+            column, row = np.uint64(columns[n]), np.uint64(rows[n])
+            red[n], green[n] = image_rgb[row, column, 0], image_rgb[row, column, 1]
+            total[n] = red[n] + green[n] + image_rgb[row, column, 2]
+    exponents = np.empty(count)
+    for n in range(count):
+        off_red, off_green = red[n] / total[n] - mean[0], green[n] / total[n] - mean[1]
+        exponent = -(precision[0] * off_red * off_red + precision[1] * off_green * off_green)
+        exponents[n] = exponent if total[n] > 0.0 else -np.inf
     if background_level == 0.0:
         return exponents
     return logarithms(background_level + exponentials(exponents))

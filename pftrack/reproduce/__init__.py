@@ -10,13 +10,15 @@ could not be confirmed is computed all the same and reported as a known negative
 - `sensitivity`: what these hang on, the scene and the trackers varied one by one;
 - `other_scene`: the same in the other reading of the scene;
 - `counts`: how many particles, ch. 3 section 3.3;
+- `maps`: the whole protocol of these sections, and its figures;
 - `motion`: learning the dynamics while tracking, ch. 3 section 4;
 - `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3.
 """
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
-from pftrack.reproduce import counts, motion, occlusion, oracle, other_scene, prism, sensitivity, signals
+from pftrack.reproduce import counts, maps, motion, occlusion, oracle, other_scene, prism, sensitivity, signals
 from pftrack.reproduce.finding import Finding
 from pftrack.reproduce.pool import Pool
 
@@ -31,6 +33,7 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "sensitivity": sensitivity.variations,
     "wide-swing": other_scene.wide_swing,
     "sample-count": counts.sample_count,
+    "maps": maps.whole_protocol,
     "learning": motion.unobstructed,
     "learning-clutter": motion.clutter,
     "prism": prism.pose,
@@ -47,6 +50,7 @@ def reproduce(
     full: bool = False,
     jobs: int = 1,
     progress: Callable[[int, int], object] | None = None,
+    folder: Path | None = None,
 ) -> list[Finding]:
     """Compute results again.
 
@@ -55,12 +59,17 @@ def reproduce(
         full: All trials of the protocol, or fewer, with tolerances that allow for it.
         jobs: Processes that compute.
         progress: Told how many pieces of work are done and how many are known so far.
+        folder: Where sweeps and figures are kept; what is there already is not computed again.
 
     Raises:
         LookupError: There is no result of that name; the sentence lists those that there are.
+        SweepError: The folder holds other sweeps under the same names.
+        OSError: The folder cannot be written.
     """
     for name in names:
         if name not in RESULTS:
             raise LookupError(f"there is no result {name!r}; there are {', '.join(RESULTS)}")
-    with Pool(jobs, progress) as pool:
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+    with Pool(jobs, progress, folder) as pool:
         return [finding for name in names or RESULTS for finding in RESULTS[name](pool, full)]

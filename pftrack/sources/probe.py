@@ -8,6 +8,7 @@ a `SourceError` with a sentence. The limits are those of the operating system (L
 memory); nothing keeps the process from the network but that it is never told to go there.
 """
 
+import contextlib
 import math
 import os
 import resource
@@ -15,6 +16,8 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -30,6 +33,7 @@ _MEBIBYTE = 1024**2
 _LONGEST_ANSWER_BYTES = 8 * _MEBIBYTE
 _FILES = 64
 _GRACE_SECONDS = 5
+_LOOK_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +91,7 @@ def probe(
     memory_bytes: int = 1024 * _MEBIBYTE,
     cpu_seconds: float = 120,
     wall_seconds: float = 240,
+    stopped: Callable[[], bool] = lambda: False,
 ) -> Probe:
     """Decode a sequence of pictures once, in a process of its own; may be called from any thread.
 
@@ -96,13 +101,14 @@ def probe(
         memory_bytes: What decoding may take, beyond the bare interpreter.
         cpu_seconds: Processor time that it may take.
         wall_seconds: Time that it may take.
+        stopped: Asked ten times a second whether to give up.
 
     Raises:
         SourceError: It is not a sequence of pictures, is broken, exceeds the limits, or the decoder came to grief.
     """
     question = _Question(os.fsencode(path.absolute()).hex(), limits, memory_bytes, cpu_seconds, wall_seconds)
     with tempfile.TemporaryFile() as answers:
-        status = _ask(question, answers)
+        status = _ask(question, answers, stopped)
         answers.seek(0)
         text = answers.read(_LONGEST_ANSWER_BYTES + 1)
     try:
@@ -115,12 +121,14 @@ def probe(
         raise SourceError(
             f"decoding needs more than the {memory_bytes / _MEBIBYTE:,.4g} MiB of memory that are allowed"
         )
+    if answer.index is None and stopped():
+        raise SourceError("decoding was stopped before it came to an end; give the file again")
     if answer.index is None or status != 0:
         raise SourceError(_fate(status, question))
     return _describe(path.name, answer.index)
 
 
-def _ask(question: _Question, answers: IO[bytes]) -> int | None:
+def _ask(question: _Question, answers: IO[bytes], stopped: Callable[[], bool]) -> int | None:
     """Run the process; return its exit status, or None if it had to be ended for lasting too long."""
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", "pftrack.sources.probe"],
@@ -131,15 +139,19 @@ def _ask(question: _Question, answers: IO[bytes]) -> int | None:
         close_fds=True,
         start_new_session=True,
     )
+    end = time.monotonic() + question.wall_seconds
+    asked: bytes | None = _QUESTION.dump_json(question)
     try:
-        process.communicate(_QUESTION.dump_json(question), timeout=question.wall_seconds)
-    except subprocess.TimeoutExpired:
+        while time.monotonic() < end and not stopped():
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.communicate(asked, timeout=_LOOK_S)
+                return process.returncode
+            asked = None
         return None
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-    return process.returncode
 
 
 def _environment() -> dict[str, str]:

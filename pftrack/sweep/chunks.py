@@ -2,9 +2,9 @@
 
 A chunk is a contiguous range of run numbers, some whole conditions or some trials of one, that takes about a second. So
 the final file is the chunks one after the other. They are computed in an order that spreads over the grid from the
-start: by the fractional part of a linear form of the chunk's place on the axes, with irrational factors of powers of
-the generalised golden ratio (the additive recurrence of quasi-Monte Carlo turned into a dither mask). Whatever two axes
-a map shows, what is done lies evenly all over it.
+start: by the fractional part of a linear form of the chunk's place on the axes, the additive recurrence of quasi-Monte
+Carlo turned into a dither mask. Its factors are the golden ratio and square roots, which fractions approximate badly,
+so that along any axis what is done is evenly spaced, and whatever two axes a map shows, it lies evenly all over it.
 """
 
 from collections.abc import Iterator
@@ -19,6 +19,10 @@ __all__ = ["Chunk", "Chunks", "Piece"]
 
 MOST_CHUNKS = 20_000
 """A folder with more files is slow to list."""
+
+
+FACTORS = ((5**0.5 - 1) / 2, 2**0.5, 3**0.5, 7**0.5, 13**0.5, 6**0.5, 10**0.5, 14**0.5)
+"""Of the axes from the last to the first; independent of each other over the rational numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,20 +98,13 @@ class Chunks:
         numbers = np.arange(len(self))
         groups, splits = np.divmod(numbers, self._splits)
         shape = (*self.plan.shape, 1)
-        places = [*np.unravel_index(groups * self.conditions, shape)[:-1], splits]
-        ratio = _golden(len(places))
-        form = sum(place * ratio ** -(axis + 1.0) for axis, place in enumerate(places))
-        order: NDArray[np.int64] = np.argsort(np.asarray(form) % 1.0, kind="stable")
+        places = [*np.unravel_index(groups * self.conditions, shape)[:-1], *([splits] if self._splits > 1 else [])]
+        form = np.zeros(len(self))
+        for axis, place in enumerate(reversed(places)):
+            form += place * FACTORS[axis % len(FACTORS)]
+        order: NDArray[np.int64] = np.argsort(form % 1.0, kind="stable")
         return order
 
     @property
     def _splits(self) -> int:
         return -(-self.plan.trials // self.trials)
-
-
-def _golden(dimension: int) -> float:
-    """Return the positive root of x^(d+1) = x + 1: the golden ratio for d = 1, the plastic number for d = 2."""
-    root = 2.0
-    for _ in range(64):
-        root = float((1.0 + root) ** (1.0 / (dimension + 1.0)))
-    return root

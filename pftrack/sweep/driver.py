@@ -108,7 +108,13 @@ def carry_out(
     with journal.claimed():
         journal.check_version()
         if not journal.finished:
-            with closing(_workers(jobs, cluster)) as workers:
+            try:
+                found = _workers(jobs, cluster)
+            except SweepError:
+                if plan is not None:  # nothing has begun: with another address the same may be asked again
+                    journal.clear()
+                raise
+            with closing(found) as workers:
                 _Drive(journal, workers, max(jobs, 1), progress, stop).finish()
         journal.clear()
     return read_result(journal.out)

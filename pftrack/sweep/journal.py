@@ -125,11 +125,12 @@ class Journal:
     def finish(self) -> None:
         """Put the result together out of the chunks, all of which are there."""
         part = self.folder / WHOLE
-        with pq.ParquetWriter(part, schema(self.plan).with_metadata(metadata(self.plan)), compression="zstd") as writer:
+        described = schema(self.plan).with_metadata(metadata(self.plan))
+        with pq.ParquetWriter(part, described, compression="zstd", write_page_checksum=True) as writer:
             pending: list[pa.Table] = []
             rows = 0
             for path in chunk_files(self.folder):
-                pending.append(pq.read_table(path, partitioning=None).replace_schema_metadata(metadata(self.plan)))
+                pending.append(_rows(path).replace_schema_metadata(metadata(self.plan)))
                 rows += len(pending[-1])
                 if sum(len(table) for table in pending) >= ROWS_A_GROUP:
                     writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)
@@ -212,6 +213,13 @@ def partial_of(out: Path) -> Path:
 def chunk_files(folder: Path) -> list[Path]:
     """Return the files of finished chunks, by number."""
     return sorted(path for path in folder.glob("*.parquet") if path.stem.isdecimal())
+
+
+def _rows(path: Path) -> pa.Table:
+    try:
+        return pq.read_table(path, partitioning=None, page_checksum_verification=True)
+    except (pa.ArrowException, OSError):
+        raise SweepError(f"{path} is damaged; remove it and go on with --resume") from None
 
 
 def _read_plan(folder: Path) -> Any:  # noqa: ANN401 - JSON of anybody

@@ -9,6 +9,8 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing import Pipe
@@ -23,6 +25,7 @@ __all__ = ["LocalWorkers", "serve"]
 
 ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 GRACE_S = 5.0
+LOOK_S = 0.5
 
 
 class LocalWorkers:
@@ -84,7 +87,7 @@ class _Hand:
     def __init__(self) -> None:
         self.task: int | None = None
         self.connection, theirs = Pipe()
-        command = f"from pftrack.sweep.pool import serve; serve({theirs.fileno()})"
+        command = f"from pftrack.sweep.pool import serve; serve({theirs.fileno()}, {os.getpid()})"
         path = os.pathsep.join(filter(None, sys.path))
         self._process = subprocess.Popen(  # noqa: S603 - this very Python with our own words
             [sys.executable, "-c", command],
@@ -112,11 +115,12 @@ class _Hand:
         return f"ended with status {already}" if already is not None else "ended"
 
 
-def serve(descriptor: int) -> None:
-    """Do what comes over a socket, until it is closed; the body of a process of the pool."""
+def serve(descriptor: int, driver: int) -> None:
+    """Do what comes over a socket, until it is closed or the driver is gone; the body of a process of the pool."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     one_thread()
+    threading.Thread(target=_follow, args=[driver], daemon=True).start()
     with Connection(descriptor) as connection, suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
             function, arguments = connection.recv()
@@ -125,3 +129,10 @@ def serve(descriptor: int) -> None:
             except Exception as error:  # noqa: BLE001 - the driver tells it
                 answer = f"{type(error).__name__}: {error}", None
             connection.send(answer)
+
+
+def _follow(driver: int) -> None:
+    """End with the driver, in the middle of a chunk too: nobody will take it."""
+    while os.getppid() == driver:
+        time.sleep(LOOK_S)
+    os._exit(1)

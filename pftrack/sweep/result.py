@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.csv
@@ -33,16 +34,18 @@ class Result:
         plan: What was to be computed.
         files: Parquet files that hold the rows, by run number.
         complete: Whether all runs are there.
+        place: The folder of the chunks, which there may be none of yet.
     """
 
     plan: Plan
     files: tuple[Path, ...]
     complete: bool
+    place: Path | None = None
 
     @property
     def path(self) -> Path:
         """The result file, or the folder of the chunks that are there so far."""
-        return self.files[0] if self.complete else self.files[0].parent
+        return self.place or (self.files[0] if self.complete else self.files[0].parent)
 
     @property
     def table(self) -> pa.Table:
@@ -57,7 +60,7 @@ class Result:
         """
         for path in self.files:
             try:
-                with pq.ParquetFile(path) as file:
+                with pq.ParquetFile(path, page_checksum_verification=True) as file:
                     for batch in file.iter_batches(ROWS_A_PIECE, columns=columns):
                         yield pa.Table.from_batches([batch]).replace_schema_metadata(None)
             except (pa.ArrowException, OSError):
@@ -77,7 +80,7 @@ def read_result(path: Path) -> Result:
     if not path.exists() and partial_of(path).is_dir():
         path = partial_of(path)
     if path.is_dir():
-        return Result(plan_of(path), tuple(chunk_files(path)), complete=False)
+        return Result(plan_of(path), tuple(chunk_files(path)), complete=False, place=path)
     return Result(plan_of(path), (path,), complete=True)
 
 
@@ -88,7 +91,7 @@ def read_chunk(path: Path) -> pa.Table:
         SweepError: It is damaged.
     """
     try:
-        return pq.read_table(path, partitioning=None).replace_schema_metadata(None)
+        return pq.read_table(path, partitioning=None, page_checksum_verification=True).replace_schema_metadata(None)
     except (pa.ArrowException, OSError):
         raise SweepError(f"{path} is no Parquet file, or was cut short") from None
 
@@ -117,7 +120,11 @@ def rows_of(
         for name, value in where.items():
             same = pc.equal(piece[name], pa.scalar(value, piece.schema.field(name).type))
             mask = same if mask is None else pc.and_(mask, same)
-        found += (piece if mask is None else piece.filter(mask)).to_pylist()
+        chosen = piece if mask is None else piece.filter(mask)
+        if failures_first:
+            won = pc.fill_null(pc.cast(chosen["success"], pa.float64()), 0.5).to_numpy()
+            chosen = chosen.take(np.argsort(won, kind="stable")[:limit])
+        found += chosen.slice(0, limit).to_pylist()
         found.sort(key=lambda row: (FAILURES_FIRST[row["success"]] if failures_first else 0, row["run"]))
         del found[limit:]
     for row in found:

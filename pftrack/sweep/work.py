@@ -15,7 +15,6 @@ import pyarrow.parquet as pq
 
 from pftrack import __version__
 from pftrack.batch import outcomes
-from pftrack.parameters import ParameterError
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan
@@ -49,7 +48,7 @@ def computed(text: str, conditions: int, trials: int, number: int) -> bytes:
     plan = _plan(text)
     table = compute(plan, Chunks(plan, conditions, trials)[number]).replace_schema_metadata(metadata(plan))
     sink = pa.BufferOutputStream()
-    pq.write_table(table, sink, compression="zstd")
+    pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
     return bytes(sink.getvalue().to_pybytes())
 
 
@@ -58,28 +57,27 @@ def measured(text: str) -> float:
     plan = _plan(text)
     setup = plan.wiring.simulate()
 
-    def carry_out(number: int, trials: int, frames: int) -> None:
+    def took(number: int, trials: int, frames: int) -> float:
         condition = plan.condition(number)
         values, seeds = {**plan.values, **condition}, plan.seeds(condition, 0, trials)
+        begun = perf_counter()
         outcomes(plan.wiring, setup, values=values, trackers=plan.trackers, seeds=seeds, frames=frames)
+        return perf_counter() - begun
 
-    seconds = runs = 0.0
-    trials = min(plan.trials, MEASURED_TRIALS)
+    seconds, runs, trials = 0.0, 0, 1
     order = Chunks(plan, 1, plan.trials).spread()
-    for place, number in enumerate(islice(order, MEASURED_CONDITIONS)):
+    for number in map(int, islice(order, MEASURED_CONDITIONS)):
         try:
-            if place == 0:
-                carry_out(int(number), 1, min(plan.frames, 4))  # loads what is compiled
-            begun = perf_counter()
-            carry_out(int(number), trials, plan.frames)
-        except ParameterError:
+            if not runs:
+                took(number, 1, min(plan.frames, 4))  # loads what is compiled
+            seconds += took(number, trials, plan.frames)
+        except Exception:  # noqa: BLE001, S112 - its rows will say what is wrong with it
             continue
-        except Exception:  # noqa: BLE001, S112 - its row will say what is wrong with it
-            continue
-        seconds += perf_counter() - begun
         runs += trials * len(plan.trackers)
         if seconds > MEASURED_S:
             break
+        affordable = MEASURED_S / 4 / (len(plan.trackers) * seconds / runs)
+        trials = min(plan.trials, MEASURED_TRIALS, max(1, int(affordable)))
     return seconds / runs if runs else UNKNOWN_S
 
 

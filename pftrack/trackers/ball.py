@@ -75,7 +75,7 @@ def fold_loop(
     alert = result.alert if state.alert is None else np.append(state.alert, result.alert)
     return Fold(
         _last(result, state),
-        result.means[:, :TRACKED],
+        result.estimates,
         result.observation_counts / parameters.sample_count,
         int(np.count_nonzero(alert[1:] != alert[:-1])),
     )
@@ -160,7 +160,7 @@ def _last(result: Loop, before: PointState) -> PointState:
     alert = bool(result.alert[-1])
     earlier = bool(result.alert[-2]) if len(result.alert) > 1 else before.alert
     return PointState(
-        Gaussian(result.means[-1], result.covariances[-1]),
+        Gaussian(result.mean, result.covariance),
         TRACKED,
         ParticleSet(result.coordinates.T, result.log_weights, result.ancestors),
         int(result.observation_counts[-1]),

@@ -76,8 +76,9 @@ class Loop(NamedTuple):
         coordinates: (d, N).
         log_weights: (N,).
         ancestors: (N,) places of the parents among the particles of the frame before.
-        means: (L, d).
-        covariances: (L, d, d).
+        mean: (d,).
+        covariance: (d, d).
+        estimates: (L, 2) posterior means of the position, px.
         log_evidences: (L,).
         observation_counts: (L,) particles by observation.
         resampled: (L,) whether parents were drawn.
@@ -87,8 +88,9 @@ class Loop(NamedTuple):
     coordinates: NDArray[np.float64]
     log_weights: NDArray[np.float64]
     ancestors: NDArray[np.int64]
-    means: NDArray[np.float64]
-    covariances: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    estimates: NDArray[np.float64]
     log_evidences: NDArray[np.float64]
     observation_counts: NDArray[np.int64]
     resampled: NDArray[np.bool_]
@@ -120,9 +122,8 @@ def loop(
         seed: Of the run.
         first_frame: Index of the first picture within the run.
     """
-    frames, dimension = pictures_rgb.shape[0], coordinates.shape[0]
-    means = np.empty((frames, dimension))
-    covariances = np.empty((frames, dimension, dimension))
+    frames = pictures_rgb.shape[0]
+    estimates = np.empty((frames, 2))
     log_evidences = np.empty(frames)
     observation_counts = np.empty(frames, np.int64)
     resampled = np.empty(frames, np.bool_)
@@ -157,10 +158,20 @@ def loop(
         if resampled[t]:
             log_evidences[t] -= np.log(scheme.sample_count)
         observation_counts[t] = by_observation
-        means[t], covariances[t] = moments(states, exponentials(log_weights))
-        sigma = np.array([np.sqrt(covariances[t, 0, 0]), np.sqrt(covariances[t, 1, 1])])
+        estimates[t], spread = moments(states.T[:2].T, exponentials(log_weights))
+        sigma = np.array([np.sqrt(spread[0, 0]), np.sqrt(spread[1, 1])])
+    mean, covariance = moments(states, exponentials(log_weights))
     return Loop(
-        states.T, log_weights, ancestors, means, covariances, log_evidences, observation_counts, resampled, alert
+        states.T,
+        log_weights,
+        ancestors,
+        mean,
+        covariance,
+        estimates,
+        log_evidences,
+        observation_counts,
+        resampled,
+        alert,
     )
 
 

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from pftrack.parameters import Declaration, Value
 from server.sessions.messages import TrackerView
-from server.sessions.spec import Box
+from server.sessions.spec import LARGEST_SEED, Box
 
 __all__ = [
     "BookmarkWish",
@@ -26,8 +26,6 @@ __all__ = [
 ]
 
 SLOWEST = 0.1
-LARGEST_SEED = 2**53 - 1
-"""Largest whole number that a browser holds exactly."""
 
 Frame = Annotated[int, Field(ge=0, le=10_000_000)]
 Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
@@ -128,6 +126,7 @@ class TransportWish(Wish):
     action: Literal["play", "pause", "step", "back", "seek", "speed", "restart"]
     frame: Frame | None = None
     speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
+    seed: Seed | None = Field(None, description="With restart: the seed to begin anew with")
 
 
 class BranchWish(Wish):

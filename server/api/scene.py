@@ -1,9 +1,10 @@
 """The scene: viser's client and its websocket, at the session's own address and on the server's own port."""
 
-from fastapi import APIRouter, WebSocket
+from fastapi import APIRouter, Request, WebSocket
 from starlette.responses import RedirectResponse, Response
 
 from server.api.dependencies import ASession, TheServices
+from server.errors import NotFoundError
 
 __all__ = ["router", "warm"]
 
@@ -17,6 +18,20 @@ def warm() -> None:
     from server.viewer import client_page  # noqa: PLC0415
 
     client_page()
+
+
+@router.get("/client/{name}")
+async def client_file(request: Request, name: str) -> Response:
+    """Return a file of viser's client; its name is made from its content, so it may be kept for good."""
+    from server.viewer import client_asset  # noqa: PLC0415 - see `warm`
+
+    file = client_asset(name)
+    if file is None:
+        raise NotFoundError("The client has no such file.")
+    headers = {"Cache-Control": "public, max-age=31536000, immutable", "Vary": "Accept-Encoding"}
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        return Response(file.packed, media_type=file.media_type, headers={**headers, "Content-Encoding": "gzip"})
+    return Response(file.content, media_type=file.media_type, headers=headers)
 
 
 @router.get("/{session}")

@@ -57,8 +57,8 @@ async def change_parameters(session: ASession, values: Annotated[dict[str, Any],
 
 @router.post("/{session}/transport")
 async def steer(session: ASession, wish: TransportWish) -> SessionView:
-    """Play, pause, step, go back, seek, set the speed, or begin anew."""
-    await session.transport(wish.action, wish.frame, wish.speed)
+    """Play, pause, step, go back, seek, set the speed, or begin anew, with another seed if one is given."""
+    await session.transport(wish.action, wish.frame, wish.speed, wish.seed)
     return session.view()
 
 

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Query
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from pftrack.sweep import Result, SweepError, csv_pieces
+from pftrack.sweep import csv_pieces
 from server.api.dependencies import AStore, ASweep, SettingsNow
 from server.errors import ConflictError
 from server.store import Store
@@ -45,7 +45,7 @@ async def download(
         raise ConflictError("Nothing has been computed of this sweep yet.")
     name = f"{sweep.plan.experiment}-sweep-{sweep.id[:6]}"
     if form == "csv":
-        result = await asyncio.to_thread(_result, sweep)
+        result = await asyncio.to_thread(sweep.results.result)
         return StreamingResponse(csv_pieces(result), media_type="text/csv", headers=_attached(f"{name}.csv"))
     whole = store.files.sweep(sweep.id)
     if form == "parquet" and whole.exists():
@@ -68,13 +68,6 @@ async def download(
         raise
 
 
-def _result(sweep: Sweep) -> Result:
-    try:
-        return sweep.results.result()
-    except SweepError:
-        raise ConflictError("The files of this sweep cannot be read.") from None
-
-
 def _attached(name: str) -> dict[str, str]:
     return {"Content-Disposition": f'attachment; filename="{name}"'}
 
@@ -93,7 +86,7 @@ def _gathered(sweep: Sweep, path: Path) -> Path:
     from pftrack.sweep.table import schema  # noqa: PLC0415
 
     with pq.ParquetWriter(path, schema(sweep.plan).with_metadata(metadata(sweep.plan)), compression="zstd") as writer:
-        for piece in _result(sweep).pieces():
+        for piece in sweep.results.result().pieces():
             writer.write_table(piece)
     return path
 

@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
+from http import HTTPStatus
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
+from pftrack.sweep import SweepError
 from server.api.dependencies import TheServices
 from server.errors import ApiError
 from server.sessions.messages import ping
@@ -31,7 +33,10 @@ async def stream(
         await found.look()
         await found.cells(x, y)
     except ApiError as error:
-        await websocket.close(GONE if error.status == 404 else REFUSED, str(error)[:100])
+        await websocket.close(GONE if error.status == HTTPStatus.NOT_FOUND else REFUSED, str(error)[:100])
+        return
+    except SweepError:
+        await websocket.close(GONE, "The files of this sweep are damaged or were taken away.")
         return
     with found.join(x, y) as listener:
         telling = asyncio.ensure_future(_tell(websocket, listener))

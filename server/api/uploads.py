@@ -42,7 +42,9 @@ async def add_upload(request: Request, store: AStore, settings: SettingsNow, ser
         request, folder, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
     loop = asyncio.get_running_loop()
-    row = await loop.run_in_executor(services.probing, take_in, store, settings, folder, received)
+    row = await loop.run_in_executor(
+        services.probing, take_in, store, settings, folder, received, services.stopping.is_set
+    )
     return UploadView.model_validate(row)
 
 

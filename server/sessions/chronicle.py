@@ -3,7 +3,7 @@
 It alone changes the spec's branches and positions, and it alone decides what of that is news.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from server.sessions import messages
@@ -87,8 +87,11 @@ class Chronicle:
         else:
             self.listeners.emit(messages.Frames(branch=branch, rows=rows))
 
-    def stand(self, now: Standing) -> None:
-        """Take down where the run stands, and tell what has changed."""
+    def stand(self, now: Standing, rows: Sequence[dict[str, Any]] = (), shown: int | None = None) -> None:
+        """Take down where the run stands and the diagnostics of frames just computed, and tell what has changed.
+
+        The diagnostics of a frame are told before the position, so that no page stands on a frame it knows nothing of.
+        """
         last, self._last = self._last, now
         branch = self.spec.branches.get(now.branch) or self._new_branch(now)
         switched = self.spec.branch != now.branch
@@ -98,12 +101,14 @@ class Chronicle:
         self.spec.branch, self.spec.values = now.branch, now.values
         branch.position, branch.head = now.position, now.head
         branch.first_tracker, branch.tracker = now.first_tracker, now.tracker
+        branch.first_values = now.first_values
         self.playing, self.spec.speed = now.playing, now.speed
+        reseeded, self.spec.seed = self.spec.seed != now.seed, now.seed
         if last is None or now.timeline != last.timeline:
             branch.timeline = as_models(now.timeline)
         self.moved = True
         # While it plays only its position changes, which is worth a look now and then.
-        self.dirty = self.dirty or not now.playing or changed != {} or switched
+        self.dirty = self.dirty or not now.playing or changed != {} or switched or reseeded
         if last is not None and now.beginnings != last.beginnings:
             self._forget(now.branch)
         self.become("playing" if now.playing else "ended" if now.ended else "ready")
@@ -111,8 +116,9 @@ class Chronicle:
             self.tell_branches()
         if changed or switched:
             self._tell_values(branch, changed)
-        if last is None or last.speed != now.speed:
+        if last is None or reseeded or last.speed != now.speed:
             self._on_values()
+        self.add(now.branch, list(rows), shown)
         if last is None or switched or _where(last) != _where(now):
             self._tell_position(now)
 

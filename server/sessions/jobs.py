@@ -18,6 +18,8 @@ from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceEr
 from server.sessions.limits import confine
 from server.sessions.pipe import WorkerEnd
 from server.sessions.protocol import Failed, Reply
+from server.sessions.spec import LARGEST_SEED
+from server.sessions.workbench import check_timeline
 
 __all__ = ["PATIENCE_S", "draw_experiment", "frame_jpeg", "main", "nothing", "read_record", "weigh_record"]
 
@@ -102,7 +104,10 @@ def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: L
     found = record.Record.model_validate(read_record(path))
     if found.frames > limits.frames:
         raise ParameterError("frames", found.frames, f"at most {limits.frames} on this server")
+    if found.seed > LARGEST_SEED:
+        raise ParameterError("seed", found.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
     run = record.rebuild(found, open_sequence=reopen)
+    check_timeline(run.timeline, run.frames)
     run.seek(min(max(found.computed, 1), run.frames) - 1)
     drawing = run.experiment.draw(run.current, run.diagnostics)
     return {

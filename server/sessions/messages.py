@@ -80,6 +80,7 @@ class SessionView(BaseModel):
     state: State
     message: str | None = None
     parameters: dict[str, Value]
+    first_parameters: dict[str, Value] = {}
     declarations: list[dict[str, Any]]
     trackers: list[TrackerView]
     layers: dict[str, bool]

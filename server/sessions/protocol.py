@@ -120,6 +120,8 @@ class Standing:
         values: Parameters in force for the next frame.
         timeline: Changes of the active branch.
         beginnings: Counts how often the branch began anew, with nothing of its past left.
+        seed: Seed of run and scene.
+        first_values: Parameters at frame 0.
     """
 
     branch: str
@@ -133,6 +135,8 @@ class Standing:
     values: Values
     timeline: Timeline
     beginnings: int
+    seed: int = 0
+    first_values: Values = field(default_factory=dict)
 
 
 # ---------------------------------------------------------------- commands
@@ -155,7 +159,9 @@ class Speed:
 
 @dataclass(frozen=True, slots=True)
 class Restart:
-    """Begin the active branch anew with the values in force."""
+    """Begin the active branch anew with the values in force, and with another seed if one is given."""
+
+    seed: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

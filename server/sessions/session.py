@@ -17,7 +17,7 @@ from server.sessions.chronicle import Chronicle
 from server.sessions.link import Link
 from server.sessions.listeners import Listeners
 from server.sessions.messages import State
-from server.sessions.spec import Bookmark, SessionSpec, as_timeline
+from server.sessions.spec import LARGEST_SEED, Bookmark, SessionSpec, as_timeline
 from server.sessions.stage import Stage
 from server.settings import Settings
 
@@ -142,7 +142,7 @@ class Session:
 
     async def open_stage(self) -> int:
         """Make the scene unless there is one, and return the port of its viser server."""
-        return await self.stage.open(self.card, self.spec.values, self.spec.active.tracker)
+        return await self.stage.open(self.card, self.spec.values, self.spec.active.tracker, self.spec.seed)
 
     # ------------------------------------------------------------ commands
 
@@ -160,8 +160,10 @@ class Session:
             command = protocol.Change(values, self.spec.next_branch())
             return cast("int", await self._request(command, self._settings.command_seconds))
 
-    async def transport(self, action: str, frame: int | None = None, speed: float | None = None) -> None:
-        """Play, pause, step, back, seek, speed or restart."""
+    async def transport(
+        self, action: str, frame: int | None = None, speed: float | None = None, seed: object = None
+    ) -> None:
+        """Play, pause, step, back, seek, speed or restart, the last with another seed if one is given."""
         if action == "seek" and frame is None:
             raise ParameterError("frame", frame, f"a frame of the run, 0 to {self.card.frames - 1}")
         if action == "speed" and speed is None:
@@ -171,7 +173,7 @@ class Session:
             case "speed":
                 command = protocol.Speed(speed or 0.0)
             case "restart":
-                command = protocol.Restart()
+                command = protocol.Restart(self._checked_seed(seed))
             case _:
                 command = protocol.Transport(action, frame or 0)
         # Not through the door: a pause has to reach a worker that is busy with a long seek.
@@ -214,6 +216,16 @@ class Session:
             raise ConflictError(f"The session is {self.state}; resume it first.")
         return await self._link.request(command, timeout_s)
 
+    def _checked_seed(self, seed: object) -> int | None:
+        if seed is None:
+            return None
+        if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= LARGEST_SEED:
+            raise ParameterError("seed", seed, f"a whole number, 0 to {LARGEST_SEED}")
+        if seed != self.spec.seed and len(self.spec.branches) > 1:
+            count = len(self.spec.branches)
+            raise ConflictError(f"All {count} branches of the session have its seed; start another session for {seed}.")
+        return seed
+
     def _room_for_branch(self) -> None:
         if len(self.spec.branches) >= self._settings.max_branches:
             raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
@@ -251,7 +263,7 @@ class Session:
         task.add_done_callback(self._tasks.discard)
 
     def _tell_panel(self) -> None:
-        self.stage.tell(self.spec.values, self.spec.active.tracker, self.spec.speed)
+        self.stage.tell(self.spec.values, self.spec.active.tracker, self.spec.speed, self.spec.seed)
 
     # ------------------------------------------------------------ what the worker says
 
@@ -261,8 +273,7 @@ class Session:
 
     def _event(self, event: protocol.Event) -> None:
         if isinstance(event, protocol.Progress):
-            self.chronicle.stand(event.standing)
-            self.chronicle.add(event.standing.branch, event.rows, event.shown["frame"] if event.shown else None)
+            self.chronicle.stand(event.standing, event.rows, event.shown["frame"] if event.shown else None)
             if event.drawing is not None and event.shown is not None:
                 self.stage.offer(event.drawing, event.shown)
 

@@ -11,7 +11,10 @@ from pydantic import BaseModel, Field
 from pftrack.parameters import Value
 from pftrack.run import Change, Timeline
 
-__all__ = ["Bookmark", "Box", "BranchSpec", "ChangeModel", "SessionSpec", "as_models", "as_timeline"]
+__all__ = ["LARGEST_SEED", "Bookmark", "Box", "BranchSpec", "ChangeModel", "SessionSpec", "as_models", "as_timeline"]
+
+LARGEST_SEED = 2**53 - 1
+"""Largest whole number that a browser holds exactly."""
 
 BRANCH_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#D55E00")
 
@@ -36,6 +39,7 @@ class BranchSpec(BaseModel):
     frame: int = 0
     tracker: str
     first_tracker: str | None = None
+    first_values: dict[str, Value] = {}
     colour: str = BRANCH_COLOURS[0]
     timeline: list[ChangeModel] = []
     head: int = 0

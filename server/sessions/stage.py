@@ -43,15 +43,15 @@ class Stage:
         self._opening = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
         self._pump: asyncio.Task[None] | None = None
-        self._values: tuple[Values, str, float] | None = None
+        self._values: tuple[Values, str, float, int] | None = None
         self._refusals: list[str] = []
         self.watchers = 0
 
-    async def open(self, card: Card, values: Values, tracker: str) -> int:
+    async def open(self, card: Card, values: Values, tracker: str, seed: int) -> int:
         """Make the viewer unless there is one, and return its port on the loopback interface."""
         async with self._opening:
             if self._viewer is None:
-                self._viewer = await asyncio.to_thread(self._made, card, values, tracker)
+                self._viewer = await asyncio.to_thread(self._made, card, values, tracker, seed)
             return self._viewer.port
 
     @contextmanager
@@ -71,9 +71,9 @@ class Stage:
         if self.watchers:
             self._credit()
 
-    def tell(self, values: Values, tracker: str, speed: float) -> None:
+    def tell(self, values: Values, tracker: str, speed: float, seed: int) -> None:
         """Show the values in force in the panel."""
-        self._values = (values, tracker, speed)
+        self._values = (values, tracker, speed, seed)
         self._start()
 
     def refuse(self, message: str) -> None:
@@ -95,7 +95,7 @@ class Stage:
             if viewer is not None:
                 await asyncio.to_thread(viewer.close)
 
-    def _made(self, card: Card, values: Values, tracker: str) -> "Viewer":
+    def _made(self, card: Card, values: Values, tracker: str, seed: int) -> "Viewer":
         from server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
 
         return Viewer(
@@ -103,6 +103,7 @@ class Stage:
             values=values,
             trackers=card.trackers,
             tracker=tracker,
+            seed=seed,
             layers=card.layers,
             title=card.title,
             on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),
@@ -130,9 +131,10 @@ class Stage:
                 log.exception("viewer failed")
 
 
-def _apply(viewer: "Viewer", values: tuple[Values, str, float] | None, refusals: list[str]) -> None:
+def _apply(viewer: "Viewer", values: tuple[Values, str, float, int] | None, refusals: list[str]) -> None:
     if values is not None:
         viewer.set_values(values[0], values[1])
         viewer.set_speed(values[2])
+        viewer.set_seed(values[3])
     for message in refusals:
         viewer.refuse(message)

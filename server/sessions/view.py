@@ -25,6 +25,7 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
         state=state,
         message=message,
         parameters=spec.values,
+        first_parameters=active.first_values,
         declarations=card.declarations,
         trackers=[TrackerView(id=name, title=title) for name, title in card.trackers.items()],
         layers=card.layers,

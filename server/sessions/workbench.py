@@ -18,7 +18,7 @@ from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, 
 from pftrack.sources.truth import TruthTable
 from server.sessions.protocol import Card, Order, Standing
 
-__all__ = ["Workbench"]
+__all__ = ["Workbench", "check_timeline"]
 
 
 class Workbench:
@@ -43,6 +43,7 @@ class Workbench:
         self._runs: dict[str, Run] = {}
         self._beginnings = 0
         self._runs[self.active] = self._begin(order.tracker, order.timeline)
+        check_timeline(order.timeline, self.run.frames)
 
     @property
     def run(self) -> Run:
@@ -91,6 +92,8 @@ class Workbench:
             values=flat(run.parameters_at(following)),
             timeline=run.timeline,
             beginnings=self._beginnings,
+            seed=run.seed,
+            first_values=flat(run.parameters_at(0)),
         )
 
     def forward(self) -> dict[str, Any] | None:
@@ -141,8 +144,14 @@ class Workbench:
         self.active = name
         return anew
 
-    def restart(self) -> None:
-        """Begin the active branch anew with the values in force and an empty past."""
+    def restart(self, seed: int | None = None) -> None:
+        """Begin the active branch anew with the values in force and an empty past.
+
+        Args:
+            seed: What to begin with instead of the seed so far; it is then the seed of all branches to come.
+        """
+        if seed is not None:
+            self._order = dataclasses.replace(self._order, seed=seed)
         self._restart({})
 
     def save(self, path: Path) -> dict[str, Any]:
@@ -202,6 +211,17 @@ class Workbench:
             value = values.get(name)
             if isinstance(value, int | float) and value > most:
                 raise ParameterError(name, value, f"at most {most} on this server")
+
+
+def check_timeline(timeline: Timeline, frames: int) -> None:
+    """Refuse a change that no frame of the run would ever see.
+
+    Raises:
+        ParameterError: A change lies beyond the last frame.
+    """
+    last = max((change.frame for change in timeline), default=0)
+    if last >= frames:
+        raise ParameterError("timeline", last, f"changes within the run, frames 0 to {frames - 1}")
 
 
 def _check_place(box: tuple[float, float, float, float], start: int, sequence: FrameSequence) -> None:

@@ -189,25 +189,26 @@ class Worker:
         now = time.monotonic()
         drawable = self._undrawn and self._credits > 0
         if (self._news or drawable) and now - self._told >= EARLY * TELL_S:
-            self._report()
+            self._report(draw=True)
+            self._told = time.monotonic()
         elif now - self._told >= BEAT_S:
             self._beat()
 
-    def _report(self) -> None:
+    def _report(self, *, draw: bool) -> None:
         rows, self._rows = self._rows, []
         drawing = shown = None
-        if self._undrawn and self._credits:
+        if draw and self._undrawn and self._credits:
             step = self._bench.run.current
             drawing = self._bench.experiment.draw(step, self._bench.run.diagnostics[: step.frame.index + 1])
             shown = step.diagnostics.as_dict()
             self._credits, self._undrawn = 0, False
         self._pipe.send(Progress(self._standing(), rows, drawing, shown))
         self._news = False
-        self._told = time.monotonic()
 
     def _reply(self, number: int, result: object = None) -> None:
-        # What the answer rests on goes first, so that it never contradicts what is known.
-        self._report()
+        # What the answer rests on goes first, so that it never contradicts what is known. While it plays that is told
+        # out of turn and without a drawing: the next frame, which shows what the command did, finds the way free.
+        self._report(draw=not self._playing)
         self._pipe.send(Reply(number, result))
 
     # ------------------------------------------------------------ commands
@@ -223,7 +224,7 @@ class Worker:
             result = self._obey(request.command, request.number)
         except REFUSALS as error:
             if self._news or self._rows:
-                self._report()
+                self._report(draw=not self._playing)
             self._pipe.send(Reply(request.number, error=error))
             return
         if self._goal is None or looks:
@@ -243,8 +244,8 @@ class Worker:
                 self._seek(frame, number)
             case Speed(speed=speed):
                 self._speed, self._due = speed, time.monotonic()
-            case Restart():
-                self._bench.restart()
+            case Restart(seed=seed):
+                self._bench.restart(seed)
                 self._anew()
             case Change(values=values, branch=branch):
                 return self._change(values, branch)
@@ -283,7 +284,6 @@ class Worker:
         self._flush()
         before = self._bench.standing(playing=False, speed=0).beginnings
         self._bench.change(values, branch)
-        self._changed()
         if self._bench.standing(playing=False, speed=0).beginnings != before:
             self._anew()
             return 0
@@ -305,7 +305,7 @@ class Worker:
     def _flush(self) -> None:
         """Tell the active branch's rows before another one becomes active."""
         if self._rows:
-            self._report()
+            self._report(draw=False)
 
     def _picture(self) -> bytes:
         run = self._bench.run

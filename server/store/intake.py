@@ -5,6 +5,7 @@ Every frame is decoded once, in a confined process, before an upload is anybody'
 
 import dataclasses
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 from pftrack.sources.images import natural_order
@@ -30,8 +31,10 @@ def limits_of(settings: Settings) -> Limits:
     )
 
 
-def take_in(store: Store, settings: Settings, folder: Path, received: Received) -> UploadRow:
-    """Look through files that arrived, and keep them.
+def take_in(
+    store: Store, settings: Settings, folder: Path, received: Received, stopped: Callable[[], bool]
+) -> UploadRow:
+    """Look through files that arrived, and keep them, unless the server stops meanwhile.
 
     Raises:
         SourceError: They are no sequence of pictures, or exceed the limits.
@@ -41,7 +44,7 @@ def take_in(store: Store, settings: Settings, folder: Path, received: Received) 
         if store.count(UploadRow) >= settings.max_uploads:
             raise ConflictError(f"The server keeps at most {settings.max_uploads} uploads; delete one first.")
         content = _arranged(folder, received)
-        found = probe(content, limits_of(settings))
+        found = probe(content, limits_of(settings), stopped=stopped)
         row = _row(found, received)
         target = store.files.upload(row.id)
         target.parent.mkdir(mode=0o700)

@@ -74,5 +74,6 @@ class SweepRow(Base):
     runs: Mapped[int] = mapped_column(BigInteger)
     done: Mapped[int] = mapped_column(BigInteger)
     successes: Mapped[int | None] = mapped_column(BigInteger)
+    problems: Mapped[int] = mapped_column(BigInteger)
     seconds: Mapped[float] = mapped_column(Float)
     created: Mapped[str] = mapped_column(String(32), index=True)

@@ -8,7 +8,8 @@ and tests come from `pftrack.sweep`.
 - `examples`: a filled-in wish for every experiment
 - `manager`: all sweeps of a server; `sweep`: one of them
 - `child`, `driver`: the process that computes a sweep, as the server sees it and from within
-- `results`: what is on the disk so far, and questions about it
+- `tally`: what is on the disk so far, counted; `results`: questions about it; `shapes`: the answers as they are sent
+- `reasons`: why a sweep stopped, in words
 - `messages`, `listeners`: the stream to the pages; `opening`: from a row to a live session
 """
 

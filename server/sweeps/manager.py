@@ -16,6 +16,7 @@ from server.store.files import new_name, now
 from server.store.tables import SweepRow
 from server.sweeps.child import ask
 from server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
+from server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
 from server.sweeps.sweep import Sweep, check_idle, default_title
 from server.sweeps.views import EstimateView, ValuesView
 from server.sweeps.wishes import EstimateWish, SweepWish
@@ -29,8 +30,6 @@ MEASURED_AT_ONCE = 1
 MOST_REMEMBERED = 64
 SHOWN_VALUES = 24
 SPARE_BYTES = 64 * 1024 * 1024
-RESTARTED = "The server was stopped while the sweep was running. What was computed is kept; resume the sweep to go on."
-CANCELLED = "The sweep was cancelled. What was computed is kept; resume the sweep to go on."
 
 
 class Sweeps:
@@ -42,7 +41,8 @@ class Sweeps:
         self._sweeps: dict[str, Sweep] = {}
         self._measuring = asyncio.Semaphore(MEASURED_AT_ONCE)
         self._measured: dict[str, float] = {}
-        self._closing = False
+        # Places are counted and taken by one at a time.
+        self._door = asyncio.Lock()
 
     async def open(self) -> None:
         """Take over the sweeps that the store kept; none of them is running."""
@@ -54,16 +54,15 @@ class Sweeps:
                 continue
             self._sweeps[sweep.id] = sweep
             if row.state == "running":
-                await sweep.look()
+                with contextlib.suppress(SweepError):
+                    await sweep.look()
                 finished = self._store.files.sweep(sweep.id).exists()
                 sweep.state, sweep.message = ("done", None) if finished else ("stopped", RESTARTED)
                 await self._keep(sweep)
 
     async def close(self) -> None:
         """End all processes; everything is on the disk."""
-        self._closing = True
-        message = "The server was stopped. What was computed is kept; resume the sweep to go on."
-        await asyncio.gather(*(sweep.stop(message) for sweep in self.all))
+        await asyncio.gather(*(sweep.stop(STOPPED) for sweep in self.all))
         for sweep in self.all:
             await sweep.close()
 
@@ -120,6 +119,10 @@ class Sweeps:
         """
         plan = await asyncio.to_thread(as_plan, wish, self._settings)
         within_limits(plan, self._settings)
+        async with self._door:
+            return await self._create(wish, plan)
+
+    async def _create(self, wish: SweepWish, plan: Plan) -> Sweep:
         self._check_room(plan)
         row = {
             "id": new_name(),
@@ -128,6 +131,7 @@ class Sweeps:
             "message": None,
             "done": 0,
             "successes": None,
+            "problems": 0,
             "seconds": 0.0,
             "created": now(),
         }
@@ -160,14 +164,15 @@ class Sweeps:
             ConflictError: It is running or complete.
             UnavailableError: The server computes enough already.
         """
-        check_idle(sweep)
-        self._check_places()
-        await sweep.start()
+        async with self._door:
+            check_idle(sweep)
+            self._check_places()
+            await sweep.start()
 
     async def remove(self, sweep: Sweep) -> None:
         """Delete a sweep and everything that was computed of it."""
         self._sweeps.pop(sweep.id, None)
-        await sweep.stop("The sweep was deleted.")
+        await sweep.stop(DELETED)
         await sweep.close()
         await asyncio.to_thread(self._store.remove_sweep, sweep.id)
 
@@ -221,7 +226,7 @@ class Sweeps:
 
     def _known(self, row: SweepRow) -> Sweep:
         plan = Plan.from_dict(json.loads(row.plan))
-        names = ("id", "title", "state", "message", "done", "successes", "seconds", "created")
+        names = ("id", "title", "state", "message", "done", "successes", "problems", "seconds", "created")
         return self._sweep({name: getattr(row, name) for name in names}, plan)
 
     def _sweep(self, row: dict[str, Any], plan: Plan) -> Sweep:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from math import prod
 from typing import TypeVar
 
 from pftrack.experiments import EXPERIMENTS
@@ -19,6 +20,9 @@ Part = TypeVar("Part")
 
 BYTES_A_RUN = 160
 """Of the result on the disk, chunks and final file together, generously."""
+
+MOST_CELLS = 40_000
+"""Of one map: more than a screen can show, and than a page should be sent."""
 
 
 def as_plan(wish: SweepWish, settings: Settings) -> Plan:
@@ -41,10 +45,12 @@ def as_plan(wish: SweepWish, settings: Settings) -> Plan:
         raise RefusedError("Choose at least one method.", field="trackers")
     for name in wish.trackers:
         _part("trackers", partial(checked, experiment, Axis(TRACKER, (name,))))
-    for name, value in wish.values.items():
+    for name, value in wish.parameters.items():
         if name in names:
-            raise RefusedError(f"{name} is an axis and cannot have a fixed value as well.", field=f"values.{name}")
-        _part(f"values.{name}", partial(checked, experiment, Axis(name, (value,))))
+            raise RefusedError(
+                f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"parameters.{name}"
+            )
+        _part(f"parameters.{name}", partial(checked, experiment, Axis(name, (value,))))
     plan = _part(
         "axes",
         lambda: Plan(
@@ -54,10 +60,11 @@ def as_plan(wish: SweepWish, settings: Settings) -> Plan:
             trials=wish.trials,
             seed=wish.seed,
             frames=wish.frames or 0,
-            values=wish.values,
+            values=wish.parameters,
         ),
     )
     _within_server(plan, settings)
+    _within_a_map(plan)
     return plan
 
 
@@ -78,10 +85,7 @@ def within_limits(plan: Plan, settings: Settings) -> None:
 
 def cells_of(plan: Plan) -> int:
     """Return how many cells the map over the plan's first two axes has."""
-    cells = 1
-    for axis in plan.axes[:2]:
-        cells *= len(axis.values)
-    return cells
+    return prod(len(axis.values) for axis in plan.axes[:2])
 
 
 def _axis(experiment: Experiment, index: int, wish: AxisWish) -> Axis:
@@ -107,6 +111,26 @@ def _blamed(experiment: Experiment, wish: AxisWish) -> str:
     return "step" if (wish.stop - wish.start) * wish.step < 0 else "stop"
 
 
+def _within_a_map(plan: Plan) -> None:
+    """Refuse axes so long that a map over two of them could not be looked at."""
+    longest = sorted(plan.axes, key=lambda axis: len(axis.values))[-2:]
+    cells = prod(len(axis.values) for axis in longest)
+    if cells > MOST_CELLS:
+        raise RefusedError(
+            f"A map has at most {MOST_CELLS:,} cells; {' and '.join(axis.name for axis in longest)} would make "
+            f"{cells:,}.",
+            field="axes",
+            bound=f"at most {MOST_CELLS:,} cells",
+            value=cells,
+        )
+
+
+def _sentence(said: str) -> str:
+    """Return the library's words as a sentence; the name of a parameter is no word to begin one with."""
+    first = said.partition(" ")[0]
+    return f"The parameter {said}." if "_" in first else f"{said[:1].upper()}{said[1:]}."
+
+
 def _plain(number: float | None) -> str:
     """Return a number as a person would type it: `0.1`, and no exponent that hides a digit."""
     return repr(int(number)) if number is not None and number == int(number) else repr(number)
@@ -129,5 +153,4 @@ def _part(field: str, part: Callable[[], Part]) -> Part:
     try:
         return part()
     except (SweepError, ParameterError) as error:
-        said = str(error)
-        raise RefusedError(f"{said[:1].upper()}{said[1:]}.", field=field) from None
+        raise RefusedError(_sentence(str(error)), field=field) from None

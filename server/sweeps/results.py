@@ -1,94 +1,43 @@
-"""Results: what a sweep has on the disk so far, and questions about it.
+"""Results: questions about what a sweep has on the disk so far.
 
-Chunks are counted once, when they appear; only sums are kept, so that a sweep that nobody looks at costs nothing and a
-large one no more than a small one. All methods block for some milliseconds, are called in threads, and may be called at
-once.
+All methods block for some milliseconds, are called in threads, and may be called at once.
 """
 
-import math
 import threading
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pftrack.parameters import declarations
-from pftrack.sweep import (
-    CellMap,
-    Code,
-    Counts,
-    Plan,
-    Result,
-    SweepError,
-    cells,
-    count,
-    error_significance,
-    partial_of,
-    read_chunk,
-    read_result,
-    rows_of,
-    significance,
-)
+from pftrack.sweep import Plan, Result, cells, error_significance, read_result, rows_of, significance
 from server.errors import NotFoundError, RefusedError
-from server.sweeps.views import (
-    AxisView,
-    CellsView,
-    ComparisonView,
-    Correction,
-    MapView,
-    Measure,
-    RowsView,
-    RowView,
-    Test,
-    Verdict,
-)
+from server.sweeps.shapes import NO_AXIS, VERDICTS, cells_view, numbers
+from server.sweeps.tally import Pair, Tally
+from server.sweeps.views import CellsView, ComparisonView, Correction, Measure, RowsView, RowView, Test
 
-__all__ = ["NO_AXIS", "Results", "axis_view"]
-
-NO_AXIS = "none"
-"""What is said for an axis to pool all of its values."""
-
-VERDICTS: dict[int, Verdict] = {
-    Code.NOT_APPLICABLE: "untested",
-    Code.NOT_SIGNIFICANT: "none",
-    Code.FIRST_BETTER: "first",
-    Code.SECOND_BETTER: "second",
-}
-Pair: TypeAlias = tuple[str | None, str | None]
-TOTAL: Pair = (None, None)
+__all__ = ["Results"]
 
 
 class Results:
-    """The files of one sweep.
-
-    Attributes:
-        done: Runs that are there.
-        successes: How many of them succeeded.
-    """
+    """The files of one sweep."""
 
     def __init__(self, plan: Plan, out: Path) -> None:
         self._plan = plan
         self._out = out
         self._lock = threading.Lock()
-        self._files: dict[Path, None] = {}
-        self._complete = False
-        self._counts: dict[Pair, Counts] = {TOTAL: count(plan, None, None)}
+        self._tally = Tally(plan, out)
         self._views: dict[Pair, CellsView] = {}
-        self.done = 0
-        self.successes = 0
+
+    @property
+    def totals(self) -> tuple[int, int, int]:
+        """How many runs are there, how many succeeded, and how many could not be computed."""
+        return self._tally.done, self._tally.successes, self._tally.problems
 
     def refresh(self) -> bool:
         """Count what has appeared since the last time; return whether there was anything."""
         with self._lock:
-            if self._complete:
-                return False
-            if self._out.exists():
-                self._complete = True
-                if self.done < self._plan.runs:
-                    self._recount()
-                return True
-            return self._count_new()
+            news = self._tally.look()
+            if news:
+                self._views.clear()
+            return news
 
     def cells(self, x: str | None, y: str | None) -> CellsView:
         """Return a map over one or two axes, over the first two if none is named.
@@ -99,7 +48,8 @@ class Results:
         pair = self._pair(x, y)
         with self._lock:
             if pair not in self._views:
-                self._views[pair] = self._view(pair)
+                maps = cells(self._tally.counted(pair))
+                self._views[pair] = cells_view(self._plan, pair, maps, self._tally.done)
             return self._views[pair]
 
     def compare(
@@ -115,8 +65,8 @@ class Results:
         for field, name in (("first", first), ("second", second)):
             self._check_tracker(name, field)
         with self._lock:
-            maps = cells(self._counted(pair))
-            result = self._result()
+            maps = cells(self._tally.counted(pair))
+            result = self._tally.result()
         one, other = maps[first], maps[second]
         if measure == "success":
             counted: Literal["chi-square", "fisher"] = "fisher" if test == "fisher" else "chi-square"
@@ -134,9 +84,9 @@ class Results:
             test=used,
             level=level,
             correction=correction,
-            difference=_numbers(difference),
+            difference=numbers(difference),
             verdict=[VERDICTS[int(code)] for code in found.codes.ravel()],
-            p_value=_numbers(found.p_values),
+            p_value=numbers(found.p_values),
         )
 
     def rows(
@@ -171,8 +121,8 @@ class Results:
             where["tracker"] = tracker
         self.refresh()
         with self._lock:
-            maps = cells(self._counted(pair))
-            result = self._result()
+            maps = cells(self._tally.counted(pair))
+            result = self._tally.result()
         chosen = [maps[name] for name in self._plan.trackers if tracker in {None, name}]
         at = (place[1], place[0])
         found = rows_of(result, where, limit=offset + limit)
@@ -190,7 +140,7 @@ class Results:
         """
         self.refresh()
         with self._lock:
-            result = self._result()
+            result = self._tally.result()
         for found in rows_of(result, {"run": run}, limit=1):
             return self._row(found)
         if run < self._plan.runs:
@@ -204,67 +154,6 @@ class Results:
             SweepError: The files cannot be read.
         """
         return read_result(self._out)
-
-    # ------------------------------------------------------------ counting, under the lock
-
-    def _count_new(self) -> bool:
-        folder = partial_of(self._out)
-        try:
-            names = sorted(path for path in folder.iterdir() if path.suffix == ".parquet" and path.stem.isdecimal())
-        except FileNotFoundError:
-            return False
-        news = False
-        for path in names:
-            if path in self._files:
-                continue
-            try:
-                table = read_chunk(path)
-            except (SweepError, OSError):
-                # Damaged, or just moved into the final result: the next look will tell.
-                continue
-            self._files[path] = None
-            for pair, known in self._counts.items():
-                self._counts[pair] = known + count(self._plan, table, *pair)
-            news = True
-        if news:
-            self._told()
-        return news
-
-    def _recount(self) -> None:
-        result = self._result()
-        for pair in self._counts:
-            self._counts[pair] = _sum(result, self._plan, pair)
-        self._told()
-
-    def _told(self) -> None:
-        self._views.clear()
-        total = cells(self._counts[TOTAL]).values()
-        self.done = sum(int(one.runs.sum()) for one in total)
-        self.successes = sum(int(one.successes.sum()) for one in total)
-
-    def _counted(self, pair: Pair) -> Counts:
-        if pair not in self._counts:
-            self._counts[pair] = _sum(self._result(), self._plan, pair)
-        return self._counts[pair]
-
-    def _result(self) -> Result:
-        """Return exactly what has been counted."""
-        if self._complete:
-            return Result(self._plan, (self._out,), complete=True)
-        return Result(self._plan, tuple(sorted(self._files)), complete=False)
-
-    def _view(self, pair: Pair) -> CellsView:
-        maps = cells(self._counted(pair))
-        x, y = pair
-        plan = self._plan
-        numbers = max(1, len(plan.axis(x).values) if x else 1) * max(1, len(plan.axis(y).values) if y else 1)
-        return CellsView(
-            x=axis_view(plan, x) if x else AxisView(name=NO_AXIS, title="All", unit="", kind="choice", values=["all"]),
-            y=axis_view(plan, y) if y else None,
-            planned=plan.conditions * plan.trials // numbers,
-            done=self.done,
-            maps=[_map(name, one) for name, one in maps.items()],
-        )
 
     # ------------------------------------------------------------ names
 
@@ -295,39 +184,3 @@ class Results:
     def _row(self, row: dict[str, Any]) -> RowView:
         known = {name: row[name] for name in RowView.model_fields if name in row}
         return RowView(**known, conditions={axis.name: row[axis.name] for axis in self._plan.axes})
-
-
-def axis_view(plan: Plan, name: str) -> AxisView:
-    """Return an axis with what is to be written beside it."""
-    axis = plan.axis(name)
-    known = {it.name: it for it in declarations(type(plan.wiring.simulate().parameters))}
-    it = known[name]
-    return AxisView(name=name, title=it.title, unit=it.unit, kind=it.kind, values=list(axis.values))
-
-
-def _sum(result: Result, plan: Plan, pair: Pair) -> Counts:
-    total = count(plan, None, *pair)
-    columns = ["tracker", "success", "mean_error", "lost_frames", "problem", *(name for name in pair if name)]
-    for piece in result.pieces(columns):
-        total += count(plan, piece, *pair)
-    return total
-
-
-def _map(tracker: str, one: CellMap) -> MapView:
-    judged = one.judged.ravel()
-    return MapView(
-        tracker=tracker,
-        runs=one.runs.ravel().tolist(),
-        problems=one.problems.ravel().tolist(),
-        successes=[int(value) if known else None for value, known in zip(one.successes.ravel(), judged, strict=True)],
-        rate=_numbers(one.rate),
-        low=_numbers(one.low),
-        high=_numbers(one.high),
-        error=_numbers(one.mean_error),
-        lost_frames=_numbers(one.mean_lost_frames),
-    )
-
-
-def _numbers(values: NDArray[np.float64]) -> list[float | None]:
-    """Return numbers as JSON can say them: six digits, null for none."""
-    return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.ravel().tolist()]

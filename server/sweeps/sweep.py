@@ -6,7 +6,6 @@ there.
 
 import asyncio
 import contextlib
-import re
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterator
@@ -22,7 +21,9 @@ from server.errors import ConflictError
 from server.settings import Settings
 from server.sweeps.child import Child
 from server.sweeps.listeners import Listener
-from server.sweeps.results import Results, axis_view
+from server.sweeps.reasons import reason as why
+from server.sweeps.results import Results
+from server.sweeps.shapes import axis_view, fixed_views
 from server.sweeps.views import CellsView, State, SweepView
 
 __all__ = ["Sweep"]
@@ -32,7 +33,6 @@ log = structlog.get_logger(__name__)
 LOOK_EVERY_S = 0.25
 WRITE_EVERY_S = 5.0
 RATE_OVER_S = 20.0
-PATH = re.compile(r"(?<![\w.])/[^\s:;,)]+")
 
 Keep = Callable[["Sweep"], Awaitable[None]]
 
@@ -57,8 +57,11 @@ class Sweep:
         self.message: str | None = row["message"]
         self.done: int = row["done"]
         self.successes: int | None = row["successes"]
+        self.problems: int = row["problems"]
         self.results = Results(plan, out)
         self._seconds: float = row["seconds"]
+        self._axes = [axis_view(plan, axis.name) for axis in plan.axes]
+        self._fixed = fixed_views(plan)
         self._out = out
         self._settings = settings
         self._keep = keep
@@ -97,6 +100,7 @@ class Sweep:
             "runs": self.plan.runs,
             "done": self.done,
             "successes": self.successes,
+            "problems": self.problems,
             "seconds": self._now_seconds(),
             "created": self.created,
         }
@@ -112,16 +116,18 @@ class Sweep:
             experiment_title=experiment.title,
             unit=experiment.unit,
             judged=self.judged,
-            axes=[axis_view(plan, axis.name) for axis in plan.axes],
+            axes=self._axes,
             trackers=[{"id": name, "title": experiment.trackers[name].title} for name in plan.trackers],
             trials=plan.trials,
             frames=plan.frames,
             seed=plan.seed,
-            values=dict(plan.values),
+            parameters=dict(plan.values),
+            fixed=self._fixed,
             runs=plan.runs,
             conditions=plan.conditions,
             done=self.done,
             successes=self.successes if self.judged else None,
+            problems=self.problems,
             state=self.state,
             message=self.message,
             rate=rate,
@@ -163,11 +169,12 @@ class Sweep:
 
     async def stop(self, reason: str) -> None:
         """End its process; what was computed is kept."""
-        if self._child is None or self._watch is None:
+        child, watch = self._child, self._watch
+        if child is None or watch is None:
             return
         self._reason = self._reason or reason
-        await self._child.stop()
-        await asyncio.shield(self._watch)
+        await child.stop()
+        await asyncio.shield(watch)
 
     async def close(self) -> None:
         """Send all listeners away."""
@@ -197,10 +204,10 @@ class Sweep:
         if status == 0 and self._out.exists():
             await self._become("done", None)
         else:
-            reason = self._reason or self._why(status, answer)
+            because = self._reason or why(status, answer)
             if self._reason is None:
                 log.warning("sweep stopped", sweep=self.id, status=status, **answer)
-            await self._become("stopped", reason)
+            await self._become("stopped", because)
 
     async def _glance(self) -> None:
         """Look at the disk; if that fails, the next time may do better."""
@@ -211,7 +218,7 @@ class Sweep:
             log.exception("a sweep's files cannot be read", sweep=self.id)
 
     def _take(self) -> None:
-        self.done, self.successes = self.results.done, self.results.successes
+        self.done, self.successes, self.problems = self.results.totals
         self._past.append((time.monotonic(), self.done))
         while len(self._past) > 2 and self._past[-1][0] - self._past[0][0] > RATE_OVER_S:
             self._past.popleft()
@@ -222,19 +229,6 @@ class Sweep:
         self._wake()
         with contextlib.suppress(Exception):
             await self._keep(self)
-
-    def _why(self, status: int, answer: dict[str, Any]) -> str:
-        """Say why the process ended, in words that may be read by anybody."""
-        kept = "What was computed is kept; resume the sweep to go on."
-        if status < 0:
-            return f"The process that computed the sweep was killed (signal {-status}). {kept}"
-        error = answer.get("error", {})
-        said = str(error.get("message") or "").strip() or str(answer.get("complaint") or "")
-        for words, meaning in COMPLAINTS.items():
-            if words in said:
-                return f"{meaning} {kept}"
-        said = PATH.sub("a file", said.strip().splitlines()[-1] if said.strip() else "")
-        return f"{said[:1].upper()}{said[1:300].rstrip('.')}. {kept}" if said else f"The computation failed. {kept}"
 
     # ------------------------------------------------------------ listeners
 
@@ -272,17 +266,9 @@ class Sweep:
             parts.append(f"{self.done:,} of {self.plan.runs:,} runs")
         else:
             parts.append(f"{self.plan.runs:,} runs")
-        if self.judged and self.successes is not None and self.done:
-            parts.append(f"{100 * self.successes / self.done:.0f} % succeeded")
+        if self.judged and self.successes is not None and self.done > self.problems:
+            parts.append(f"{100 * self.successes / (self.done - self.problems):.0f} % succeeded")
         return ", ".join(parts)
-
-
-COMPLAINTS = {
-    "No space left": "The disk of the server is full.",
-    "File too large": "The result is larger than a sweep on this server may be.",
-    "Disk quota": "The disk quota of the server is used up.",
-    "Cannot allocate memory": "There was not enough memory.",
-}
 
 
 def default_title(plan: Plan) -> str:

@@ -66,7 +66,11 @@ class EstimateView(BaseModel):
 
 
 class SweepView(BaseModel):
-    """A sweep; `successes` counts over all runs so far, where the experiment knows success."""
+    """A sweep.
+
+    `fixed` is `parameters` with titles and units; `successes` counts over all runs so far, where the experiment knows
+    success; `problems` counts runs whose values are at odds with each other.
+    """
 
     id: str
     title: str
@@ -79,11 +83,13 @@ class SweepView(BaseModel):
     trials: int
     frames: int
     seed: int
-    values: dict[str, Value]
+    parameters: dict[str, Value]
+    fixed: list[AxisView]
     runs: int
     conditions: int
     done: int
     successes: int | None = None
+    problems: int
     state: State
     message: str | None = None
     rate: float | None = None

@@ -47,7 +47,7 @@ class SweepWish(Wish):
     trials: Annotated[int, Field(ge=1, le=1_000_000)] = 10
     frames: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(None, description="Length of a run.")
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = 0
-    values: dict[Name, Any] = Field({}, description="Parameters that differ from the defaults in every run.")
+    parameters: dict[Name, Any] = Field({}, description="Parameters that differ from the defaults in every run.")
 
 
 class EstimateWish(SweepWish):

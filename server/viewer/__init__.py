@@ -8,7 +8,7 @@ to it after the web application has checked who is asking, and `client_page` is 
 """
 
 from server.viewer.bridge import bridge
-from server.viewer.client import CONTENT_SECURITY_POLICY, client_page
+from server.viewer.client import CONTENT_SECURITY_POLICY, client_asset, client_page
 from server.viewer.viewer import Viewer
 
-__all__ = ["CONTENT_SECURITY_POLICY", "Viewer", "bridge", "client_page"]
+__all__ = ["CONTENT_SECURITY_POLICY", "Viewer", "bridge", "client_asset", "client_page"]

@@ -6,9 +6,8 @@ until every corner of the box to be seen lies within the window.
 """
 
 import itertools
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import viser
@@ -91,13 +90,14 @@ class _Watcher:
     aspect: float = 1.0
     tilt: float = 0.0
     arrived: bool = False
-    asked: float = field(default_factory=time.monotonic)
-    retries: int = 0
 
     def is_in_place(self, camera: viser.CameraHandle) -> bool:
         """Whether the camera stands where it was put."""
-        view = self.view
-        return view is not None and float(np.linalg.norm(camera.position - view.position)) < 0.01 * view.distance
+        return self.view is not None and _stands(camera, self.view, 0.01)
+
+
+def _stands(camera: viser.CameraHandle, view: View, share: float) -> bool:
+    return float(np.linalg.norm(camera.position - view.position)) < share * view.distance
 
 
 class Cameras:
@@ -114,6 +114,7 @@ class Cameras:
         self._watchers: dict[int, _Watcher] = {}
         self._box: Box | None = None
         self._fitted: Box | None = None
+        self._start: View | None = None
 
     @property
     def relief(self) -> float:
@@ -131,7 +132,7 @@ class Cameras:
                 self._refit()
             return
         self._fitted = box
-        start = fit(PRESETS["front"], box, aspect=1.2)
+        self._start = start = fit(PRESETS["front"], box, aspect=1.2)
         camera = self._server.initial_camera
         camera.up = (0.0, 1.0, 0.0)
         camera.position, camera.look_at = start.position, start.target
@@ -175,7 +176,7 @@ class Cameras:
         camera = watcher.client.camera
         watcher.aspect = camera.aspect
         watcher.view = view = fit(PRESETS[watcher.preset], self._box, watcher.aspect)
-        watcher.arrived, watcher.asked = False, time.monotonic()
+        watcher.arrived = False
         with watcher.client.atomic():
             camera.max_orbit_distance = view.distance * 10.0
             camera.min_orbit_distance = view.distance / 20.0
@@ -193,14 +194,12 @@ class Cameras:
             self._point(watcher)
             return
         there = watcher.is_in_place(camera)
+        # The start pose that viser replays to a new browser can overtake the preset, also after it was reached; nobody
+        # turns the camera to just there.
+        overtaken = not there and self._start is not None and _stands(camera, self._start, 1e-4)
         resized = abs(camera.aspect - watcher.aspect) > 0.005 * watcher.aspect
         watcher.arrived = watcher.arrived or there
-        if resized and (there or not watcher.arrived):
-            watcher.retries = 0
-            self._point(watcher)
-        elif not watcher.arrived and time.monotonic() - watcher.asked > 0.3 and watcher.retries < 3:
-            # The start pose that viser replays to a new browser can overtake the preset.
-            watcher.retries += 1
+        if overtaken or (resized and (there or not watcher.arrived)):
             self._point(watcher)
         else:
             self._tilt(watcher, camera.position, camera.look_at)

@@ -29,9 +29,11 @@
     dispatchEvent(new Event(document.visibilityState === "visible" ? "focus" : "blur"));
   });
 
-  // ---- Picture and particles of the same frame. viser hands points to the graphics card at once, but unpacks a picture
-  // in the background, from an address of its own that it gives back afterwards; a newer picture even cancels it. So
-  // nothing is drawn, and no newer frame taken (viser does that before it draws), until the picture hangs in the scene.
+  // ---- Picture and particles of the same frame, and no frame drawn in vain. viser takes a frame up while it draws, so it
+  // draws the old one once more; and it hands points to the graphics card at once, but unpacks a picture in the
+  // background, from an address of its own that it gives back afterwards; a newer picture even cancels it. Without a
+  // graphics card drawing takes longer than all else together. So a frame is taken up as soon as it comes, while the
+  // last one is being drawn, and nothing is drawn and nothing newer taken up until its picture hangs in the scene.
   const PATIENCE_MS = 500;
   const unpacking = new Map();
   const create = URL.createObjectURL.bind(URL);
@@ -52,22 +54,49 @@
     }
     return unpacking.size > 0;
   };
+  let isHeld = false;
+  const takeUp = () => {
+    const viewer = window.__viserMutable;
+    // Once a frame had to be held, it is drawn before anything newer: frames that come faster than their pictures are
+    // unpacked would otherwise keep all of them from being drawn.
+    if (isHeld || !viewer?.drainMessageQueue || viewer.messageQueue.length === 0 || isUnpacking()) return;
+    viewer.drainMessageQueue();
+    viewer.requestRender();
+  };
+  const OriginalWorker = window.Worker;
+  window.Worker = class extends OriginalWorker {
+    constructor(...rest) {
+      super(...rest);
+      // viser's own listener comes later and puts what has come into its queue.
+      this.addEventListener("message", () => setTimeout(takeUp));
+    }
+  };
+  const drawn = (callback, time) => {
+    const viewer = window.__viserMutable;
+    const later = viewer?.drainMessageQueue ? viewer.messageQueue.splice(0) : [];
+    callback(time);
+    if (later.length === 0) return;
+    viewer.messageQueue.unshift(...later);
+    viewer.requestRender();
+    setTimeout(takeUp);
+  };
   const draw = window.requestAnimationFrame.bind(window);
   const undraw = window.cancelAnimationFrame.bind(window);
   const due = new Map();
-  let drawing = { time: -1, held: false };
+  let now = -1;
   let last = 0;
   window.requestAnimationFrame = (callback) => {
     const request = ++last;
     const run = (time) => {
       // All callbacks of one frame run or wait together: the first of them may well have begun to unpack the next picture.
-      if (drawing.time !== time) drawing = { time, held: isUnpacking() };
-      if (drawing.held) {
+      if (now !== time) isHeld = isUnpacking();
+      now = time;
+      if (isHeld) {
         due.set(request, draw(run));
         return;
       }
       due.delete(request);
-      callback(time);
+      drawn(callback, time);
     };
     due.set(request, draw(run));
     return request;

@@ -3,7 +3,9 @@
 viser ships its client as one self-contained file that connects to its own address. This module puts a style sheet and a
 script into its head, before the client's own script runs: keys that steer the run are handed to the page around, the
 scene reconnects without being clicked, light or dark follows the system, and everything is hidden that a lecture does
-not need. The file itself is left as it is, so that a new viser brings its own.
+not need. The client's own script and style sheet are served beside it, since each session has an address of its own and
+a browser would otherwise load and compile them anew for each. What they say is left as it is, so that a new viser
+brings its own; one that is packed in another way is served in one piece.
 """
 
 from functools import cache
@@ -11,14 +13,16 @@ from pathlib import Path
 
 import viser
 
-__all__ = ["CONTENT_SECURITY_POLICY", "client_page"]
+from server.viewer.unpacking import Asset, Parts, take_apart
+
+__all__ = ["ASSETS", "CONTENT_SECURITY_POLICY", "client_asset", "client_page"]
 
 _DIRECTIVES = (
     "default-src 'none'",
-    # The client is one file of inline scripts and unpacks itself by WebAssembly; it never evaluates text.
-    "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:",
+    # The client unpacks what it is sent by WebAssembly; it never evaluates text.
+    "script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob:",
     "worker-src blob:",
-    "style-src 'unsafe-inline'",
+    "style-src 'self' 'unsafe-inline'",
     "img-src 'self' data: blob:",
     "font-src data:",
     # Keeps `?websocket=...` from leading the page, with its keys and pictures, to another host.
@@ -29,16 +33,49 @@ _DIRECTIVES = (
 )
 CONTENT_SECURITY_POLICY = "; ".join(_DIRECTIVES)
 
+ASSETS = "/viz/client/"
+"""Where the files of the client are served, under their names."""
+
 _HERE = Path(__file__).parent
 
 
 @cache
 def client_page() -> bytes:
     """Return the page for `/viz/{session}/`, to be sent with `CONTENT_SECURITY_POLICY`."""
-    page = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+    page = _opened() or _page()
     script = (_HERE / "client.js").read_text(encoding="utf-8")
     style = (_HERE / "client.css").read_text(encoding="utf-8")
     page = page.replace("<title>Viser</title>", "<title>pftrack scene</title>", 1)
     head = page.index("<head>") + len("<head>")
     body = page.index("</head>")
     return f"{page[:head]}<script>{script}</script>{page[head:body]}<style>{style}</style>{page[body:]}".encode()
+
+
+def client_asset(name: str) -> Asset | None:
+    """Return a file of the client, to be kept by browsers for good, if there is one of that name."""
+    parts = _parts()
+    files = (parts.style, parts.script, parts.decoder) if parts else ()
+    return next((file for file in files if file.name == name), None)
+
+
+def _opened() -> str | None:
+    """Return viser's page with its script and its style sheet as files."""
+    parts = _parts()
+    if parts is None:
+        return None
+    script = ASSETS + parts.script.name
+    return (
+        f'{parts.head}<link rel="stylesheet" href="{ASSETS}{parts.style.name}">'
+        f'<link rel="modulepreload" href="{script}"><script type="module">'
+        f'globalThis.__viserZstdWasm = await WebAssembly.compileStreaming(fetch("{ASSETS}{parts.decoder.name}"));'
+        f'await import("{script}");</script>{parts.rest}'
+    )
+
+
+@cache
+def _parts() -> Parts | None:
+    return take_apart(_page())
+
+
+def _page() -> str:
+    return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")

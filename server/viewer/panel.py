@@ -18,6 +18,7 @@ from server.viewer.camera import PRESETS
 from server.viewer.changes import Coalescer
 from server.viewer.controls import Control, Handle
 from server.viewer.legend import caption_html, legend_html
+from server.viewer.seed import SEED, SeedBox
 
 __all__ = ["Panel"]
 
@@ -40,10 +41,12 @@ class Panel:
         values: What is in force.
         trackers: Titles by identifier, in order.
         tracker: The one in force.
+        seed: The seed of the run.
         layers: Layers by name, and whether they are shown at first.
         on_change: Takes new values of parameters.
         on_tracker: Takes the identifier of a tracker.
         on_speed: Takes a speed; 0 is as fast as possible.
+        on_seed: Takes a seed with which the run shall begin anew.
         on_layer: Takes a layer and whether it is to be shown.
         on_look: Takes a browser and the camera preset that it wants.
         wake: Called when `tend` has to be called earlier than it last said.
@@ -57,10 +60,12 @@ class Panel:
         values: Mapping[str, Value],
         trackers: Mapping[str, str],
         tracker: str,
+        seed: int,
         layers: Mapping[str, bool],
         on_change: Callable[[dict[str, Value]], None],
         on_tracker: Callable[[str], None],
         on_speed: Callable[[float], None],
+        on_seed: Callable[[object], None],
         on_layer: Callable[[str, bool], None],
         on_look: Callable[[int, str], None],
         wake: Callable[[], None],
@@ -71,12 +76,13 @@ class Panel:
         self._touched: dict[str, float] = {}
         self._answered = False
         self._wake = wake
-        self._on_change, self._on_tracker = on_change, on_tracker
+        self._on_change, self._on_tracker, self._on_seed = on_change, on_tracker, on_seed
         self._changes = Coalescer(self._send)
         self._titles = dict(trackers)
         self._tracker = tracker
         gui = server.gui
         self._choice = self._add_tracker()
+        self._seed = SeedBox(server, seed, lambda wanted: self._moved(SEED, wanted))
         self._add_cameras(on_look)
         self._caption = gui.add_html(caption_html(""))
         gui.add_html(legend_html(layers))
@@ -146,6 +152,7 @@ class Panel:
             if self._choice.value == title:
                 self._choice.value = ""
             self._choice.value = title
+            self._seed.show(insist=True)
 
     def _moved(self, name: str, value: Value) -> None:
         with self._lock:
@@ -155,11 +162,13 @@ class Panel:
         self._changes.offer(name, value)
 
     def _send(self, batch: dict[str, Value]) -> None:
-        tracker = batch.pop("tracker", None)
+        tracker, seed = batch.pop("tracker", None), batch.pop(SEED, None)
         if batch:
             self._on_change(batch)
         if tracker is not None:
             self._on_tracker(str(tracker))
+        if seed is not None:
+            self._on_seed(seed)
 
     def _add_tracker(self) -> Handle:
         choice = self._server.gui.add_dropdown(
@@ -239,6 +248,14 @@ class Panel:
         for title, offered in SPEEDS.items():
             if offered == speed:
                 self._speed.value = title
+
+    def show_seed(self, seed: int) -> None:
+        """Show the seed of the run, unless another is just being typed."""
+        with self._lock:
+            self._seed.seed = seed
+            self._answered = True
+            if SEED not in self._touched:
+                self._seed.show()
 
     def _choose_visible(self) -> None:
         used: set[str] = set()

@@ -18,6 +18,7 @@ from viser import _messages
 from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration, Value
 from server.viewer.camera import Box, Cameras
+from server.viewer.haste import hasten
 from server.viewer.pacing import FASTEST_S, Pacer
 from server.viewer.panel import Panel
 from server.viewer.scene import Scene
@@ -48,6 +49,7 @@ class Viewer:
         values: What is in force; a declaration without a value gets no control.
         trackers: Titles by identifier, in display order.
         tracker: The one in force.
+        seed: The seed of the run.
         layers: Layers by name, and whether they are shown at first.
         title: Heading of the panel.
         on_change: Takes new values of parameters by name, not yet validated.
@@ -65,12 +67,14 @@ class Viewer:
         values: dict[str, Value],
         trackers: dict[str, str],
         tracker: str,
+        seed: int,
         layers: dict[str, bool],
         title: str,
         on_change: Callable[[dict[str, Value]], None],
         on_tracker: Callable[[str], None],
         on_transport: Callable[[dict[str, Any]], None],
     ) -> None:
+        hasten()
         with _quiet():
             self._server = server = viser.ViserServer("127.0.0.1", 0, label=title, verbose=False)
         self.port = server.get_port()
@@ -96,10 +100,12 @@ class Viewer:
                 values=values,
                 trackers=trackers,
                 tracker=tracker,
+                seed=seed,
                 layers=layers,
                 on_change=on_change,
                 on_tracker=on_tracker,
                 on_speed=lambda speed: on_transport({"action": "speed", "speed": speed}),
+                on_seed=lambda seed: on_transport({"action": "restart", "seed": seed}),
                 on_layer=self._set_layer,
                 on_look=self._look,
                 wake=self._wake,
@@ -132,6 +138,10 @@ class Viewer:
     def set_speed(self, speed: float) -> None:
         """Show the speed in force; `on_transport` is not called for it."""
         self._panel.show_speed(speed)
+
+    def set_seed(self, seed: int) -> None:
+        """Show the seed of the run; `on_transport` is not called for it."""
+        self._panel.show_seed(seed)
 
     def refuse(self, message: str) -> None:
         """Say why a value was refused; the controls spring back to what is in force."""

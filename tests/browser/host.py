@@ -44,6 +44,19 @@ class Server:
         self._port = int(line.rsplit(":", 1)[1].split("/")[0])
         until(lambda: httpx.get(f"{self.url}/healthz").status_code == httpx.codes.OK, "the server answers", START_S)
 
+    @property
+    def pid(self) -> int | None:
+        return self._process.pid if self._process else None
+
+    def kill(self) -> None:
+        """Kill the server's own process, as the kernel does when memory runs out; what it started is left to itself."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait(10)
+            if self._process.stdout is not None:
+                self._process.stdout.close()
+            self._process = None
+
     def stop(self) -> None:
         """Stop it as a service manager does."""
         if self._process is None:

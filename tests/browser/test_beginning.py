@@ -40,11 +40,28 @@ SCENE = """(() => {
 })()"""
 
 
+class Held(list[Any]):
+    """What the scene has asked for and is not given until it is released."""
+
+    free = False
+
+    def take(self, route: Any) -> None:
+        if self.free:
+            route.continue_()
+        else:
+            self.append(route)
+
+    def release(self) -> None:
+        self.free = True
+        for route in self:
+            route.continue_()
+
+
 @pytest.fixture
-def held(page: Any) -> list[Any]:
+def held(page: Any) -> Held:
     """Hold the scene back; what was asked for lies in the list and can go on from there."""
-    waiting: list[Any] = []
-    page.route("**/viz/**", lambda route: waiting.append(route))  # noqa: PLW0108 - Playwright marks what it calls
+    waiting = Held()
+    page.route("**/viz/**", lambda route: waiting.take(route))  # noqa: PLW0108 - Playwright marks what it calls
     return waiting
 
 
@@ -52,7 +69,7 @@ def still(page: Any) -> Any:
     return page.evaluate(STILL)
 
 
-def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, held: list[Any], server: Server) -> None:
+def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, held: Held, server: Server) -> None:
     """A click in the gallery shows the library's own picture, which goes on with the run, and has the plots wait."""
     page = gallery.page
     gallery.card("ball").locator("h3 a").click()
@@ -64,8 +81,7 @@ def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, h
     gallery.until(lambda: held, "the scene was asked for")
     assert page.locator("script[src*=bokeh]").count() == 0
     assert not page.locator(".skeleton-scene").is_visible()
-    for route in held:
-        route.continue_()
+    held.release()
     page.locator(".scene-still").wait_for(state="detached")
     assert shown.in_scene(PARTICLES, 0) > 0
     gallery.until(lambda: any(name.startswith("error") for name in shown.lines), "the plots are drawn afterwards")
@@ -73,7 +89,7 @@ def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, h
 
 @pytest.mark.parametrize("size", [(1280, 800), (800, 700), (400, 800)])
 def test_the_scene_takes_over_where_the_picture_was(
-    page: Any, held: list[Any], server: Server, size: tuple[int, int]
+    page: Any, held: Held, server: Server, size: tuple[int, int]
 ) -> None:
     """The picture stays at its place and of its size; the plots come into a place that was kept for them."""
     page.set_viewport_size({"width": size[0], "height": size[1]})
@@ -84,8 +100,7 @@ def test_the_scene_takes_over_where_the_picture_was(
     shown.until(lambda: held, "the scene was asked for")
     before = still(page)
     places = page.evaluate(PLACES)
-    for route in held:
-        route.continue_()
+    held.release()
     page.locator(".scene-still").wait_for(state="detached")
     frame = page.evaluate("document.querySelector('.scene-frame').getBoundingClientRect().toJSON()")
     left, top, width, height = shown.in_scene(SCENE, None)

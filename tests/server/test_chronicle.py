@@ -53,6 +53,12 @@ def ear() -> Ear:
     return Ear()
 
 
+def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
+    """No page ever stands on a frame of which it knows nothing."""
+    ear.chronicle.stand(replace(START, position=1, head=1), [row(1)], 1)
+    assert [message["type"] for message in ear.heard] == ["frame", "position"]
+
+
 def test_the_same_again_is_no_news(ear: Ear) -> None:
     """A worker that stands where it stood tells nothing."""
     assert ear.stand() == []

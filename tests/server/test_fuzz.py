@@ -12,6 +12,7 @@ from schemathesis.checks import content_type_conformance, not_a_server_error, re
 
 from server.settings import Settings
 from tests.server.host import Server, begin, running, steer
+from tests.server.sweeping import begin_sweep, until_state
 
 CHECKS = (not_a_server_error, content_type_conformance, response_schema_conformance)
 OPERATIONS = [
@@ -30,26 +31,42 @@ OPERATIONS = [
     ("GET", "/api/v1/uploads/{upload}/frames/{frame}.jpg"),
     ("POST", "/api/v1/uploads"),
     ("POST", "/api/v1/runs/import"),
+    ("GET", "/api/v1/experiments/{experiment}/sweep"),
+    ("POST", "/api/v1/sweeps"),
+    ("POST", "/api/v1/sweeps/estimate"),
+    ("GET", "/api/v1/sweeps/{sweep}"),
+    ("GET", "/api/v1/sweeps/{sweep}/cells"),
+    ("GET", "/api/v1/sweeps/{sweep}/rows"),
+    ("POST", "/api/v1/sweeps/{sweep}/cancel"),
+    ("POST", "/api/v1/sweeps/{sweep}/resume"),
+    ("POST", "/api/v1/sweeps/{sweep}/rows/{run}/open"),
 ]
 
 
 @pytest.fixture(scope="module")
 def fuzzed(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """A server whose limits are small, so that no example takes long."""
-    wishes = {"max_frames": 300, "max_particles": 1000, "max_sessions": 4, "max_branches": 1000}
+    wishes = {"max_frames": 300, "max_particles": 1000, "max_sessions": 4, "max_branches": 1000, "sweep_jobs": 1}
     with running(Settings(data_dir=tmp_path_factory.mktemp("fuzzed"), **wishes)) as server:
         yield server
+
+
+@pytest.fixture(scope="module")
+def swept(fuzzed: Server) -> str:
+    """A sweep that is complete."""
+    with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
+        return str(until_state(client, begin_sweep(client)["id"], "done")["id"])
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize(("method", "path"), OPERATIONS)
-def test_made_up_requests(fuzzed: Server, method: str, path: str) -> None:
+def test_made_up_requests(fuzzed: Server, swept: str, method: str, path: str) -> None:
     """Made-up requests, right and wrong ones, are answered as the interface describes, and never by a mistake."""
     schema = schemathesis.openapi.from_url(f"{fuzzed.url}/openapi.json")
     with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
         session = begin(client)
-        real = {"session": session["id"], "experiment": "ball", "branch": "b0"}
+        real = {"session": session["id"], "experiment": "ball", "branch": "b0", "sweep": swept, "run": 1}
         operation = schema[path][method]
         cases = st.one_of(operation.as_strategy(), operation.as_strategy(generation_mode=GenerationMode.NEGATIVE))
 
@@ -69,6 +86,10 @@ def test_made_up_requests(fuzzed: Server, method: str, path: str) -> None:
             case.validate_response(response, checks=CHECKS)
             if response.status_code >= 400:
                 assert set(response.json()) == {"error"}
+            if response.status_code == 201 and path.endswith("/open"):
+                client.delete(f"/api/v1/sessions/{response.json()['id']}")
+            if response.status_code == 201 and path == "/api/v1/sweeps":
+                client.delete(f"/api/v1/sweeps/{response.json()['id']}")
             if response.status_code == 201 and path == "/api/v1/sessions":
                 client.delete(f"/api/v1/sessions/{response.json()['id']}")
 

@@ -7,6 +7,8 @@ import httpx
 import pytest
 
 from pftrack import record
+from pftrack.experiments import find
+from pftrack.run import Change, Run
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_uploads import send, video
 
@@ -83,6 +85,22 @@ def test_brought_in(client: httpx.Client) -> None:
     assert brought["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
     assert brought["summary"]["reproduced"] is True
     assert client.post(f"/api/v1/runs/{brought['id']}/open").status_code == 201
+
+
+@pytest.mark.parametrize(
+    ("seed", "change", "words"),
+    [(2**53, 5, "at most 9007199254740991"), (7, 20, "frames 0 to 19")],
+)
+def test_a_run_that_no_page_could_show(
+    client: httpx.Client, tmp_path: Path, seed: int, change: int, words: str
+) -> None:
+    """A seed that browsers round, and a change after the end, are refused with the bound."""
+    experiment = find("ball")
+    run = Run(experiment, experiment.simulate(), seed=seed, frames=20, timeline=(Change(change, {"sample_count": 90}),))
+    record.save(run, tmp_path / "run.pft")
+    content = (tmp_path / "run.pft").read_bytes()
+    answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
+    assert words in error_of(answer, 422)["message"]
 
 
 @pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04" + b"\0" * 100, b"PK\x05\x06" + b"\0" * 18])

@@ -49,6 +49,25 @@ class TestStarting:
                 assert session["tracker"] == preset["tracker"]
                 client.delete(f"/api/v1/sessions/{session['id']}")
 
+    def test_a_change_past_the_end(self, client: httpx.Client) -> None:
+        """A change that no frame would see is refused, with the frames that there are."""
+        timeline = [{"frame": 40, "values": {"sample_count": 150}}]
+        wish = {"experiment": "ball", "frames": 40, "timeline": timeline}
+        error = error_of(client.post("/api/v1/sessions", json=wish), 422)
+        assert (error["field"], error["value"], error["bound"]) == (
+            "timeline",
+            40,
+            "changes within the run, frames 0 to 39",
+        )
+
+    def test_the_values_at_the_beginning(self, client: httpx.Client) -> None:
+        """What the run began with is told beside what is in force now."""
+        session = begin(client, parameters={"sample_count": 300})
+        steer(client, session["id"], "seek", frame=3)
+        client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200})
+        now = get(client, session["id"])
+        assert (now["first_parameters"]["sample_count"], now["parameters"]["sample_count"]) == (300, 200)
+
     def test_timeline(self, client: httpx.Client) -> None:
         """A session started with a timeline computes what the library computes with it."""
         timeline = [{"frame": 10, "values": {"sample_count": 150}}, {"frame": 20, "values": {"tracker": "apf"}}]
@@ -135,9 +154,32 @@ class TestTransport:
         assert again["timeline"] == [{"frame": 0, "values": {"sample_count": 200}}]
         assert columns(client, session["id"])["frame"] == [0]
 
+    def test_restart_with_another_seed(self, client: httpx.Client, session: dict[str, Any]) -> None:
+        """The run begins anew as one that was started with that seed, and the session tells the seed."""
+        again = steer(client, session["id"], "restart", seed=12)
+        assert (again["seed"], again["position"]) == (12, 0)
+        steer(client, session["id"], "seek", frame=10)
+        other = begin(client, seed=12, position=10)
+        assert columns(client, session["id"])["estimate"] == columns(client, other["id"])["estimate"]
+        assert steer(client, session["id"], "restart", seed=2**53 - 1)["seed"] == 2**53 - 1
+        assert steer(client, session["id"], "restart")["seed"] == 2**53 - 1
+
+    def test_another_seed_is_no_seed_of_one_branch(self, client: httpx.Client, session: dict[str, Any]) -> None:
+        """All branches share their past, and so the seed."""
+        steer(client, session["id"], "seek", frame=20)
+        client.post(f"/api/v1/sessions/{session['id']}/branch", json={"frame": 10})
+        wish = {"action": "restart", "seed": 12}
+        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=wish)
+        assert "All 2 branches" in error_of(answer, 409)["message"]
+        assert get(client, session["id"])["seed"] == session["seed"]
+
     @pytest.mark.parametrize(
         ("wish", "field"),
         [
+            ({"action": "restart", "seed": -1}, "seed"),
+            ({"action": "restart", "seed": 2**53}, "seed"),
+            ({"action": "restart", "seed": 1.5}, "seed"),
+            ({"action": "restart", "seed": "seven"}, "seed"),
             ({"action": "fly"}, "action"),
             ({}, "action"),
             ({"action": "seek"}, "frame"),

@@ -39,6 +39,9 @@ class Puppet:
     def set_speed(self, speed: float) -> None:
         self.told.append(("speed", speed))
 
+    def set_seed(self, seed: int) -> None:
+        self.told.append(("seed", seed))
+
     def refuse(self, message: str) -> None:
         self.told.append(("refuse", message))
 
@@ -58,7 +61,7 @@ class Theatre:
         self.credits += 1
 
     async def open(self) -> Puppet:
-        assert await self.stage.open(CARD, {"n": 1}, "apf") == 4711
+        assert await self.stage.open(CARD, {"n": 1}, "apf", 7) == 4711
         puppet: Any = self.stage._viewer
         return puppet
 
@@ -118,7 +121,7 @@ def test_only_the_newest_values_wait(act: Any) -> None:
         puppet = await theatre.open()
         puppet.slow.clear()
         for number in range(20):
-            theatre.stage.tell({"n": number}, "apf", 1.0)
+            theatre.stage.tell({"n": number}, "apf", 1.0, 7)
             await asyncio.sleep(0.002)
         theatre.stage.refuse("too large")
         theatre.stage.refuse("too small")
@@ -155,7 +158,7 @@ def test_a_broken_panel_ends_nothing(act: Any, monkeypatch: pytest.MonkeyPatch) 
     async def scene(theatre: Theatre) -> None:
         puppet = await theatre.open()
         monkeypatch.setattr(puppet, "set_values", broken)
-        theatre.stage.tell({"n": 1}, "apf", 1.0)
+        theatre.stage.tell({"n": 1}, "apf", 1.0, 7)
         await asyncio.sleep(0.05)
         monkeypatch.undo()
         theatre.stage.refuse("still here")

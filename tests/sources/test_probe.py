@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -115,6 +116,14 @@ def test_a_decoder_without_end_runs_out_of_time(endless: Path) -> None:
     """A file that takes long is given up after the time allowed."""
     with pytest.raises(SourceError, match=r"takes longer than the 0\.5 s that are allowed"):
         probe(endless, wall_seconds=0.5)
+
+
+def test_a_probe_may_be_stopped(endless: Path) -> None:
+    """Who asks may give up, and the process is gone at once."""
+    begun = time.monotonic()
+    with pytest.raises(SourceError, match="stopped before it came to an end"):
+        probe(endless, stopped=lambda: time.monotonic() > begun + 1.0)
+    assert time.monotonic() < begun + 5.0
 
 
 def test_a_memory_bomb_is_told(endless: Path) -> None:

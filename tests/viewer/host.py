@@ -18,7 +18,7 @@ from websockets.typing import Subprotocol
 
 from pftrack.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
 from pftrack.parameters import Declaration, Value
-from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_page
+from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 LAYERS = {"picture": True, "particles": True, "trail": True, "estimate": True, "labels": False}
@@ -95,6 +95,7 @@ class Session:
             values=dict(VALUES),
             trackers=TRACKERS,
             tracker=self.tracker,
+            seed=7,
             layers=LAYERS,
             title="Ball behind an occluder",
             on_change=self._change,
@@ -133,6 +134,7 @@ class Site:
         app = FastAPI()
         app.get("/")(self._page)
         app.get("/viz/one/")(self._client)
+        app.get("/viz/client/{name}")(self._asset)
         app.websocket("/viz/one")(self._bridge)
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
@@ -167,6 +169,11 @@ class Site:
             client_page(), media_type="text/html", headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY}
         )
 
+    async def _asset(self, name: str) -> Response:
+        file = client_asset(name)
+        assert file is not None
+        return Response(file.content, media_type=file.media_type)
+
     async def _bridge(self, websocket: WebSocket) -> None:
         self.bridges += 1
         try:
@@ -191,6 +198,7 @@ class Peer:
         self.asked = 0
         self._question = ""
         self.batches = 0
+        self.sent: list[float] = []
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
         self.look(wide=800, high=600)
@@ -252,7 +260,9 @@ class Peer:
                 data = self.socket.recv()
                 assert isinstance(data, bytes)
                 self.batches += 1
-                for message in _decode(data):
+                sent_s, messages = _decode(data)
+                self.sent.append(sent_s)
+                for message in messages:
                     self._take(message)
 
     def _take(self, message: dict[str, Any]) -> None:
@@ -278,8 +288,8 @@ class Peer:
             self.nodes[message["name"]] = {"kind": kind, **props}
 
 
-def _decode(data: bytes) -> list[dict[str, Any]]:
-    """Undo viser's framing: sizes, compressed msgpack, then the arrays that placeholders in it point to."""
+def _decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
+    """Return when a batch was sent, and what is in it: sizes, packed messages, the arrays they point to."""
     plain, packed = (int.from_bytes(data[at : at + 8], "little") for at in (0, 8))
     inner = msgspec.msgpack.decode(
         zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], max_output_size=plain)
@@ -297,7 +307,7 @@ def _decode(data: bytes) -> list[dict[str, Any]]:
             return {key: fill(item) for key, item in value.items()}
         return value
 
-    return [fill(message) for message in inner["messages"]]
+    return inner["timestampSec"], [fill(message) for message in inner["messages"]]
 
 
 def wait_for(condition: Callable[[], object], seconds: float = 10.0) -> None:

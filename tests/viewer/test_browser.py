@@ -163,6 +163,17 @@ def test_a_refused_value_springs_back(session: Session, page: Any, scene: Any) -
     assert session.changes == [{"sample_count": 900}]
 
 
+def test_a_typed_seed_begins_the_run_anew(session: Session, page: Any, scene: Any) -> None:
+    """It counts when it is finished, as one whole number."""
+    session.transport.clear()
+    field = box(scene, "Seed")
+    field.fill("4242")
+    field.press("Enter")
+    wait_for(lambda: session.transport == [{"action": "restart", "seed": 4242}])
+    session.viewer.set_seed(4242)
+    wait_for_value(page, field, "4242")
+
+
 def test_the_authoritative_value_appears_without_coming_back(session: Session, page: Any, scene: Any) -> None:
     """A change by REST is shown, and is not proposed again."""
     session.viewer.set_values({"sample_count": 321}, "h-spf")

@@ -1,6 +1,7 @@
 """Presets that fit the window, and cameras that are left alone once somebody has moved them."""
 
 import itertools
+import time
 
 import numpy as np
 import pytest
@@ -55,6 +56,25 @@ def test_a_window_of_another_shape_is_fitted_again(session: Session, peer: Peer)
     place = peer.camera["Position"]["position"]
     peer.look(wide=300, high=600, position=tuple(place))
     wait_for(lambda: peer.camera["Position"]["position"][2] > 1.5 * place[2])
+
+
+def test_the_start_pose_that_comes_late_is_put_right(session: Session, peer: Peer) -> None:
+    """What viser replays to a new browser may overtake the fitted camera; where a person turned it, it stays."""
+    session.viewer.show(drawing(), {"frame": 0})
+    wait_for(lambda: "Position" in peer.camera)
+    start = fit(PRESETS["front"], Box(320, 240, 0.0), aspect=1.2)
+    peer.look(wide=960, high=560, position=tuple(peer.camera["Position"]["position"]))
+    wait_for(lambda: "Position" in peer.camera)
+    time.sleep(0.3)
+    fitted = peer.camera.pop("Position")["position"]
+    peer.look(wide=960, high=560, position=tuple(fitted))
+    peer.look(wide=960, high=560, position=tuple(start.position.tolist()))
+    wait_for(lambda: "Position" in peer.camera)
+    np.testing.assert_allclose(peer.camera.pop("Position")["position"], fitted)
+    peer.look(wide=960, high=560, position=tuple(fitted))
+    peer.look(wide=960, high=560, position=(fitted[0] + 200.0, fitted[1], fitted[2]))
+    time.sleep(0.3)
+    assert "Position" not in peer.camera
 
 
 def test_heights_appear_when_the_camera_is_tilted(session: Session, peer: Peer) -> None:

@@ -1,21 +1,49 @@
 """viser's client page, prepared to live inside a session's page."""
 
+import gzip
+import re
+
 import viser
 
-from server.viewer import CONTENT_SECURITY_POLICY, client_page
+from server.viewer import CONTENT_SECURITY_POLICY, client_asset, client_page
+from server.viewer.client import ASSETS
+from server.viewer.unpacking import take_apart
 
 
 def test_our_script_runs_before_visers() -> None:
     """Theme and address have to be settled before the client reads them."""
     page = client_page().decode()
-    assert page.index("pftrack-viser") < page.index("data-p=")
+    assert page.index("pftrack-viser") < page.index("await import(")
     assert "<title>pftrack scene</title>" in page
 
 
 def test_the_client_is_the_one_of_the_server() -> None:
     """Both come from the same installation, so their versions agree."""
     assert viser.__version__.startswith("1.1.")
-    assert len(client_page()) > 500_000
+    names = re.findall(ASSETS + r"([0-9a-f]{32}\.\w+)", client_page().decode())
+    files = [client_asset(name) for name in dict.fromkeys(names)]
+    assert [file and file.media_type.partition(";")[0] for file in files] == [
+        "text/css",
+        "text/javascript",
+        "application/wasm",
+    ]
+    assert max(len(file.content) for file in files if file) > 2_000_000
+    assert all(gzip.decompress(file.packed) == file.content for file in files if file)
+
+
+def test_the_page_of_a_session_is_light() -> None:
+    """What is the same for all sessions is not in it, so that a browser loads and compiles it once."""
+    assert len(client_page()) < 50_000
+
+
+def test_another_way_of_packing_is_served_in_one_piece() -> None:
+    """A page that cannot be taken apart is not."""
+    assert take_apart("<html><head></head><body>another viser</body></html>") is None
+
+
+def test_there_is_no_other_file() -> None:
+    """Only the files of the client have names."""
+    assert client_asset("index.html") is None
 
 
 def test_the_policy_allows_no_evaluation_and_no_other_host() -> None:

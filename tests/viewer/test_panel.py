@@ -125,6 +125,19 @@ def test_the_speed_is_a_transport_command(session: Session, peer: Peer) -> None:
     wait_for(lambda: session.transport == [{"action": "speed", "speed": 2.0}])
 
 
+def test_the_seed_is_shown_and_another_one_begins_the_run_anew(session: Session, peer: Peer) -> None:
+    """A typed seed is a restart, sent as a whole number; what the session says is shown without a command."""
+    session.transport.clear()
+    assert (peer.control("Seed")["kind"], peer.control("Seed")["max"]) == ("GuiNumberMessage", 2**53 - 1)
+    peer.move("Seed", 12.0)
+    wait_for(lambda: session.transport == [{"action": "restart", "seed": 12}])
+    assert type(session.transport[0]["seed"]) is int
+    session.viewer.set_seed(9_007_199_254_740_991)
+    wait_for(lambda: peer.control("Seed")["value"] == 9_007_199_254_740_991)
+    assert len(session.transport) == 1
+    session.transport.clear()
+
+
 def test_the_caption_of_the_frame_is_shown(session: Session, peer: Peer) -> None:
     """What the frame is about stands above the controls, without being markup."""
     shown = drawing(7)

@@ -94,6 +94,42 @@ def test_picture_and_particles_are_of_one_frame(session: Session, site: Site, ch
     assert len(set(seen)) > SHOTS / 4
 
 
+STOPPABLE = """(() => {
+    const draw = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (callback) => draw((time) => window.__stopped || callback(time));
+})()"""
+BRIGHTNESS = """(() => {
+    let found = null;
+    window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
+        found = (item.isMesh && item.material.map?.image) || found;
+    });
+    if (!found) return null;
+    const context = document.createElement('canvas').getContext('2d');
+    context.drawImage(found, 0, 0);
+    return context.getImageData(0, 0, 1, 1).data[0];
+})()"""
+
+
+def test_a_frame_is_taken_up_without_waiting_for_the_last_one_to_be_drawn(
+    session: Session, site: Site, chromium: Any
+) -> None:
+    """Drawing takes long without a graphics card: a picture that comes meanwhile is unpacked at once."""
+
+    def show(light: int) -> None:
+        picture = np.full((240, 320, 3), light, dtype=np.uint8)
+        session.viewer.show(Drawing(320, 240, {"picture": Picture(picture)}), {"frame": light})
+
+    show(50)
+    page = chromium.new_page(viewport={"width": 930, "height": 560})
+    page.add_init_script(STOPPABLE)
+    page.goto(f"http://127.0.0.1:{site.port}/viz/one/")
+    until(page, f"{BRIGHTNESS} === 50", seconds=60.0)
+    page.evaluate("window.__stopped = true")
+    show(200)
+    until(page, f"{BRIGHTNESS} === 200", seconds=10.0)
+    page.close()
+
+
 def _read(png: bytes, corners: list[list[float]]) -> tuple[int, int]:
     shot = np.asarray(Image.open(io.BytesIO(png)).convert("L"), dtype=float)
     (left, right), (top, bottom) = (sorted(pair) for pair in zip(*corners, strict=True))

@@ -5,7 +5,7 @@ Figures are made directly, without pyplot, so that nothing is kept in global sta
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -16,18 +16,20 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from pftrack.sweep.axis import Axis
+from pftrack.sweep.axis import Axis, declared
 from pftrack.sweep.cells import Code, errors_by_cell
 from pftrack.sweep.report.colours import CODE_NAMES, CODES, TRACKERS, diverging
 from pftrack.sweep.report.study import Study, label, shown
 
-__all__ = ["figures"]
+__all__ = ["boxes", "curves", "error_maps", "figures", "significance_maps", "success_maps"]
 
 PANEL_IN = 3.4
+NARROWEST_IN = 5.6
 MOST_TICKS = 10
 MOST_BOXES = 16
 MOST_COLUMNS = 4
 WHISKERS = (5, 95)
+TESTS = {"success": "Success, chi-square", "error": "Error, rank-sum"}
 
 
 def figures(study: Study) -> dict[str, Callable[[], Figure]]:
@@ -35,33 +37,53 @@ def figures(study: Study) -> dict[str, Callable[[], Figure]]:
     wanted: dict[str, Callable[[], Figure]] = {}
     if study.y is not None:
         if study.judged:
-            wanted["success"] = lambda: _success(study)
-        wanted["error"] = lambda: _error(study)
+            wanted["success"] = lambda: success_maps([study])
+        wanted["error"] = lambda: error_maps([study])
         if study.comparisons and study.judged:
             wanted["difference"] = lambda: _difference(study)
         if study.comparisons:
-            wanted["significance"] = lambda: _significance(study)
+            kinds: list[Literal["success", "error"]] = ["success", "error"] if study.judged else ["error"]
+            wanted["significance"] = lambda: significance_maps(study, kinds)
     several = [axis for axis in study.result.plan.axes if len(axis.values) > 1]
     if several:
-        wanted["curves"] = lambda: _curves(study, several)
+        wanted["curves"] = lambda: curves(study, several)
     boxed = _boxed_axis(study)
     if boxed is not None:
-        wanted["boxes"] = lambda: _boxes(study, boxed)
+        wanted["boxes"] = lambda: boxes(study, boxed)
     return wanted
 
 
-def _success(study: Study) -> Figure:
-    panels = {study.title(name): cells.rate for name, cells in study.maps.items()}
-    return _maps(study, panels, mpl.colormaps["viridis"], Normalize(0, 1), "Success rate")
+def success_maps(studies: Sequence[Study]) -> Figure:
+    """Draw the success rates of one or several studies on the same axes, on one colour scale."""
+    panels = _panels(studies, "rate")
+    return _maps(studies[0], panels, mpl.colormaps["viridis"], Normalize(0, 1), "Success rate")
 
 
-def _error(study: Study) -> Figure:
-    panels = {study.title(name): cells.mean_error for name, cells in study.maps.items()}
+def error_maps(studies: Sequence[Study]) -> Figure:
+    """Draw the mean errors of one or several studies on the same axes, on one colour scale."""
+    panels = _panels(studies, "mean_error")
     known = np.concatenate([panel[~np.isnan(panel)] for panel in panels.values()])
     scale = Normalize(0, float(known.max()) if len(known) else 1.0)
-    unit = study.result.plan.wiring.unit
-    runs = " of successful runs" if study.judged else ""
-    return _maps(study, panels, mpl.colormaps["viridis"], scale, f"Mean error{runs}{f', {unit}' if unit else ''}")
+    unit = studies[0].result.plan.wiring.unit
+    runs = " of successful runs" if studies[0].judged else ""
+    title = f"Mean error{runs}{f', {unit}' if unit else ''}"
+    return _maps(studies[0], panels, mpl.colormaps["viridis"], scale, title)
+
+
+def _panels(studies: Sequence[Study], quantity: str) -> dict[str, NDArray[np.float64]]:
+    """Return a map for each tracker of each study; several studies are told apart by their fixed values."""
+    return {
+        "\n".join([study.title(name), *([_fixed(study)] if len(studies) > 1 else [])]): getattr(cells, quantity)
+        for study in studies
+        for name, cells in study.maps.items()
+    }
+
+
+def _fixed(study: Study) -> str:
+    experiment = study.result.plan.wiring
+    return ", ".join(
+        f"{declared(experiment, name).title.lower()} {shown(value)}" for name, value in study.result.plan.values.items()
+    )
 
 
 def _difference(study: Study) -> Figure:
@@ -72,18 +94,22 @@ def _difference(study: Study) -> Figure:
     return _maps(study, panels, diverging(), Normalize(-most, most), "Difference of success rates")
 
 
-def _significance(study: Study) -> Figure:
-    """Four colours: chi-square on success above, rank-sum on the error of successful runs below, a column a pair."""
-    kinds = [("success", "Success, chi-square")] if study.judged else []
-    kinds.append(("error", "Error, rank-sum"))
-    figure, panels = _grid(len(kinds), len(study.comparisons), study)
+def significance_maps(study: Study, kinds: Sequence[Literal["success", "error"]]) -> Figure:
+    """Draw four-colour maps of what is significant: a row a kind, a column a pair; of a single pair all in one row.
+
+    Args:
+        study: What is looked at.
+        kinds: "success" by the chi-square test, "error" of successful runs by the rank-sum test.
+    """
+    wanted = [(kind, pair) for kind in kinds for pair in study.comparisons]
+    columns = len(study.comparisons) if len(study.comparisons) > 1 else len(kinds)
+    figure, panels = _grid(len(wanted) // columns, columns, study)
     colours = ListedColormap([CODES[code] for code in Code])
-    for row, (kind, title) in enumerate(kinds):
-        for column, pair in enumerate(study.comparisons):
-            axes = panels[row][column]
-            codes = getattr(pair, kind).codes
-            _draw(axes, study, codes.astype(float), colours, BoundaryNorm(np.arange(-0.5, 4.5), 4))
-            axes.set_title(f"{title}\n1: {study.title(pair.first)}\n2: {study.title(pair.second)}", fontsize=9)
+    places = [axes for row in panels for axes in row]
+    for axes, (kind, pair) in zip(places, wanted, strict=True):
+        codes = getattr(pair, kind).codes
+        _draw(axes, study, codes.astype(float), colours, BoundaryNorm(np.arange(-0.5, 4.5), 4))
+        axes.set_title(f"{TESTS[kind]}\n1: {study.title(pair.first)}\n2: {study.title(pair.second)}", fontsize=9)
     names = {code: name.format(first="1", second="2") for code, name in CODE_NAMES.items()}
     handles = [Patch(facecolor=CODES[code], edgecolor="#888888", label=name) for code, name in names.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
@@ -91,11 +117,11 @@ def _significance(study: Study) -> Figure:
     return figure
 
 
-def _curves(study: Study, axes_: Sequence[Axis]) -> Figure:
-    """Success with its interval along every axis, all others pooled; error where nothing is judged."""
+def curves(study: Study, axes_: Sequence[Axis]) -> Figure:
+    """Draw the success with its interval along every axis, all others pooled; error where nothing is judged."""
     columns = min(len(axes_), 3)
     rows = -(-len(axes_) // columns)
-    figure = Figure(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
+    figure = Figure(figsize=(max(4.2 * columns, 5.6), 3.2 * rows), layout="constrained")
     for place, axis in enumerate(axes_):
         panel = figure.add_subplot(rows, columns, place + 1)
         positions = np.array(axis.values, dtype=float) if axis.numerical else np.arange(len(axis.values))
@@ -108,7 +134,8 @@ def _curves(study: Study, axes_: Sequence[Axis]) -> Figure:
                 positions, values, color=colour, marker="o", markersize=3, linewidth=1.5, label=study.title(name)
             )
         if not axis.numerical or len(axis.values) <= MOST_TICKS:
-            panel.set_xticks(positions, [shown(value) for value in axis.values], fontsize=8)
+            places = _apart(positions)
+            panel.set_xticks(positions[places], [shown(axis.values[place]) for place in places], fontsize=8)
         panel.set_xlabel(label(study, axis))
         panel.set_ylabel("Success rate" if study.judged else "Mean error")
         panel.set_ylim(*((-0.02, 1.02) if study.judged else (0, None)))
@@ -120,8 +147,18 @@ def _curves(study: Study, axes_: Sequence[Axis]) -> Figure:
     return figure
 
 
-def _boxes(study: Study, axis: Axis) -> Figure:
-    """Errors of successful runs over one axis, a box a tracker and value."""
+def _apart(positions: NDArray[Any]) -> list[int]:
+    """Return which of ascending or descending positions can carry a label without touching the one before."""
+    least = 0.07 * float(np.ptp(positions))
+    kept: list[int] = []
+    for place in range(len(positions)):
+        if not kept or abs(positions[place] - positions[kept[-1]]) >= least:
+            kept.append(place)
+    return kept
+
+
+def boxes(study: Study, axis: Axis) -> Figure:
+    """Draw the errors of successful runs over one axis, a box a tracker and value."""
     found = errors_by_cell(study.result, axis.name)
     width = 0.8 / len(study.trackers)
     figure = Figure(figsize=(max(1.2 + 0.35 * len(axis.values) * len(study.trackers), 5), 4), layout="constrained")
@@ -171,15 +208,18 @@ def _boxed_axis(study: Study) -> Axis | None:
 
 def _maps(study: Study, panels: dict[str, NDArray[np.float64]], colours: Any, scale: Normalize, title: str) -> Figure:  # noqa: ANN401 - either of two kinds of colour map
     """Draw maps side by side on one colour scale."""
-    columns = min(len(panels), MOST_COLUMNS)
+    columns = len(panels) if len(panels) <= MOST_COLUMNS else 3
     figure, grid = _grid(-(-len(panels) // columns), columns, study)
     places = [axes for row in grid for axes in row]
     image = None
     for axes, (name, values) in zip(places, panels.items(), strict=False):
         image = _draw(axes, study, values, colours, scale)
         axes.set_title(name, fontsize=10)
-    for axes in places[len(panels) :]:
-        axes.remove()
+    for place in range(len(panels), len(places)):
+        above = places[place - columns]
+        above.tick_params(labelbottom=True)
+        above.set_xlabel(places[place].get_xlabel())
+        places[place].remove()
     if image is not None:
         bar = figure.colorbar(image, ax=places[: len(panels)], shrink=0.9, pad=0.02)
         bar.set_label(title)
@@ -190,7 +230,9 @@ def _maps(study: Study, panels: dict[str, NDArray[np.float64]], colours: Any, sc
 def _grid(rows: int, columns: int, study: Study) -> tuple[Figure, list[list[Axes]]]:
     across, down = (len(axis.values) if axis else 1 for axis in (study.x, study.y))
     height = PANEL_IN * min(max(down / across, 0.6), 1.4)
-    figure = Figure(figsize=(PANEL_IN * columns + 1.0, (height + 0.6) * rows + 0.4), layout="constrained")
+    figure = Figure(
+        figsize=(max(PANEL_IN * columns + 1.0, NARROWEST_IN), (height + 0.6) * rows + 0.4), layout="constrained"
+    )
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for row in range(rows):
         for column in range(columns):

@@ -134,4 +134,6 @@ def label(study: Study, axis: Axis) -> str:
 
 def shown(value: Value) -> str:
     """Return a value as a tick or a table shows it."""
+    if isinstance(value, bool):
+        return str(value).lower()
     return f"{value:g}" if isinstance(value, float) else str(value)

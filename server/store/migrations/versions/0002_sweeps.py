@@ -22,6 +22,7 @@ def upgrade() -> None:
         sa.Column("runs", sa.BigInteger, nullable=False),
         sa.Column("done", sa.BigInteger, nullable=False),
         sa.Column("successes", sa.BigInteger, nullable=True),
+        sa.Column("problems", sa.BigInteger, nullable=False),
         sa.Column("seconds", sa.Float, nullable=False),
         sa.Column("created", sa.String(32), nullable=False),
     )

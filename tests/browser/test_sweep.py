@@ -1,0 +1,261 @@
+"""A sweep on its pages: planned in the form, watched while its map fills, and followed back to the run that failed."""
+
+from typing import Any
+
+import pytest
+
+from tests.browser.conftest import Complaints
+from tests.browser.host import Server, until
+from tests.browser.views import SessionPage, View
+
+SMALL: dict[str, Any] = {
+    "experiment": "ball",
+    "axes": [
+        {"name": "occlusion_width_px", "values": [5, 55, 105]},
+        {"name": "distracter_radius_px", "values": [1, 20]},
+    ],
+    "trackers": ["h-spf", "pc-pf"],
+    "trials": 5,
+    "frames": 40,
+    "parameters": {"sample_count": 100},
+}
+FAILING = {"i": 1, "j": 1}
+OPTIONS = ("Difference", "Significance", "Error", "Success")
+
+
+class SweepPage(View):
+    """The page of a sweep."""
+
+    @property
+    def id(self) -> str:
+        return str(self.page.url.split("?")[0].rsplit("/", 1)[1])
+
+    @property
+    def words(self) -> str:
+        return str(self.page.inner_text(".bar-words"))
+
+    def complete(self) -> None:
+        self.until(lambda: self.words.startswith("Complete"), "the sweep is complete")
+
+    def centre(self, method: str, i: int, j: int) -> tuple[float, float]:
+        """Where the middle of a cell is in the map's canvas, px."""
+        grid = self.page.locator(f"[data-map='{method}'] .map-plot").evaluate("(plot) => ({ ...plot.dataset })")
+        left, top, wide, high, up = (float(grid[name]) for name in ("left", "top", "wide", "high", "up"))
+        return left + (i + 0.5) * wide, top + (up - j - 0.5) * high
+
+    def colours(self, method: str) -> list[list[int]]:
+        """The colours of a map's cells, taken a little beside the figures that stand there."""
+        read = """(canvas, [x, y]) => {
+            const scale = canvas.width / canvas.clientWidth;
+            return [...canvas.getContext("2d").getImageData((x - 14) * scale, (y - 14) * scale, 1, 1).data];
+        }"""
+        canvas = self.page.locator(f"[data-map='{method}'] canvas")
+        return [canvas.evaluate(read, list(self.centre(method, i, j))) for j in range(2) for i in range(3)]
+
+    def click_cell(self, method: str, cell: dict[str, int]) -> None:
+        x, y = self.centre(method, **cell)
+        self.page.locator(f"[data-map='{method}'] canvas").click(position={"x": x, "y": y})
+
+    def runs(self) -> Any:
+        return self.page.locator("li.run")
+
+
+@pytest.fixture(scope="module")
+def complete(server: Server) -> dict[str, Any]:
+    """A small sweep that is complete."""
+    begun: dict[str, Any] = server.post("sweeps", SMALL)
+    until(lambda: server.get(f"sweeps/{begun['id']}")["state"] == "done", "the sweep is complete")
+    return begun
+
+
+@pytest.fixture
+def sweep(complete: dict[str, Any], page: Any) -> SweepPage:
+    """The page of a small sweep that is complete."""
+    page.goto(complete["page"])
+    shown = SweepPage(page)
+    shown.until(lambda: page.locator(".map canvas").count() == 2, "the maps are there")
+    shown.complete()
+    return shown
+
+
+def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> None:
+    """A sweep started from the form fills its map; a click on a failing cell and run shows that run fail as told."""
+    page.goto("/")
+    page.click("text=New sweep")
+    page.wait_for_selector(".plan-size")
+    for index, values in enumerate(["5, 55, 105", "1, 20"]):
+        page.locator(f"[data-field='axes.{index}.values']").fill(values)
+    page.locator("[data-field=trials] input").fill("60")
+    page.locator("[data-field=frames] input").fill("60")
+    form = View(page)
+    form.until(
+        lambda: page.inner_text(".plan-size .figure >> nth=0") == "1,080 runs", "the form tells the number of runs"
+    )
+    form.until(lambda: page.inner_text("[data-role=time]").endswith("to compute"), "the form tells the time")
+    page.click("text=Start the sweep")
+    page.wait_for_url("**/sweep/*")
+
+    sweep = SweepPage(page)
+    sweep.until(lambda: page.locator(".map").count() == 3, "there is a map for each method")
+    empty = sweep.colours("h-spf")
+    sweep.until(lambda: 0 < sum(a != b for a, b in zip(sweep.colours("h-spf"), empty, strict=True)) < 6, "it fills")
+    sweep.complete()
+    sweep.until(lambda: all(a != b for a, b in zip(sweep.colours("h-spf"), empty, strict=True)), "all cells are there")
+
+    sweep.click_cell("h-spf", FAILING)
+    sweep.runs().first.wait_for()
+    assert "Occluder width 55 px" in page.inner_text(".runs-head")
+    found = server.get(f"sweeps/{sweep.id}/rows?i=1&j=1&tracker=h-spf")["rows"]
+    row = next(row for row in found if (row["first_lost_frame"] or 0) > 10)
+    item = page.locator(f"li.run[data-run='{row['run']}']")
+    assert f"first lost in frame {row['first_lost_frame']}," in item.inner_text()
+    assert sweep.runs().first.get_attribute("data-verdict") == "lost"
+    with page.context.expect_page() as opening:
+        item.locator(".run-title").click()
+    opened = SessionPage(opening.value, server).ready()
+    opened.stands_at(row["first_lost_frame"] - 10)
+    assert opened.session["seed"] == row["seed"]
+    assert opened.session["playing"] is False
+    for frame in range(row["first_lost_frame"] - 9, row["first_lost_frame"] + 1):
+        assert not opened.verdict.startswith("lost")
+        opened.press("ArrowRight")
+        opened.stands_at(frame)
+    opened.until(lambda: opened.verdict.startswith("lost"), "the page says that the ball is lost")
+    assert server.column(opened.id, "lost") == [False] * row["first_lost_frame"] + [True]
+
+
+def test_the_other_methods_are_one_click_away(sweep: SweepPage, page: Any, server: Server) -> None:
+    """Beside a run there is a link for each other method, to the same seed."""
+    sweep.click_cell("pc-pf", FAILING)
+    sweep.runs().first.wait_for()
+    run = int(sweep.runs().first.get_attribute("data-run"))
+    row = next(row for row in server.get(f"sweeps/{sweep.id}/rows?i=1&j=1")["rows"] if row["run"] == run)
+    with page.context.expect_page() as opening:
+        sweep.runs().first.locator(".chip-link", has_text="h-SPF").click()
+    opening.value.wait_for_url("**/session/*", wait_until="commit")
+    session = server.session(opening.value.url.rsplit("/", 1)[1])
+    assert (session["tracker"], session["seed"]) == ("h-spf", row["seed"])
+
+
+def test_by_keyboard(sweep: SweepPage, page: Any) -> None:
+    """Arrow keys move from cell to cell and tell what is there, Enter lists its runs, Escape hides what was told."""
+    page.locator("[data-map='h-spf'] .map-plot").focus()
+    for key in ("Tab", "Shift+Tab", "ArrowRight", "ArrowUp"):
+        page.keyboard.press(key)
+    tip = page.locator(".map-tip")
+    tip.wait_for()
+    assert "Occluder width 55 px" in tip.inner_text()
+    assert "Look-alike radius 20 px" in tip.inner_text()
+    assert "5 runs" in tip.inner_text()
+    page.keyboard.press("Enter")
+    sweep.runs().first.wait_for()
+    assert "Look-alike radius 20 px" in page.inner_text(".runs-head")
+    page.keyboard.press("ArrowDown")
+    assert "Look-alike radius 1 px" in tip.inner_text()
+    page.keyboard.press("Escape")
+    tip.wait_for(state="hidden")
+
+
+def test_the_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
+    """The switch shows error, difference and significance; axes can be swapped; the address remembers all of it."""
+    for words in OPTIONS:
+        page.locator(".segments button", has_text=words).click()
+        assert page.locator(".segments [aria-pressed=true]").inner_text() == words
+    page.locator(".segments button", has_text="Significance").click()
+    page.locator("[aria-label='Test']").select_option("fisher")
+    page.locator("text=Holm").click()
+    sweep.until(lambda: "not significant" in page.inner_text("[data-part=maps]"), "the verdicts are counted")
+    page.locator("[aria-label='Axis across']").select_option("distracter_radius_px")
+    sweep.until(lambda: "x=distracter_radius_px" in page.url, "the address names the axes")
+    page.reload()
+    sweep.until(lambda: page.locator(".map").count() == 3, "two methods and their comparison are shown")
+    assert page.locator("[aria-label='Axis across']").input_value() == "distracter_radius_px"
+    assert page.locator("[aria-label='Axis up']").input_value() == "occlusion_width_px"
+    assert page.locator("[aria-label='Test']").input_value() == "fisher"
+    assert page.locator("label", has_text="Holm").locator("input").is_checked()
+
+
+@pytest.mark.parametrize("width", [1280, 800])
+def test_errors_stand_beside_their_field(page: Any, width: int, complaints: Complaints) -> None:
+    """What is wrong in the form is said beside the field, before and without starting anything."""
+    complaints.expected = ("422",)
+    page.set_viewport_size({"width": width, "height": 800})
+    page.goto("/sweep/new")
+    page.wait_for_selector(".plan-size")
+    form = View(page)
+    page.locator("[data-field='axes.0.values']").fill("5, 1000")
+    beside = page.locator("[data-field='axes.0'] .wrong")
+    form.until(beside.is_visible, "the error is shown")
+    assert "between 0 and 640 px, got 1000" in beside.inner_text()
+    assert page.locator("text=Start the sweep").is_disabled()
+    page.locator("[data-field='axes.0.values']").fill("5, 100")
+    form.until(beside.is_hidden, "the error is gone")
+    page.locator("[data-field=trials] input").fill("0")
+    form.until(page.locator("[data-field=trials] .wrong").is_visible, "the error is beside the trials")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_cancel_resume_delete(page: Any, server: Server, complaints: Complaints) -> None:
+    """A running sweep is cancelled, resumed and deleted with a button each, and the page says how it stands."""
+    complaints.expected = ("404", "WebSocket")
+    begun = server.post("sweeps", {**SMALL, "trials": 400, "frames": 120, "parameters": {}})
+    page.goto(begun["page"])
+    sweep = SweepPage(page)
+    sweep.until(
+        lambda: " of 4,800 runs" in sweep.words and "left" in sweep.words, "the rate and the time left are told"
+    )
+    page.click("[data-role=cancel]")
+    sweep.until(lambda: sweep.words.startswith("Stopped"), "the page says that it stopped")
+    assert "was cancelled" in page.inner_text(".sweep-bar .note")
+    page.click("[data-role=resume]")
+    sweep.until(lambda: page.locator("[data-role=cancel]").is_visible(), "it runs again")
+    page.click("[aria-label='Delete this sweep']")
+    page.click("text=Delete it")
+    page.wait_for_url("**/", wait_until="commit")
+    assert begun["id"] not in [item["id"] for item in server.get("sweeps")]
+
+
+def test_a_lost_connection(sweep: SweepPage, page: Any, server: Server, complaints: Complaints) -> None:
+    """While the server is away the maps stay and a line says so; when it is back they go on."""
+    complaints.expected = ("ERR_CONNECTION_REFUSED", "WebSocket")
+    server.stop()
+    sweep.until(page.locator("[data-part=disconnected]").is_visible, "the page says that it reconnects")
+    assert page.locator(".map").count() == 2
+    server.start()
+    sweep.until(page.locator("[data-part=disconnected]").is_hidden, "the page is connected again")
+    assert sweep.words.startswith("Complete")
+
+
+@pytest.mark.parametrize("width", [1280, 800, 420])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_fits(sweep: SweepPage, page: Any, width: int, scheme: str) -> None:
+    """On a wide screen, a narrow one and a phone, light and dark, nothing hangs out at the side."""
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": 800})
+    page.locator(".segments button", has_text="Significance").click()
+    sweep.until(lambda: page.locator(".map").count() == 3, "two methods and their comparison are shown")
+    sweep.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
+    sweep.click_cell("h-spf", FAILING)
+    sweep.runs().first.wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
+    """A sweep that is not there is said not to be there, with the way back."""
+    complaints.expected = ("404",)
+    page.goto("/sweep/0123456789abcdef")
+    page.wait_for_selector("text=There is no such sweep")
+    page.click("text=Back to the gallery")
+    page.wait_for_url("**/", wait_until="commit")
+
+
+def test_the_gallery_lists_it(sweep: SweepPage, page: Any) -> None:
+    """The gallery lists recent sweeps with their outcome, and a page of an experiment leads to its form."""
+    row = page.locator(f"[data-sweep='{sweep.id}']")
+    page.goto("/")
+    row.wait_for()
+    assert "60 runs" in row.inner_text()
+    assert "complete" in row.inner_text()
+    page.locator("[data-experiment=sine] >> text=Sweep over conditions").click()
+    page.wait_for_selector(".plan-size")
+    assert page.locator("[aria-label=Experiment]").input_value() == "sine"

@@ -1,0 +1,204 @@
+"""Sweeps whose process, server or disk fails in the middle: shown as stopped with the reason, resumed, nothing lost."""
+
+import io
+import os
+import signal
+import sqlite3
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+import pyarrow.parquet as pq
+import pytest
+
+from pftrack.sweep import read_result
+from tests.browser.host import Server as Served
+from tests.server.host import Server, error_of, wait_for
+from tests.server.sweeping import LONG, LONG_RUNS, RUNS, begin_sweep, show, until_some, until_state
+
+DRIVER = "server.sweeps.driver"
+
+
+def driver(server: Server, sweep: str) -> psutil.Process:
+    """The process that computes a sweep."""
+    return psutil.Process(server.app.state.services.sweeps.get(sweep).pid)
+
+
+def chunks(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.glob("*.parquet")}
+
+
+def test_a_killed_process(start_server: Any, tmp_path: Path) -> None:
+    """A sweep whose process is killed says so, keeps what was computed, and is completed when it is resumed."""
+    with start_server(sweep_jobs=1) as (server, client):
+        sweep = begin_sweep(client, **{**LONG, "trials": 80})
+        runs = sweep["runs"]
+        until_some(client, sweep["id"])
+        workers = driver(server, sweep["id"]).children(recursive=True)
+        os.kill(driver(server, sweep["id"]).pid, signal.SIGKILL)
+        stopped = until_state(client, sweep["id"], "stopped")
+        assert "killed (signal 9)" in stopped["message"]
+        assert 0 < stopped["done"] < runs
+        wait_for(lambda: not any(worker.is_running() for worker in workers))
+        kept = chunks(tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet.partial")
+        assert client.post(f"/api/v1/sweeps/{sweep['id']}/resume").json()["state"] == "running"
+        error_of(client.post(f"/api/v1/sweeps/{sweep['id']}/resume"), 409)
+        done = until_state(client, sweep["id"], "done", 90)
+        assert done["done"] == runs
+        whole = read_result(tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet").table
+        assert whole["run"].to_pylist() == list(range(runs))
+        for data in kept.values():
+            before = pq.read_table(io.BytesIO(data))
+            after = whole.slice(before["run"][0].as_py(), len(before))
+            # What was kept was not computed again: even the time that a step took is the same.
+            assert after["step_ms"].to_pylist() == before["step_ms"].to_pylist()
+
+
+def test_cancel_stop_and_restart(start_server: Any) -> None:
+    """A cancelled sweep and one that its server was stopped under are resumable, on a new server too."""
+    with start_server(sweep_jobs=1) as (server, client):
+        cancelled = begin_sweep(client, **LONG)
+        running = begin_sweep(client, **{**LONG, "seed": 9})
+        until_some(client, cancelled["id"])
+        until_some(client, running["id"])
+        assert client.post(f"/api/v1/sweeps/{cancelled['id']}/cancel").json()["state"] == "stopped"
+        assert "cancelled" in show(client, cancelled["id"])["message"]
+        process = driver(server, running["id"])
+        partial = client.get(f"/api/v1/sweeps/{cancelled['id']}/download", params={"format": "csv"}).text
+        assert len(partial.splitlines()) == show(client, cancelled["id"])["done"] + 1
+    assert not process.is_running()
+    with start_server(sweep_jobs=1) as (_, client):
+        found = {sweep["id"]: sweep for sweep in client.get("/api/v1/sweeps").json()}
+        assert {sweep["state"] for sweep in found.values()} == {"stopped"}
+        assert "server was stopped" in found[running["id"]]["message"]
+        assert 0 < found[running["id"]]["done"] < LONG_RUNS
+        client.post(f"/api/v1/sweeps/{running['id']}/resume")
+        until_some(client, running["id"], found[running["id"]]["done"] + 1)
+        assert client.delete(f"/api/v1/sweeps/{running['id']}").status_code == 204
+        assert [sweep["id"] for sweep in client.get("/api/v1/sweeps").json()] == [cancelled["id"]]
+
+
+def test_a_killed_server(tmp_path: Path) -> None:
+    """When the server itself is killed its sweep stops with it; the next server shows it as stopped."""
+    server = Served(tmp_path)
+    try:
+        with httpx.Client(base_url=server.url, timeout=60) as client:
+            sweep = begin_sweep(client, **LONG)
+            until_some(client, sweep["id"])
+            assert server.pid is not None
+            children = [one for one in psutil.Process(server.pid).children(recursive=True) if DRIVER in one.cmdline()]
+            assert children
+        server.kill()
+        wait_for(lambda: not any(child.is_running() for child in children), 20)
+        server.start()
+        with httpx.Client(base_url=server.url, timeout=60) as client:
+            found = show(client, sweep["id"])
+            assert found["state"] == "stopped"
+            assert "server was stopped" in found["message"]
+            assert 0 < found["done"] < LONG_RUNS
+    finally:
+        server.stop()
+
+
+def test_a_full_disk(start_server: Any, tmp_path: Path) -> None:
+    """A sweep that meets a full disk says so; with room again it is completed."""
+    with start_server(sweep_jobs=1) as (_, client):
+        sweep = begin_sweep(client, **LONG)
+        until_some(client, sweep["id"])
+        client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+        folder = tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet.partial"
+        full = [folder / f"{number:06d}.part" for number in range(2000)]
+        for path in full:
+            path.symlink_to("/dev/full")
+        client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+        stopped = until_state(client, sweep["id"], "stopped")
+        assert "disk of the server is full" in stopped["message"]
+        assert str(tmp_path) not in stopped["message"]
+        assert stopped["done"] > 0
+        for path in full:
+            path.unlink(missing_ok=True)
+        client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+        assert until_some(client, sweep["id"], stopped["done"] + 1) > stopped["done"]
+
+
+def test_resumed_by_two_at_once(start_server: Any) -> None:
+    """Of two that resume a sweep at the same time one does, and one process computes it."""
+    with start_server(sweep_jobs=1) as (server, client):
+        sweep = begin_sweep(client, **LONG)
+        client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+        with ThreadPoolExecutor(4) as pool:
+            answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
+        assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
+        drivers = [one for one in psutil.Process().children(recursive=True) if DRIVER in one.cmdline()]
+        assert [one.pid for one in drivers if one.ppid() == os.getpid()] == [driver(server, sweep["id"]).pid]
+
+
+def test_limits(start_server: Any) -> None:
+    """A server that computes or keeps enough already says so, and says so before anybody starts."""
+    with start_server(sweep_jobs=1, max_sweeps_running=1, max_sweeps=2, max_sweeps_bytes=1 << 20) as (_, client):
+        sweep = begin_sweep(client, **{**LONG, "trials": 200})
+        assert "at most 1 sweep at a time" in error_of(client.post("/api/v1/sweeps", json=LONG), 503)["message"]
+        size = client.post("/api/v1/sweeps/estimate", json={**LONG, "measure": False}).json()
+        assert "at most 1 sweep at a time" in size["problem"]
+        client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+        large = {**LONG, "trials": 2000}
+        assert "of the 1 MiB for all sweeps" in error_of(client.post("/api/v1/sweeps", json=large), 503)["message"]
+        other = begin_sweep(client)
+        until_state(client, other["id"], "done")
+        assert "at most 2 sweeps" in error_of(client.post("/api/v1/sweeps", json=LONG), 503)["message"]
+        assert show(client, other["id"])["done"] == RUNS
+
+
+@pytest.mark.parametrize("harm", ["lost", "foreign"])
+def test_files_that_somebody_touched(start_server: Any, tmp_path: Path, harm: str) -> None:
+    """A sweep whose files were removed begins anew; one whose files are another's says so and harms nothing."""
+    with start_server(sweep_jobs=1) as (_, client):
+        sweep = begin_sweep(client, **LONG)
+        until_some(client, sweep["id"])
+        client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+        folder = tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet.partial"
+        if harm == "lost":
+            for path in folder.iterdir():
+                path.unlink()
+            folder.rmdir()
+            client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+            assert show(client, sweep["id"])["state"] == "running"
+            until_some(client, sweep["id"])
+        else:
+            (folder / "plan.json").write_text('{"format": "something else"}')
+            client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+            stopped = until_state(client, sweep["id"], "stopped")
+            assert stopped["message"].startswith("A file describes no sweep")
+            assert chunks(folder)
+
+
+def test_a_damaged_result(start_server: Any, tmp_path: Path) -> None:
+    """A complete sweep whose file was damaged says so, on a new server too, and can be deleted."""
+    with start_server(sweep_jobs=1) as (_, client):
+        sweep = begin_sweep(client)
+        until_state(client, sweep["id"], "done")
+    path = tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet"
+    path.write_bytes(path.read_bytes()[:1000])
+    with start_server(sweep_jobs=1) as (_, client):
+        assert show(client, sweep["id"])["state"] == "done"
+        for question in ("cells", "rows", "download?format=csv"):
+            message = error_of(client.get(f"/api/v1/sweeps/{sweep['id']}/{question}"), 410)["message"]
+            assert message == "The files of this sweep are damaged or were taken away."
+        assert client.delete(f"/api/v1/sweeps/{sweep['id']}").status_code == 204
+        assert not path.exists()
+
+
+def test_the_database_is_upgraded(start_server: Any, tmp_path: Path) -> None:
+    """A database from before there were sweeps gets their table, and keeps what is in it."""
+    with start_server() as (_, client):
+        client.post("/api/v1/sessions", json={"experiment": "ball", "seed": 4})
+    database = sqlite3.connect(tmp_path / "data" / "pftrack.sqlite")
+    database.execute("DROP TABLE sweeps")
+    database.execute("UPDATE alembic_version SET version_num = '0001'")
+    database.commit()
+    database.close()
+    with start_server() as (_, client):
+        assert client.get("/api/v1/sweeps").json() == []
+        assert [session["seed"] for session in client.get("/api/v1/sessions").json()] == [4]

@@ -1,0 +1,70 @@
+"""The worker's loop, in a thread of its own behind a real pipe."""
+
+import asyncio
+import contextlib
+import threading
+from typing import Any
+
+from server.sessions.pipe import WebEnd, WorkerEnd, pair
+from server.sessions.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
+from server.sessions.worker import Worker
+from tests.server.apart import run
+from tests.server.test_workbench import order
+
+SLOW = 0.1
+"""Times real time: three frames a second, so that a change has a while until the next one."""
+
+
+async def play_and_change(heard: list[Event]) -> None:
+    """Play slowly, and change a parameter between two frames while the way for a drawing is free."""
+    ours, theirs = pair()
+    drawn = asyncio.Event()
+    answered = asyncio.Event()
+    lost = asyncio.Event()
+
+    def hear(event: Event) -> None:
+        heard.append(event)
+        if isinstance(event, Progress) and event.drawing is not None:
+            drawn.set()
+        if isinstance(event, Reply) and event.number == 3:
+            answered.set()
+
+    web = await WebEnd.connect(ours, hear, lost.set)
+    worker = Worker(WorkerEnd(theirs), order(frames=600))
+
+    def serve() -> None:
+        with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
+            worker.serve()
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    web.send(Request(1, Speed(SLOW)))
+    web.send(Request(2, Transport("play")))
+    web.send(Credit())
+    await asyncio.wait_for(drawn.wait(), 10)
+    await asyncio.sleep(0.4)
+    drawn.clear()
+    web.send(Credit())
+    await asyncio.wait_for(drawn.wait(), 10)
+    web.send(Credit())
+    await asyncio.sleep(0.05)
+    drawn.clear()
+    heard.clear()
+    web.send(Request(3, Change({"sample_count": 90}, "b1")))
+    await asyncio.wait_for(answered.wait(), 10)
+    await asyncio.wait_for(drawn.wait(), 10)
+    web.close()
+    await asyncio.to_thread(thread.join, 10)
+    theirs.close()
+
+
+def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
+    """The answer to a change tells its values without a drawing; the drawing after it is of the first changed frame."""
+    heard: list[Any] = []
+    run(play_and_change(heard))
+    answer = next(index for index, event in enumerate(heard) if isinstance(event, Reply))
+    told = [event for event in heard[:answer] if isinstance(event, Progress)]
+    assert told[-1].standing.values["sample_count"] == 90
+    assert [event.drawing for event in told] == [None] * len(told)
+    shown = next(event.shown for event in heard if isinstance(event, Progress) and event.shown is not None)
+    assert shown["frame"] == heard[answer].result

@@ -1,0 +1,26 @@
+"""A small plan and its finished sweep, which many tests look at."""
+
+import pytest
+
+from pftrack.sweep import Axis, Plan, Result, carry_out
+
+WIDTHS = (0.0, 20.0, 40.0, 60.0)
+RADII = (1.0, 10.0)
+
+
+@pytest.fixture(scope="session")
+def plan() -> Plan:
+    return Plan(
+        "ball",
+        (Axis("occlusion_width_px", WIDTHS), Axis("distracter_radius_px", RADII)),
+        ("h-spf", "condensation"),
+        trials=6,
+        seed=3,
+        frames=20,
+        values={"sample_count": 50},
+    )
+
+
+@pytest.fixture(scope="session")
+def finished(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Result:
+    return carry_out(plan, tmp_path_factory.mktemp("sweep") / "small.parquet", jobs=1)

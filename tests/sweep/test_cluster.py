@@ -1,0 +1,140 @@
+"""A sweep on a Dask cluster: real scheduler and workers, one of them lost, all of them lost, none there."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from pftrack.sweep import Plan, Progress, Result, SweepError, begin, carry_out, resume
+from pftrack.sweep.chunks import Chunks
+
+pytest.importorskip("distributed")
+
+QUIET = {**os.environ, "DASK_DISTRIBUTED__LOGGING__DISTRIBUTED": "critical"}
+START_S = 30
+
+
+class Cluster:
+    """A scheduler and two workers, each a process of its own, as `docker/compose.yaml` starts them."""
+
+    def __init__(self) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        self.address = f"tcp://127.0.0.1:{port}"
+        self._processes = [self._start("scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")]
+        self.workers = [
+            self._start(
+                "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "20"
+            )
+            for _ in range(2)
+        ]
+        self._processes += self.workers
+
+    @staticmethod
+    def _start(what: str, *arguments: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "distributed.cli.dask_" + what, *arguments]
+        return subprocess.Popen(command, env=QUIET, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def end(self) -> None:
+        """End all its processes."""
+        for process in self._processes:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def cluster() -> Iterator[Cluster]:
+    made = Cluster()
+    yield made
+    made.end()
+
+
+def wait_for(cluster: Cluster, workers: int) -> None:
+    from distributed import Client
+
+    with Client(cluster.address, timeout=START_S, set_as_default=False) as client:
+        client.wait_for_workers(workers, timeout=START_S)
+
+
+def begun(plan: Plan, out: Path) -> Path:
+    begin(plan, out).cut(Chunks.of(plan, 4))
+    return out
+
+
+def test_a_cluster_comes_to_the_same_rows_though_a_worker_is_lost(
+    cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path
+) -> None:
+    """One of two workers is killed in the middle; the other takes over its chunk, and the rows are the same."""
+    wait_for(cluster, 2)
+    killed: list[int] = []
+
+    def kill(progress: Progress) -> None:
+        if progress.done and not killed:
+            killed.append(cluster.workers[0].pid)
+            cluster.workers[0].send_signal(signal.SIGKILL)
+
+    out = begun(plan, tmp_path / "cluster.parquet")
+    result = carry_out(None, out, cluster=cluster.address, progress=kill)
+    assert killed
+    assert result.table.drop_columns("step_ms") == finished.table.drop_columns("step_ms")
+
+
+def test_a_cluster_that_goes_away_leaves_what_it_computed(
+    cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path
+) -> None:
+    """Scheduler and workers die in the middle: one sentence, and this machine goes on from there."""
+    wait_for(cluster, 1)
+
+    def end(progress: Progress) -> None:
+        if progress.done >= 8:
+            cluster.end()
+
+    out = begun(plan, tmp_path / "away.parquet")
+    with pytest.raises(SweepError, match=rf"the cluster at {cluster.address} went away; what was computed is kept"):
+        carry_out(None, out, cluster=cluster.address, progress=end)
+    assert len(list(resume(out).folder.glob("0*.parquet"))) >= 2
+    result = carry_out(None, out)
+    assert result.table.drop_columns("step_ms") == finished.table.drop_columns("step_ms")
+
+
+def test_an_address_where_nobody_answers_is_told_soon(plan: Plan, tmp_path: Path) -> None:
+    """Within seconds, one sentence; a new sweep has not begun, an old one is kept, and no process is left."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    out = tmp_path / "nobody.parquet"
+    before = set(psutil.Process().children())
+    with pytest.raises(SweepError, match=rf"no Dask scheduler answers at {address}"):
+        carry_out(plan, out, cluster=address)
+    assert not list(tmp_path.iterdir())
+    begun(plan, out)
+    with pytest.raises(SweepError, match="no Dask scheduler answers at nonsense"):
+        carry_out(None, out, cluster="nonsense")
+    assert set(psutil.Process().children()) <= before
+    assert carry_out(None, out).complete
+
+
+def test_a_missing_package_is_told() -> None:
+    """Without distributed a sweep on a cluster says what to install."""
+    program = (
+        "import sys; sys.modules['distributed'] = None\n"
+        "from pathlib import Path; from pftrack.sweep import *\n"
+        "try: carry_out(Plan('ball'), Path(sys.argv[1]) / 'x.parquet', cluster='tcp://127.0.0.1:1')\n"
+        "except SweepError as error: print(error)\n"
+    )
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        told = subprocess.run(
+            [sys.executable, "-c", program, folder], capture_output=True, text=True, check=True, timeout=60
+        )
+    assert told.stdout == (
+        "a sweep on a cluster needs the package distributed, which is not installed; pip install 'pftrack[cluster]'\n"
+    )

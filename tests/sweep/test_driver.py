@@ -1,0 +1,305 @@
+"""Driving a sweep: the same rows however it is computed, whoever is lost on the way."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pyarrow as pa
+import pytest
+
+from pftrack.sweep import Axis, Plan, Progress, Result, SweepError, SweepStopped, begin, carry_out, estimate, resume
+from pftrack.sweep.chunks import Chunks
+from pftrack.sweep.table import TIMING
+
+
+def figures(result: Result) -> pa.Table:
+    """All columns but the one that is measured."""
+    return result.table.drop_columns(TIMING)
+
+
+def cut(plan: Plan, out: Path, runs: int) -> None:
+    """Begin a sweep with chunks of a given size."""
+    begin(plan, out).cut(Chunks.of(plan, runs))
+
+
+def children() -> list[psutil.Process]:
+    """Processes of the pool that this process started."""
+    return [it for it in psutil.Process().children() if "pftrack.sweep.pool" in " ".join(it.cmdline())]
+
+
+def test_rows_do_not_depend_on_workers_or_chunks(plan: Plan, finished: Result, tmp_path: Path) -> None:
+    """Two processes and the smallest chunks come to the rows of one process and larger ones."""
+    assert finished.complete
+    assert finished.table["run"].to_pylist() == list(range(plan.runs))
+    cut(plan, tmp_path / "small.parquet", 2)
+    again = carry_out(None, tmp_path / "small.parquet", jobs=2)
+    assert figures(again) == figures(finished)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["small.parquet"]
+
+
+def test_every_row_opens_as_a_live_run(plan: Plan, finished: Result) -> None:
+    """Each row's run, stepped through, comes to the same estimates, success, error and lost frames."""
+    for row in finished.table.to_pylist():
+        live = plan.live(row["run"])
+        live.finish()
+        summary = live.summary()
+        assert live.estimates_sha256 == row["estimates_sha256"].hex()
+        assert (live.seed, live.tracker, live.frames) == (row["seed"], row["tracker"], plan.frames)
+        for name in ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames"):
+            assert summary[name] == row[name]
+        assert row["problem"] is None
+
+
+def test_a_row_depends_on_its_condition_and_seed_alone(plan: Plan, finished: Result, tmp_path: Path) -> None:
+    """A plan of one cell, one tracker and fewer trials has the very rows that the large one has for it."""
+    one = Plan(
+        plan.experiment,
+        (Axis("distracter_radius_px", (10.0,)), Axis("occlusion_width_px", (40.0,))),
+        ("condensation",),
+        trials=3,
+        seed=plan.seed,
+        frames=plan.frames,
+        values=plan.values,
+    )
+    rows = carry_out(one, tmp_path / "one.parquet").table.to_pylist()
+    known = {row["seed"]: row for row in finished.table.to_pylist() if row["tracker"] == "condensation"}
+    assert len(rows) == 3
+    for row in rows:
+        assert {**known[row["seed"]], "run": 0, TIMING: 0} == {**row, "run": 0, TIMING: 0}
+
+
+def test_a_killed_worker_costs_its_chunk_alone(plan: Plan, finished: Result, tmp_path: Path) -> None:
+    """One of two processes is killed in the middle; another takes its place, and the rows are the same."""
+    killed: list[int] = []
+
+    def kill(progress: Progress) -> None:
+        if progress.done and not killed:
+            victim = children()[0]
+            killed.append(victim.pid)
+            victim.send_signal(signal.SIGKILL)
+
+    cut(plan, tmp_path / "killed.parquet", 4)
+    seen: list[Progress] = []
+    result = carry_out(
+        None, tmp_path / "killed.parquet", jobs=2, progress=lambda progress: (kill(progress), seen.append(progress))
+    )
+    assert killed
+    assert seen[-1].done == plan.runs
+    assert figures(result) == figures(finished)
+    assert not children()
+
+
+def test_workers_that_always_die_end_the_sweep(plan: Plan, tmp_path: Path) -> None:
+    """When a chunk has ended three workers the sweep ends with a sentence, and goes on later from what is kept."""
+    out = tmp_path / "deadly.parquet"
+    cut(plan, out, 4)
+
+    def kill(progress: Progress) -> None:
+        if progress.done:
+            for victim in children():
+                victim.send_signal(signal.SIGKILL)
+
+    with pytest.raises(SweepError, match=r"ended its worker 3 times \(killed by SIGKILL\)"):
+        carry_out(None, out, progress=kill)
+    kept = len(list(resume(out).folder.glob("0*.parquet")))
+    assert kept >= 1
+    assert not children()
+    assert carry_out(None, out).complete
+
+
+def test_a_sweep_that_is_told_to_stop_keeps_what_it_has(plan: Plan, finished: Result, tmp_path: Path) -> None:
+    """It stops soon, says so, and goes on without computing anything twice."""
+    out = tmp_path / "stopped.parquet"
+    cut(plan, out, 4)
+    seen: list[Progress] = []
+    with pytest.raises(SweepStopped):
+        carry_out(None, out, progress=seen.append, stop=lambda: bool(seen and seen[-1].done >= 20))
+    kept = {path.name: path.stat().st_mtime_ns for path in resume(out).folder.glob("0*.parquet")}
+    assert 20 <= seen[-1].done < plan.runs
+    again: list[Progress] = []
+    stamps: dict[str, int] = {}
+
+    def look(progress: Progress) -> None:
+        again.append(progress)
+        stamps.update({path.name: path.stat().st_mtime_ns for path in resume(out).folder.glob("0*.parquet")})
+
+    result = carry_out(None, out, progress=look)
+    assert again[0].done == seen[-1].done
+    assert {name: stamps[name] for name in kept} == kept
+    assert figures(result) == figures(finished)
+
+
+PROGRAM = """
+import sys
+from pathlib import Path
+from pftrack.sweep import carry_out
+carry_out(None, Path(sys.argv[1]), jobs=2, progress=lambda progress: print(progress.done, flush=True))
+"""
+
+
+def test_a_killed_driver_loses_the_running_chunks_alone(plan: Plan, finished: Result, tmp_path: Path) -> None:
+    """The driver is killed; its workers end by themselves, and another driver finishes to the same rows."""
+    out = tmp_path / "driver.parquet"
+    cut(plan, out, 2)
+    driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(out)], stdout=subprocess.PIPE, text=True)
+    assert driver.stdout is not None
+    for line in driver.stdout:
+        if int(line) >= 10:
+            break
+    workers = psutil.Process(driver.pid).children()
+    driver.kill()
+    driver.wait()
+    driver.stdout.close()
+    gone, alive = psutil.wait_procs(workers, timeout=10)
+    assert gone
+    assert not alive
+    seen: list[Progress] = []
+    result = carry_out(None, out, progress=seen.append)
+    assert seen[0].done >= 10
+    assert figures(result) == figures(finished)
+
+
+def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path) -> None:
+    """A chunk that takes minutes is not finished for nobody."""
+    plan = Plan("ball", (), ("h-spf",), trials=8000, frames=60, values={"sample_count": 20_000})
+    cut(plan, tmp_path / "long.parquet", 4000)
+    driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(tmp_path / "long.parquet")], stdout=subprocess.PIPE)
+    assert driver.stdout is not None
+    driver.stdout.readline()
+    workers = psutil.Process(driver.pid).children()
+    time.sleep(1)
+    driver.kill()
+    driver.wait()
+    driver.stdout.close()
+    gone, alive = psutil.wait_procs(workers, timeout=30)
+    assert len(gone) == 2
+    assert not alive
+
+
+def test_two_drivers_do_not_compute_the_same_sweep(plan: Plan, tmp_path: Path) -> None:
+    """The second is told that somebody is at it already; once the first has ended it may."""
+    out = tmp_path / "twice.parquet"
+    journal = begin(plan, out)
+    with journal.claimed(), pytest.raises(SweepError, match="is being computed by another process"):
+        carry_out(None, out)
+    assert carry_out(None, out).complete
+
+
+def test_a_refused_combination_is_a_row_with_its_problem(tmp_path: Path) -> None:
+    """A condition at odds with itself has rows that say why, and the others are computed."""
+    plan = Plan(
+        "ball", (Axis("gamma_min_px", (10.0, 30.0)),), ("s-spf", "h-spf"), 2, 0, frames=10, values={"sample_count": 20}
+    )
+    rows = carry_out(plan, tmp_path / "odd.parquet").table.to_pylist()
+    assert len(rows) == 8
+    for row in rows:
+        if row["gamma_min_px"] == 30.0:
+            assert row["problem"] == "gamma_min_px must be at most gamma_max_px (20 px), got 30.0"
+            assert row["success"] is row["mean_error"] is row["estimates_sha256"] is row["step_ms"] is None
+        else:
+            assert row["problem"] is None
+            assert row["success"] is not None
+
+
+def test_axes_of_every_kind_are_swept(tmp_path: Path) -> None:
+    """Choices, truths, colours, layouts and parameters that are not live come out as columns of their own kind."""
+    axes = (
+        Axis("apf_weights", ("sharpened", "corrected")),
+        Axis("learn_dynamics", (True, False)),
+        Axis("background_colour", ("#646464", "#000000")),
+        Axis("layout", (3, 7)),
+        Axis("image_width_px", (320, 256)),
+    )
+    plan = Plan("ball", axes, ("h-spf",), frames=5, values={"sample_count": 10})
+    table = carry_out(plan, tmp_path / "kinds.parquet").table
+    kinds = {field.name: str(field.type) for field in table.schema}
+    assert [kinds[axis.name] for axis in axes] == ["string", "bool", "string", "int64", "int64"]
+    for row in table.to_pylist()[::7]:
+        live = plan.live(row["run"])
+        live.finish()
+        assert live.estimates_sha256 == row["estimates_sha256"].hex()
+
+
+def test_an_experiment_without_verdicts_has_none(tmp_path: Path) -> None:
+    """Where nothing is lost or won, success is null and the error is there."""
+    plan = Plan("sine", (Axis("sample_count", (5, 10)),), ("condensation", "kalman"), trials=2, frames=10)
+    table = carry_out(plan, tmp_path / "sine.parquet").table
+    assert table["success"].null_count == table["lost_frames"].null_count == len(table) == 8
+    assert table["mean_error"].null_count == table["problem"].null_count - 8 == 0
+
+
+def test_progress_is_told(plan: Plan, tmp_path: Path) -> None:
+    """It begins at nothing, never falls, ends with all, and knows its rate and the time left."""
+    seen: list[Progress] = []
+    carry_out(plan, tmp_path / "told.parquet", progress=seen.append)
+    done = [progress.done for progress in seen]
+    assert done[0] == 0
+    assert done == sorted(done)
+    assert done[-1] == plan.runs
+    assert seen[-1].rate > 0
+    assert seen[-1].seconds_left == 0
+
+
+def test_an_estimate_is_measured(plan: Plan) -> None:
+    """A plan's cost is told before it begins, and more processes make it shorter."""
+    one, two = estimate(plan), estimate(plan, jobs=2)
+    assert (one.runs, one.conditions) == (plan.runs, plan.conditions)
+    assert 0 < one.run_s < 1
+    assert one.seconds == pytest.approx(one.run_s * plan.runs)
+    assert two.seconds == pytest.approx(two.run_s * plan.runs / 2)
+
+
+def test_a_full_disk_is_told_and_costs_nothing_that_is_kept(plan: Plan, tmp_path: Path) -> None:
+    """When a chunk cannot be written the sweep fails with the system's own words, and goes on when there is room."""
+    out = tmp_path / "full.parquet"
+    cut(plan, out, 4)
+    program = (
+        "import resource, sys; from pathlib import Path; from pftrack.sweep import carry_out\n"
+        "def limit(progress):\n"
+        "    if progress.done >= 12: resource.setrlimit(resource.RLIMIT_FSIZE, (1, 1))\n"
+        "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "try: carry_out(None, Path(sys.argv[1]), progress=limit)\n"
+        "except OSError as error: print(error.strerror)\n"
+    )
+    told = subprocess.run(
+        [sys.executable, "-c", program, str(out)], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert told.stdout == "File too large\n"
+    seen: list[Progress] = []
+    assert carry_out(None, out, progress=seen.append).complete
+    assert seen[0].done >= 12
+
+
+def test_the_driver_holds_no_rows() -> None:
+    """What comes back from a worker is bytes on their way to the disk, a few dozen a run."""
+    from pftrack.sweep.work import as_text, computed
+
+    plan = Plan("ball", (), ("h-spf",), trials=200, frames=2, values={"sample_count": 1})
+    begun = time.perf_counter()
+    data = computed(as_text(plan), 1, 200, 0)
+    assert time.perf_counter() - begun < 60
+    assert len(data) < 200 * 120
+
+
+def test_workers_have_the_environment_of_one_thread() -> None:
+    """Compiled libraries start no threads of their own beside the processes."""
+    from pftrack.sweep.pool import LocalWorkers
+
+    workers = LocalWorkers(1)
+    try:
+        workers.start(0, os.getenv, "OMP_NUM_THREADS")
+        done: list[Any] = []
+        while not done:
+            done = workers.finished(5)
+        assert (done[0].number, done[0].value, done[0].lost) == (0, "1", "")
+        workers.start(1, json.loads, "{")
+        with pytest.raises(SweepError, match="JSONDecodeError"):
+            workers.finished(30)
+    finally:
+        workers.close()

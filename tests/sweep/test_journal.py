@@ -1,0 +1,212 @@
+"""Files of a sweep: whole or not there, never overwritten, and foreign ones are told from our own and left alone."""
+
+import json
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from pftrack import __version__
+from pftrack.sweep import Plan, Result, SweepError, begin, carry_out, partial_of, read_chunk, read_result, resume
+from pftrack.sweep.chunks import Chunks
+from pftrack.sweep.journal import METADATA
+from pftrack.sweep.work import as_text, computed
+
+
+def half_done(plan: Plan, out: Path) -> Path:
+    """Begin a sweep and compute its first and third chunk; return the folder."""
+    journal = begin(plan, out)
+    chunks = Chunks.of(plan, 24)
+    journal.cut(chunks)
+    for number in (0, 2):
+        journal.keep(chunks[number], computed(as_text(plan), chunks.conditions, chunks.trials, number))
+    return journal.folder
+
+
+def test_a_new_sweep_writes_its_plan(plan: Plan, tmp_path: Path) -> None:
+    """Before anything is computed the folder beside the result says what will be."""
+    journal = begin(plan, tmp_path / "new.parquet")
+    assert journal.folder == partial_of(tmp_path / "new.parquet") == tmp_path / "new.parquet.partial"
+    assert json.loads((journal.folder / "plan.json").read_text()) == {
+        "format": "pftrack-sweep",
+        "version": 1,
+        "pftrack": __version__,
+        "plan": plan.as_dict(),
+    }
+    assert resume(tmp_path / "new.parquet").plan == resume(journal.folder).plan == plan
+    assert not journal.finished
+
+
+def test_nothing_is_overwritten(plan: Plan, finished: Result, tmp_path: Path) -> None:
+    """A result that exists and a sweep that was begun are refused, and stay as they are."""
+    before = finished.path.read_bytes()
+    with pytest.raises(SweepError, match="exists already; a sweep overwrites nothing"):
+        begin(plan, finished.path)
+    assert finished.path.read_bytes() == before
+    folder = half_done(plan, tmp_path / "begun.parquet")
+    held = sorted(folder.iterdir())
+    with pytest.raises(SweepError, match="was begun already; go on with --resume"):
+        begin(plan, tmp_path / "begun.parquet")
+    assert sorted(folder.iterdir()) == held
+
+
+def test_a_finished_result_says_what_it_is(plan: Plan, finished: Result) -> None:
+    """The plan travels in the file, and resuming a finished sweep computes nothing."""
+    raw = json.loads(pq.read_schema(finished.path).metadata[METADATA])
+    assert Plan.from_dict(raw["plan"]) == plan
+    before = finished.path.stat().st_mtime_ns
+    assert carry_out(None, finished.path).complete
+    assert finished.path.stat().st_mtime_ns == before
+
+
+def test_a_begun_sweep_can_be_read(plan: Plan, finished: Result, tmp_path: Path) -> None:
+    """What is there so far is read by the result's name or the folder's, in the order of the runs."""
+    folder = half_done(plan, tmp_path / "half.parquet")
+    for path in (tmp_path / "half.parquet", folder):
+        result = read_result(path)
+        assert not result.complete
+        assert result.table["run"].to_pylist() == [*range(24), *range(48, 72)]
+    assert read_chunk(folder / "000002.parquet")["run"].to_pylist() == list(range(48, 72))
+    columns = ["run", "seed", "estimates_sha256"]
+    known = finished.table.select(columns).to_pylist()
+    assert read_result(folder).table.select(columns).to_pylist() == known[:24] + known[48:72]
+
+
+def test_a_chunk_that_was_cut_short_is_computed_again(plan: Plan, finished: Result, tmp_path: Path) -> None:
+    """A damaged or half-written chunk counts as not there, for readers and for the driver."""
+    folder = half_done(plan, tmp_path / "cut.parquet")
+    data = (folder / "000002.parquet").read_bytes()
+    (folder / "000002.parquet").write_bytes(data[: len(data) // 2])
+    (folder / "000003.part").write_bytes(data[:100])
+    assert read_result(folder).table["run"].to_pylist() == list(range(24))
+    with pytest.raises(SweepError, match="was cut short"):
+        read_chunk(folder / "000002.parquet")
+    seen: list[int] = []
+    result = carry_out(None, tmp_path / "cut.parquet", progress=lambda progress: seen.append(progress.done))
+    assert seen[0] == 24
+    assert result.table.drop_columns("step_ms") == finished.table.drop_columns("step_ms")
+    assert not folder.exists()
+
+
+def test_files_of_others_stay(plan: Plan, tmp_path: Path) -> None:
+    """A file that somebody put into the folder is not removed with the sweep's own."""
+    folder = half_done(plan, tmp_path / "mine.parquet")
+    (folder / "notes.txt").write_text("keep me")
+    assert carry_out(None, tmp_path / "mine.parquet").complete
+    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+
+
+def test_a_chunk_of_another_sweep_is_refused(plan: Plan, tmp_path: Path) -> None:
+    """A chunk that belongs to another plan ends the resumption with its name, and is not touched."""
+    folder = half_done(plan, tmp_path / "one.parquet")
+    other = Plan("ball", plan.axes, plan.trackers, plan.trials, seed=99, frames=plan.frames, values=plan.values)
+    strange = half_done(other, tmp_path / "two.parquet") / "000000.parquet"
+    (folder / "000001.parquet").write_bytes(strange.read_bytes())
+    with pytest.raises(SweepError, match=r"000001\.parquet belongs to another sweep; move it away"):
+        carry_out(None, tmp_path / "one.parquet")
+    assert (folder / "000001.parquet").read_bytes() == strange.read_bytes()
+
+
+def foreign(folder: Path, finished: Result) -> dict[str, Path]:
+    """Make files that are no results."""
+    data = finished.path.read_bytes()
+    paths = {name: folder / f"{name}.parquet" for name in ("text", "empty", "short", "strange", "newer", "broken")}
+    paths["text"].write_text("run,seed\n1,2\n")
+    paths["empty"].write_bytes(b"")
+    paths["short"].write_bytes(data[: len(data) // 2])
+    pq.write_table(pa.table({"run": [1]}), paths["strange"])
+    described = json.loads(pq.read_schema(finished.path).metadata[METADATA])
+    for name, raw in (("newer", {**described, "version": 2}), ("broken", {**described, "plan": {"experiment": "x"}})):
+        marked = finished.table.replace_schema_metadata({METADATA: json.dumps(raw).encode()})
+        pq.write_table(marked, paths[name])
+    return paths
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("text", "is no Parquet file, or was cut short"),
+        ("empty", "is no Parquet file, or was cut short"),
+        ("short", "is no Parquet file, or was cut short"),
+        ("strange", "is a Parquet file, but none that a sweep wrote"),
+        ("newer", "is of format 2, this version of pftrack reads format 1"),
+        ("broken", "does not fit this version of pftrack"),
+    ],
+)
+def test_what_is_no_result_is_told_and_left_alone(name: str, reason: str, finished: Result, tmp_path: Path) -> None:
+    """Foreign, damaged and newer files are refused with a sentence, for reading as for resuming."""
+    path = foreign(tmp_path, finished)[name]
+    before = path.read_bytes()
+    for use in (read_result, resume):
+        with pytest.raises(SweepError) as refused:
+            use(path)
+        assert reason in str(refused.value)
+    assert path.read_bytes() == before
+
+
+def test_what_is_not_there_is_told(tmp_path: Path) -> None:
+    """Neither a result nor a folder: the sentence says so."""
+    with pytest.raises(SweepError, match="neither finished nor begun"):
+        resume(tmp_path / "none.parquet")
+    with pytest.raises(SweepError, match="there is no file"):
+        read_result(tmp_path / "none.parquet")
+    (tmp_path / "bare.parquet.partial").mkdir()
+    with pytest.raises(SweepError, match=r"it has no plan\.json"):
+        resume(tmp_path / "bare.parquet")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [("{", "was cut short"), ("[]", "describes no sweep"), ('{"format": "other"}', "describes no sweep")],
+)
+def test_a_damaged_plan_is_told(text: str, reason: str, plan: Plan, tmp_path: Path) -> None:
+    """A folder whose plan cannot be understood is not computed."""
+    folder = half_done(plan, tmp_path / "plan.parquet")
+    (folder / "plan.json").write_text(text)
+    with pytest.raises(SweepError, match=reason):
+        carry_out(None, tmp_path / "plan.parquet")
+    assert (folder / "000000.parquet").exists()
+
+
+def test_another_version_reads_but_does_not_go_on(plan: Plan, tmp_path: Path) -> None:
+    """Rows of two versions would not compare, so what one began another does not finish."""
+    folder = half_done(plan, tmp_path / "old.parquet")
+    described = json.loads((folder / "plan.json").read_text())
+    (folder / "plan.json").write_text(json.dumps({**described, "pftrack": "0.0.9"}))
+    with pytest.raises(SweepError, match=rf"begun with pftrack 0\.0\.9, this is {__version__}"):
+        carry_out(None, tmp_path / "old.parquet")
+    assert len(read_result(tmp_path / "old.parquet").table) == 48
+
+
+def test_a_damaged_cut_is_told(plan: Plan, tmp_path: Path) -> None:
+    """Without knowing how the sweep was cut, its chunks mean nothing."""
+    folder = half_done(plan, tmp_path / "cuts.parquet")
+    (folder / "chunks.json").write_text('{"conditions": ')
+    with pytest.raises(SweepError, match="does not say how the sweep was cut"):
+        carry_out(None, tmp_path / "cuts.parquet")
+
+
+def test_a_sweep_without_chunks_can_be_read(plan: Plan, tmp_path: Path) -> None:
+    """Before the first chunk there are no rows, but there is a plan and a place."""
+    journal = begin(plan, tmp_path / "none.parquet")
+    result = read_result(tmp_path / "none.parquet")
+    assert (result.path, result.complete, len(result.table)) == (journal.folder, False, 0)
+    assert result.table.column_names[0] == "run"
+
+
+def test_a_chunk_damaged_in_the_middle_does_not_come_into_the_result(
+    plan: Plan, finished: Result, tmp_path: Path
+) -> None:
+    """Its name is told; removed, it is computed again."""
+    folder = half_done(plan, tmp_path / "spoilt.parquet")
+    spoilt = folder / "000002.parquet"
+    data = bytearray(spoilt.read_bytes())
+    data[400:500] = bytes(100)
+    spoilt.write_bytes(data)
+    with pytest.raises(SweepError, match=r"000002\.parquet is damaged; remove it and go on with --resume"):
+        carry_out(None, tmp_path / "spoilt.parquet")
+    assert not (tmp_path / "spoilt.parquet").exists()
+    spoilt.unlink()
+    result = carry_out(None, tmp_path / "spoilt.parquet")
+    assert result.table.drop_columns("step_ms") == finished.table.drop_columns("step_ms")

@@ -1,0 +1,117 @@
+"""Reports: tables that say what the rows say, figures that are pictures, and a page that needs nothing else."""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pftrack.sweep import Axis, Plan, Result, SweepError, begin, carry_out, cells, read_result
+from pftrack.sweep.report import Report, write_report
+from pftrack.sweep.report.study import Study
+
+
+@pytest.fixture(scope="module")
+def report(finished: Result, tmp_path_factory: pytest.TempPathFactory) -> Report:
+    return write_report(finished, tmp_path_factory.mktemp("report") / "made", level=0.2)
+
+
+def test_a_report_has_all_its_files(report: Report) -> None:
+    """Maps of success, error, difference and significance, curves, tables, and the page."""
+    names = {path.name for path in report.files}
+    maps = {"success.png", "error.png", "difference.png", "significance.png"}
+    assert names == maps | {"curves.png", "tables.csv", "index.html"}
+    assert {path.name for path in report.page.parent.iterdir()} == names
+
+
+def test_every_figure_is_a_picture_with_something_on_it(report: Report) -> None:
+    """Each opens, is large enough to be shown, and is not of one colour."""
+    for path in report.files:
+        if path.suffix == ".png":
+            with Image.open(path) as picture:
+                assert min(picture.size) >= 400, path.name
+                assert len(np.unique(np.asarray(picture.convert("L")))) > 20, path.name
+
+
+def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None:
+    """Rates of trackers and along the axes are those of the cells, in the report and in its file."""
+    by_tracker, along, *_ = report.tables
+    for row in by_tracker.rows:
+        assert row[2] == f"{cells(finished)[row[0]].rate[0, 0]:.3f}"
+    of_axis = cells(finished, "occlusion_width_px")
+    assert along.columns == ("occlusion_width_px", "h-spf", "condensation")
+    for place, row in enumerate(along.rows):
+        assert row[1].startswith(f"{of_axis['h-spf'].rate[0, place]:.3f} (")
+    with (report.page.parent / "tables.csv").open(newline="") as file:
+        lines = list(csv.reader(file))
+    assert lines[:3] == [["By tracker"], list(by_tracker.columns), list(by_tracker.rows[0])]
+
+
+def test_the_page_needs_nothing_else(report: Report) -> None:
+    """It loads no address, has the tables' figures, and its plots carry what the pointer shows."""
+    text = report.page.read_text()
+    outside_scripts = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+    assert not re.findall(r"""(?:src|href)=|<link|@import|url\(""", outside_scripts)
+    assert not re.findall(r"<script[^>]*src", text)
+    for row in report.tables[0].rows:
+        assert f"<td>{row[2]}</td>" in text
+    for shown in ("95 % interval", "mean error", "h-spf less condensation", "not applicable"):
+        assert shown in text
+
+
+@pytest.mark.browser
+def test_the_page_shows_a_cell_under_the_pointer(report: Report, chromium: object) -> None:
+    """In a browser without a network the maps are drawn, and a cell tells its rate and interval."""
+    page = chromium.new_page(viewport={"width": 1280, "height": 900}, offline=True)  # type: ignore[attr-defined]
+    faults: list[str] = []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("requestfailed", lambda request: faults.append(request.url))
+    page.goto(report.page.as_uri())
+    first = page.locator(".bk-Figure").first
+    first.wait_for()
+    box = first.bounding_box()
+    page.mouse.move(box["x"] + 120, box["y"] + 120)
+    page.get_by_text("95 % interval", exact=False).nth(1).wait_for()
+    assert page.locator(".bk-Figure").count() >= 6
+    assert not faults
+    page.close()
+
+
+def test_one_axis_of_numbers_gives_boxes(tmp_path: Path) -> None:
+    """Over the number of particles errors are drawn as boxes, and there is no map of a single row."""
+    plan = Plan("ball", (Axis("sample_count", (20, 50, 100)),), ("h-spf", "s-spf"), trials=6, frames=10)
+    made = write_report(carry_out(plan, tmp_path / "n.parquet"), tmp_path / "out")
+    assert {path.name for path in made.files} == {"boxes.png", "curves.png", "tables.csv", "index.html"}
+
+
+def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -> None:
+    """Where nothing is lost or won, tables and figures are of errors alone, and one condition needs no figure."""
+    plan = Plan(
+        "sine", (Axis("sample_count", (5, 10)), Axis("dimension", (1, 2))), ("condensation", "kalman"), 3, frames=9
+    )
+    made = write_report(carry_out(plan, tmp_path / "sine.parquet"), tmp_path / "sine")
+    assert {"error.png", "significance.png", "curves.png"} <= {path.name for path in made.files}
+    assert "success.png" not in {path.name for path in made.files}
+    single = write_report(carry_out(Plan("sine", trials=2, frames=5), tmp_path / "one.parquet"), tmp_path / "one")
+    assert {path.name for path in single.files} == {"tables.csv", "index.html"}
+
+
+def test_axes_are_chosen_or_named(finished: Result) -> None:
+    """The first two numerical axes span the maps; others may be named, an unknown one is refused."""
+    study = Study.of(finished)
+    assert study.names == ("occlusion_width_px", "distracter_radius_px")
+    assert Study.of(finished, x="distracter_radius_px").names == ("distracter_radius_px", "occlusion_width_px")
+    with pytest.raises(SweepError, match="no axis 'width'"):
+        Study.of(finished, x="width")
+    with pytest.raises(SweepError, match="two different axes"):
+        Study.of(finished, x="occlusion_width_px", y="occlusion_width_px")
+
+
+def test_a_report_of_nothing_is_refused(plan: Plan, tmp_path: Path) -> None:
+    """A sweep that has not computed anything has nothing to report."""
+    begin(plan, tmp_path / "new.parquet")
+    with pytest.raises(SweepError, match="no rows yet"):
+        write_report(read_result(tmp_path / "new.parquet"), tmp_path / "report")
+    assert not (tmp_path / "report").exists()

@@ -1,0 +1,126 @@
+"""Statistics: exact known values, agreement with other implementations, and what holds for any counts."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from pftrack.statistics import chi_square, fisher_exact, holm, rank_sum, wilson
+
+counts = st.integers(1, 400).flatmap(lambda runs: st.tuples(st.integers(0, runs), st.just(runs)))
+probabilities = st.lists(st.floats(0, 1) | st.just(np.nan), min_size=1, max_size=40)
+errors = st.lists(st.integers(0, 50).map(float), min_size=1, max_size=30)
+
+
+def test_wilson_gives_the_known_interval() -> None:
+    """Ten of twenty, and none of ten, have the intervals that the formula gives by hand."""
+    low, high = wilson([10, 0], [20, 10])
+    assert low == pytest.approx([0.299298, 0.0], abs=1e-6)
+    assert high == pytest.approx([0.700702, 0.277533], abs=1e-6)
+
+
+@given(counts, st.floats(0.5, 0.999))
+def test_wilson_agrees_with_scipy(count: tuple[int, int], level: float) -> None:
+    """The interval is SciPy's for the same counts and level, and the rate lies in it."""
+    successes, runs = count
+    low, high = wilson(successes, runs, level)
+    expected = stats.binomtest(successes, runs).proportion_ci(level, method="wilson")
+    assert (float(low), float(high)) == pytest.approx((expected.low, expected.high), abs=1e-9)
+    assert 0 <= low <= successes / runs <= high <= 1
+
+
+def test_wilson_of_no_runs_is_not_known() -> None:
+    """Without runs there is no interval, and shapes are kept."""
+    low, high = wilson(np.zeros((2, 3)), np.zeros((2, 3)))
+    assert low.shape == (2, 3)
+    assert np.isnan(low).all()
+    assert np.isnan(high).all()
+
+
+@pytest.mark.parametrize(("successes", "runs", "level"), [(3, 2, 0.95), (-1, 2, 0.95), (1, 2, 0.0), (1, 2, 1.0)])
+def test_wilson_refuses_what_is_no_count(successes: int, runs: int, level: float) -> None:
+    """More successes than runs, negative counts and levels outside 0..1 are refused."""
+    with pytest.raises(ValueError, match="must be between"):
+        wilson(successes, runs, level)
+
+
+def test_chi_square_gives_the_known_value() -> None:
+    """30 of 40 against 20 of 40: the statistic is 80 (30 20 - 10 20)^2 / (40 40 50 30) = 16 / 3."""
+    assert float(chi_square(30, 40, 20, 40)) == pytest.approx(float(stats.chi2.sf(16 / 3, 1)), rel=1e-12)
+
+
+@given(counts, counts)
+def test_chi_square_agrees_with_scipy_where_it_applies(first: tuple[int, int], second: tuple[int, int]) -> None:
+    """It is Pearson's test without continuity correction, and not applicable where an expected count is below 5."""
+    table = [[first[0], first[1] - first[0]], [second[0], second[1] - second[0]]]
+    found = float(chi_square(*first, *second))
+    if min(np.sum(table, axis=0)) == 0 or stats.contingency.expected_freq(table).min() < 5 - 1e-9:
+        assert np.isnan(found)
+    elif stats.contingency.expected_freq(table).min() > 5 + 1e-9:
+        assert found == pytest.approx(stats.chi2_contingency(table, correction=False).pvalue, rel=1e-9, abs=1e-300)
+
+
+def test_chi_square_applies_from_an_expected_count_of_five() -> None:
+    """Expected counts of exactly 5 are enough."""
+    assert not np.isnan(chi_square(3, 10, 7, 10))
+    assert np.isnan(chi_square(3, 10, 6, 10))
+    assert np.isnan(chi_square(0, 0, 5, 10))
+
+
+def test_fisher_knows_the_lady_tasting_tea() -> None:
+    """Three of four against one of four: 34 / 70, Fisher's own example."""
+    found = fisher_exact([[3, 0]], [[4, 0]], [[1, 1]], [[4, 4]])
+    assert found[0, 0] == pytest.approx(34 / 70)
+    assert np.isnan(found[0, 1])
+
+
+@given(counts, counts)
+def test_fisher_is_symmetric(first: tuple[int, int], second: tuple[int, int]) -> None:
+    """It does not matter which method comes first, and a p-value lies between 0 and 1."""
+    found = float(fisher_exact(*first, *second))
+    assert 0 <= found <= 1 + 1e-12
+    assert found == pytest.approx(float(fisher_exact(*second, *first)), rel=1e-6, abs=1e-12)
+
+
+def test_rank_sum_gives_the_exact_value() -> None:
+    """Of the 20 ways to rank three against three, one puts all of the first before the second: p = 2 / 20."""
+    found = rank_sum([1, 2, 3], [4, 5, 6])
+    assert found.p_value == pytest.approx(0.1)
+    assert (found.superiority, found.rank_biserial) == (1.0, 1.0)
+
+
+@given(errors, errors)
+def test_rank_sum_turns_around(first: list[float], second: list[float]) -> None:
+    """Swapped samples have the same p-value and the opposite effect, which is the share of pairs that it says."""
+    one, other = rank_sum(first, second), rank_sum(second, first)
+    assert one.p_value == pytest.approx(other.p_value)
+    assert one.rank_biserial == pytest.approx(-other.rank_biserial)
+    pairs = np.subtract.outer(first, second)
+    assert one.superiority == pytest.approx((pairs < 0).mean() + 0.5 * (pairs == 0).mean())
+
+
+def test_rank_sum_of_nothing_is_not_applicable() -> None:
+    """An empty sample, or one of unknown values alone, cannot be compared."""
+    for first, second in (([], [1.0]), ([np.nan], [1.0]), ([1.0], [])):
+        found = rank_sum(first, second)
+        assert np.isnan([found.p_value, found.superiority, found.rank_biserial]).all()
+
+
+def test_holm_gives_the_known_values() -> None:
+    """The steps of the procedure by hand: 4 x .005, 3 x .01, 2 x .03, then never less than before."""
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+
+
+@given(probabilities)
+def test_holm_keeps_order_and_leaves_out_what_was_not_tested(p_values: list[float]) -> None:
+    """Adjusted values are no smaller than given, no larger than Bonferroni's, in the same order; NaN stays NaN."""
+    given_values = np.array(p_values)
+    adjusted = holm(given_values)
+    tested = ~np.isnan(given_values)
+    assert (np.isnan(adjusted) == ~tested).all()
+    assert (adjusted[tested] >= given_values[tested]).all()
+    assert (adjusted[tested] <= np.minimum(tested.sum() * given_values[tested], 1) + 1e-12).all()
+    order = np.argsort(given_values[tested], kind="stable")
+    assert (np.diff(adjusted[tested][order]) >= 0).all()
+    assert holm(np.append(given_values, np.nan))[:-1] == pytest.approx(adjusted, nan_ok=True)
