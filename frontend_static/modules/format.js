@@ -9,12 +9,12 @@ export function number(value, decimals = 1) {
 
 /** A number of a session's quantities: pixels to a tenth, signals to a thousandth. */
 export function quantity(value, unit) {
-  return number(value, unit === "px" ? 1 : 3);
+  return number(value, unit === "" ? 3 : 1);
 }
 
 /** The smallest span worth an axis: what is smaller than a pixel shall not look like a mountain. */
 export function smallestSpan(unit) {
-  return unit === "px" ? 1 : 0.001;
+  return unit === "" ? 0.001 : 1;
 }
 
 /** A parameter's value, as short as it stays exact. */
@@ -54,7 +54,7 @@ export function count(amount, noun) {
   return `${amount.toLocaleString("en-GB")} ${noun}${amount === 1 ? "" : "s"}`;
 }
 
-/** What the quantities of a session are measured in. A signal has no picture and so no pixels. */
+/** What estimate and error of a session are measured in; empty for a pure number. */
 export function unitOf(session) {
-  return session?.experiment === "sine" ? "" : "px";
+  return session?.unit ?? "";
 }

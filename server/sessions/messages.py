@@ -69,6 +69,7 @@ class SessionView(BaseModel):
     id: str
     experiment: str
     title: str
+    unit: str = "px"
     first_tracker: str
     tracker: str
     seed: int

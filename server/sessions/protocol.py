@@ -102,6 +102,7 @@ class Card:
     height: int
     frame_rate_hz: float
     frames: int
+    unit: str = "px"
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
         id=spec.id,
         experiment=spec.experiment,
         title=card.title,
+        unit=card.unit,
         first_tracker=active.first_tracker or active.tracker,
         tracker=active.tracker,
         seed=spec.seed,

@@ -74,6 +74,7 @@ class Workbench:
             height=height,
             frame_rate_hz=source.frame_rate_hz,
             frames=self.run.frames,
+            unit=self.experiment.unit,
         )
 
     def standing(self, *, playing: bool, speed: float) -> Standing:
