@@ -17,10 +17,10 @@ class Coalescer:
     """Sends changes on, at most one batch at a time and 20 a second.
 
     A dragged slider gives a value every 50 ms, whether or not the last one has been dealt with. The first is sent at
-    once, by the thread that offers it; those that come meanwhile replace each other and leave together.
+    once; those that come meanwhile replace each other and leave together.
 
     Args:
-        send: Takes a batch of values by name; runs in one thread at a time.
+        send: Takes a batch of values by name; runs in a thread of its own, one batch at a time.
     """
 
     def __init__(self, send: Callable[[dict[str, Value]], None]) -> None:
@@ -36,12 +36,21 @@ class Coalescer:
         return self._sending
 
     def offer(self, name: str, value: Value) -> None:
-        """Send a value, or leave it to the thread that is sending already."""
+        """Leave a value to be sent; this never waits."""
         with self._lock:
+            if self._closed.is_set():
+                return
             self._pending[name] = value
             if self._sending:
                 return
             self._sending = True
+        threading.Thread(target=self._work, name="changes", daemon=True).start()
+
+    def close(self) -> None:
+        """Send nothing more."""
+        self._closed.set()
+
+    def _work(self) -> None:
         while True:
             with self._lock:
                 batch, self._pending = self._pending, {}
@@ -55,7 +64,3 @@ class Coalescer:
                 # with a value by `Viewer.refuse`.
                 logger.exception("a change could not be sent on")
             self._closed.wait(INTERVAL_S)
-
-    def close(self) -> None:
-        """Send nothing more."""
-        self._closed.set()

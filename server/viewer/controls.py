@@ -59,7 +59,7 @@ class Control:
         self._handles: tuple[Handle, ...] = _make(server, declaration, value)
         self._shown = True
 
-        def moved(event: viser.GuiEvent[Any]) -> None:
+        async def moved(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
                 on_move(declaration.name, _from_handle(declaration, event.target.value))
 

@@ -4,6 +4,10 @@ A control never decides. It proposes a value, the session accepts or refuses it,
 says: `show` after a change, `refuse` after a refusal. While somebody still drags a slider the session's answers to
 older positions are held back, since they would tear it out of the hand; once it rests, all controls are set to the
 truth again.
+
+viser calls a coroutine at once, in the loop that has just taken up the browser's value, and a plain function some time
+later in a thread, when the value may have been overwritten by the session's. So all callbacks here are coroutines; none
+of them waits, since what they propose is sent on by a thread of its own.
 """
 
 import threading
@@ -29,6 +33,8 @@ PATIENCE_S = 5.0
 SOON_S = 0.1
 OPEN_ROWS = 15
 """Controls that are unfolded at first; a group is unfolded whole or not at all."""
+SPEED = "speed of the run"
+"""What the panel calls it beside the parameters, whose names have no spaces."""
 SPEEDS = {"0.1x": 0.1, "0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "As fast as possible": 0.0}
 
 
@@ -76,7 +82,7 @@ class Panel:
         self._touched: dict[str, float] = {}
         self._answered = False
         self._wake = wake
-        self._on_change, self._on_tracker, self._on_seed = on_change, on_tracker, on_seed
+        self._on_change, self._on_tracker, self._on_seed, self._on_speed = on_change, on_tracker, on_seed, on_speed
         self._changes = Coalescer(self._send)
         self._titles = dict(trackers)
         self._tracker = tracker
@@ -91,7 +97,7 @@ class Panel:
         self._folders: dict[str, viser.GuiFolderHandle] = {}
         self._add_groups(declarations)
         self._add_layers(layers, on_layer)
-        self._add_speed(on_speed)
+        self._speed = self._add_speed()
         self._choose_visible()
 
     def show(self, values: Mapping[str, Value], tracker: str) -> None:
@@ -162,13 +168,15 @@ class Panel:
         self._changes.offer(name, value)
 
     def _send(self, batch: dict[str, Value]) -> None:
-        tracker, seed = batch.pop("tracker", None), batch.pop(SEED, None)
+        tracker, seed, speed = (batch.pop(name, None) for name in ("tracker", SEED, SPEED))
         if batch:
             self._on_change(batch)
         if tracker is not None:
             self._on_tracker(str(tracker))
         if seed is not None:
             self._on_seed(seed)
+        if speed is not None:
+            self._on_speed(float(speed))
 
     def _add_tracker(self) -> Handle:
         choice = self._server.gui.add_dropdown(
@@ -180,7 +188,7 @@ class Panel:
         identifiers = {title: identifier for identifier, title in self._titles.items()}
 
         @choice.on_update
-        def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
+        async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
             if event.client_id is not None and choice.value in identifiers:
                 self._moved("tracker", identifiers[choice.value])
 
@@ -191,7 +199,7 @@ class Panel:
         group = self._server.gui.add_button_group("View", tuple(names))
 
         @group.on_click
-        def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
             if event.client_id is not None and event.target.value in names:
                 on_look(event.client_id, names[event.target.value])
 
@@ -227,21 +235,21 @@ class Panel:
         title = layer.replace("_", " ").replace("-", " ")
         box: Handle = self._server.gui.add_checkbox(title[:1].upper() + title[1:], shown)
 
-        def switched(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+        async def switched(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
             on_layer(layer, event.target.value)
 
         box.on_update(switched)
         self._layers[layer] = box
 
-    def _add_speed(self, on_speed: Callable[[float], None]) -> None:
+    def _add_speed(self) -> Handle:
         choice = self._server.gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1x")
 
         @choice.on_update
-        def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
+        async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
             if event.client_id is not None and choice.value in SPEEDS:
-                on_speed(SPEEDS[choice.value])
+                self._changes.offer(SPEED, SPEEDS[choice.value])
 
-        self._speed: Handle = choice
+        return choice
 
     def show_speed(self, speed: float) -> None:
         """Show the speed in force, if it is one of those offered."""

@@ -32,7 +32,7 @@ class SeedBox:
         hint = "The same seed gives the same scene and the same run, to the bit. A change begins the run anew."
         self._box: Handle = server.gui.add_number("Seed", seed, min=0, max=LARGEST_SEED, step=1, hint=hint)
 
-        def moved(event: viser.GuiEvent[viser.GuiNumberHandle[int]]) -> None:
+        async def moved(event: viser.GuiEvent[viser.GuiNumberHandle[int]]) -> None:
             if event.client_id is not None:
                 on_move(_whole(event.target.value))
 

@@ -1,5 +1,6 @@
 """The panel proposes values and shows what the session says."""
 
+import threading
 import time
 
 import pytest
@@ -108,6 +109,25 @@ def test_a_lost_proposal_springs_back(session: Session, peer: Peer) -> None:
     peer.control("Learn")["value"] = True  # the browser shows it, but its throttle has swallowed the message
     peer.move("Occluder width (px)", 41)
     wait_for(lambda: peer.control("Learn")["value"] is False)
+
+
+def test_a_value_is_proposed_although_the_panel_is_restored_at_that_moment(session: Session, peer: Peer) -> None:
+    """What a browser sends is taken up at once, and not when a thread of viser's gets round to it."""
+    peer.uuid("Particles")
+    free = threading.Event()
+    pool = session.viewer._server.gui._thread_executor
+    for _ in range(pool._max_workers):
+        pool.submit(free.wait, 10.0)
+    try:
+        peer.move("Occluder width (px)", 70)
+        peer.move("Speed", "2x")
+        wait_for(lambda: session.viewer._panel._controls["occlusion_width_px"]._handles[0].value == 70.0)
+        session.viewer.refuse("something else")
+    finally:
+        free.set()
+    wait_for(lambda: session.changes == [{"occlusion_width_px": 70.0}])
+    wait_for(lambda: session.transport == [{"action": "speed", "speed": 2.0}])
+    session.transport.clear()
 
 
 def test_only_what_the_tracker_reads_is_shown(session: Session, peer: Peer) -> None:
