@@ -10,12 +10,16 @@ import shutil
 import socket
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from itertools import islice
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from pftrack.experiments.experiment import Experiment
+    from pftrack.parameters import Value
 
 __all__ = ["Check", "examine"]
 
@@ -103,19 +107,44 @@ def _numbers(version: str) -> tuple[int, ...]:
 
 def _compiled(*, everything: bool) -> tuple[Status, str]:
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.run import Run
 
     trackers = 0
     for experiment in EXPERIMENTS.values():
         for tracker in experiment.trackers if everything else [experiment.default_tracker]:
-            run = Run(experiment, experiment.simulate(), tracker=tracker, frames=WARM_FRAMES)
-            for _ in range(WARM_FRAMES - 1):
-                experiment.draw(run.advance(), run.diagnostics)
+            _warm(experiment, tracker, {})
             trackers += 1
+        for tracker, values in _alternatives(experiment) if everything else ():
+            _warm(experiment, tracker, values)
     place = _cache_folder()
     if place is None:
         return "warning", "works, but no folder to keep it in: every start compiles anew; set NUMBA_CACHE_DIR"
     return "ok", f"{trackers} trackers ran; kept in {place}"
+
+
+def _warm(experiment: "Experiment", tracker: str, values: Mapping[str, "Value"]) -> None:
+    """Run a few frames."""
+    from pftrack.run import Change, Run
+
+    timeline = (Change(0, values),) if values else ()
+    run = Run(experiment, experiment.simulate(), tracker=tracker, frames=WARM_FRAMES, timeline=timeline)
+    for _ in range(WARM_FRAMES - 1):
+        experiment.draw(run.advance(), run.diagnostics)
+
+
+def _alternatives(experiment: "Experiment") -> Iterator[tuple[str, dict[str, "Value"]]]:
+    """Yield what lets other code run than the defaults do: every choice and every switch, with a tracker that reads it.
+
+    Otherwise a class would wait for the compiler in the moment in which somebody first turns to the pinhole camera.
+    """
+    from pftrack.parameters import declarations
+
+    for item in declarations(type(experiment.simulate().parameters)):
+        others: tuple[Value, ...] = item.choices if item.kind == "choice" else ()
+        if item.kind == "boolean":
+            others = (not item.default,)
+        for value in others:
+            if value != item.default:
+                yield (item.trackers[0] if item.trackers else experiment.default_tracker), {item.name: value}
 
 
 def _cache_folder() -> str | None:

@@ -1,6 +1,9 @@
 """The doctor finds what is missing or broken and says what to do."""
 
+import os
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -91,3 +94,38 @@ def test_warming_runs_every_tracker_of_every_experiment() -> None:
 
     trackers = sum(len(experiment.trackers) for experiment in EXPERIMENTS.values())
     assert doctor._compiled(everything=True)[1].startswith(f"{trackers} trackers ran")
+
+
+LIVE = """
+from pathlib import Path
+from pftrack import doctor
+from pftrack.experiments import EXPERIMENTS
+from pftrack.run import Change, Run
+def compiled():
+    return sorted(str(file) for file in Path({folder!r}).rglob("*.nbc"))
+doctor._compiled(everything=True)
+before = compiled()
+assert len(before) > 50, before
+for experiment in EXPERIMENTS.values():
+    for preset in experiment.presets:
+        timeline = (Change(0, preset.parameters),)
+        run = Run(experiment, experiment.simulate(), tracker=preset.tracker, frames=6, timeline=timeline)
+        run.finish()
+for name, value in (("apf_weights", "corrected"), ("lower_density", "kernel"), ("pose_estimator", "particle")):
+    for experiment in EXPERIMENTS.values():
+        setup = experiment.simulate()
+        if name in type(setup.parameters).model_fields:
+            run = Run(experiment, setup, frames=6)
+            run.change({{name: value}})
+            run.finish()
+print(*sorted(set(compiled()) - set(before)))
+"""
+
+
+@pytest.mark.slow
+def test_after_warming_nothing_is_compiled_in_a_session(tmp_path: Path) -> None:
+    """Neither a preset nor a choice made live waits for the compiler."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    script = LIVE.format(folder=str(tmp_path))
+    done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr

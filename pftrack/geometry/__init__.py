@@ -5,8 +5,9 @@ and y down. Angles are radians.
 
 - `rotation`: R = R_Y R_X R_Z, its derivatives and its inverse; differences of angles;
 - `camera`: the pinhole with its derivatives, and the affine camera;
+- `gaze`: yaw, pitch and roll of a face, as people say them, from the angles of its rotation;
 - `face_model`: eleven named points of a face, their mean and their spread over people;
 - `head_surface`: a smooth head through these points, as a mesh.
 """
 
-__all__ = ["camera", "face_model", "head_surface", "rotation"]
+__all__ = ["camera", "face_model", "gaze", "head_surface", "rotation"]

@@ -6,6 +6,7 @@ and all trackers of an experiment understand each other's states, so that one ma
 
 - `ball`: the switching filters of document 1, ch. 3, and what they are compared with;
 - `layered`: features in two layers, with a sampling distribution that adapts, of document 1, ch. 4;
+- `pose`: the methods of that chapter for the pose of a solid, for `prism` (points) and `head` (templates);
 - `signal`: the Kalman and the particle filter of document 1, ch. 2.
 """
 
