@@ -3,6 +3,9 @@
 Templates are cut from frame 0 around the features, and the pose is relative to that frame: there theta = 0, and the
 affine camera is the one that fits the face model to the features best. So a face model that is not the person's own
 gives no constant error. The pinhole cannot be bent like that; for it the model is turned to fit frame 0.
+
+Another face model, another camera or other templates may be chosen in mid-run: they are then made from frame 0, as they
+would have been there, and the pose goes on from where it was.
 """
 
 from dataclasses import replace
@@ -23,7 +26,7 @@ from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
 from pftrack.random import Purpose, Stream
 from pftrack.trackers import pose
-from pftrack.trackers.head_memory import SEARCH_EVERY, HeadMemory, around, template_sizes, widened
+from pftrack.trackers.head_memory import SEARCH_EVERY, FirstSight, Form, HeadMemory, around, widened
 from pftrack.trackers.head_parameters import HeadTrackerParameters
 from pftrack.trackers.pose import METHODS, Method
 from pftrack.trackers.pose_state import PoseState, Solid
@@ -54,13 +57,14 @@ def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerP
     landmarks = target.landmarks
     if landmarks is None:
         raise ValueError("a head is tracked by its features, got a target without any")
-    model = mean_model() if parameters.face_model == "mean" else FaceModel(landmarks.model_mm)
-    return _begun(method, _grey(frame), model, landmarks.points_px, parameters, rng)
+    sight = FirstSight(_grey(frame), landmarks.points_px, FaceModel(landmarks.model_mm))
+    return _begun(method, sight, parameters, rng)
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
     """Weigh particles by how well the picture there correlates with the templates; look for a face that is lost."""
-    grey, memory = _grey(frame), _memory(state)
+    grey, state = _grey(frame), _formed(state, parameters)
+    memory = _memory(state)
     if memory.lost:
         return _searched(method, state, grey, parameters, rng)
     templates = memory.templates(state.pose.mean, by_pose=parameters.templates_by_pose)
@@ -85,36 +89,52 @@ def _log_likelihood(
     return scores
 
 
-def _begun(
-    method: Method,
-    grey: NDArray[np.uint8],
-    model: FaceModel,
-    points_px: NDArray[np.float64],
-    parameters: HeadTrackerParameters,
-    rng: Stream,
-) -> PoseState:
-    frontal = template.cut(grey, points_px, template_sizes(points_px, parameters.template_scale))
-    height, width = grey.shape
-    solid, turn = _solid(model, points_px, (width, height), parameters)
+def _begun(method: Method, sight: FirstSight, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
+    form, points_px = _form(parameters), sight.points_px
+    bank = TemplateBank.begin(sight.templates(form.template_scale))
+    model = _model(sight, form)
+    solid, turn = _solid(sight, model, form)
     belief = pose.begin(solid, points_px, parameters, method, rng)
-    memory = HeadMemory(TemplateBank.begin(frontal), model, turn, points_px, around(points_px))
+    memory = HeadMemory(bank, sight, form, model, turn, around(points_px))
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), memory=memory)
 
 
-def _solid(
-    model: FaceModel, points_px: NDArray[np.float64], size: tuple[int, int], parameters: HeadTrackerParameters
-) -> tuple[Solid, NDArray[np.float64]]:
-    """Return the head as a solid that is at theta = 0 in this picture, and how its frame is turned from the model's."""
+def _formed(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
+    """Make solid and templates anew where the parameters that they depend on have changed."""
+    memory, form = _memory(state), _form(parameters)
+    if form == memory.form:
+        return state
+    bank = memory.bank
+    if form.template_scale != memory.form.template_scale:
+        bank = TemplateBank.begin(memory.sight.templates(form.template_scale))
+    model = _model(memory.sight, form)
+    solid, turn = _solid(memory.sight, model, form, memory.enlarged)
+    memory = replace(memory, bank=bank, form=form, model=model, turn=turn)
+    return replace(pose.transferred(state, solid, parameters), memory=memory)
+
+
+def _form(parameters: HeadTrackerParameters) -> Form:
+    return Form(parameters.face_model, parameters.upper_layer, parameters.focal_widths, parameters.template_scale)
+
+
+def _model(sight: FirstSight, form: Form) -> FaceModel:
+    return mean_model() if form.face_model == "mean" else sight.own
+
+
+def _solid(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.0) -> tuple[Solid, NDArray[np.float64]]:
+    """Return the head as a solid that is at theta = 0 at first sight, and how its frame is turned from the model's."""
+    points_px, (height, width) = sight.points_px, sight.grey.shape
     camera = affine_fit(model.points_mm, points_px)
     if float(np.linalg.svd(camera[:, :3], compute_uv=False)[-1]) < LEAST_SCALE:
         raise ValueError("expected points that make a face, got points that lie on one line or all in one place")
-    focal_px, principal_px = parameters.focal_widths * size[0], np.array(size) / 2.0
+    camera[:, :3] *= enlarged
+    focal_px, principal_px = form.focal_widths * width, np.array([width, height]) / 2.0
     place = pose.translation(model.points_mm, points_px, focal_px, principal_px)
-    if parameters.upper_layer == "affine":
+    if form.upper_layer == "affine":
         return Solid(model.points_mm, camera, focal_px, principal_px, place), np.eye(3)
     theta, place = _fitted(model.points_mm, points_px, focal_px, principal_px, place)
     turn = rotation(theta)
-    camera = np.column_stack([camera[:, :3] @ turn.T, camera[:, 3]])
+    camera[:, :3] = camera[:, :3] @ turn.T
     return Solid(np.ascontiguousarray(model.points_mm @ turn.T), camera, focal_px, principal_px, place), turn
 
 
@@ -162,17 +182,16 @@ def _resumed(
     rng: Stream,
 ) -> PoseState:
     """Go on with a face that was found again, as seen from the front but perhaps rolled."""
-    memory, solid = _memory(state), state.solid
-    moved = fit_similarity(memory.points_px, points_px)
+    memory = _memory(state)
+    moved = fit_similarity(memory.sight.points_px, points_px)
     if not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
-        return _begun(method, grey, memory.model, points_px, parameters, rng)
-    camera = np.column_stack([moved.scale * solid.reference[:, :3], solid.reference[:, 3]])
-    solid = replace(solid, reference=camera)
+        return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng)
+    solid, turn = _solid(memory.sight, memory.model, memory.form, moved.scale)
     roll = np.arctan2(moved.rotation[1, 0], moved.rotation[0, 0])
     theta = Gaussian(np.array([0.0, 0.0, roll]), FOUND_SD_RAD**2 * np.eye(3))
     spread_px = FOUND_SPREAD * memory.box[2] / 1.5
     belief = pose.begin(solid, points_px, parameters, method, rng, theta=theta, spread_px=spread_px)
-    fresh = replace(memory, lost_frames=0, doubtful_frames=0, box=around(points_px))
+    fresh = replace(memory, turn=turn, enlarged=moved.scale, lost_frames=0, doubtful_frames=0, box=around(points_px))
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), switched=True, memory=fresh)
 
 

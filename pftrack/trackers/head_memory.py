@@ -8,6 +8,7 @@ templates no longer fit.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +16,48 @@ from numpy.typing import NDArray
 from pftrack.detection.cascades import Box
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.face_model import FEATURES, FaceModel
+from pftrack.likelihoods import template
 from pftrack.likelihoods.template import Templates, scaled_sizes
 from pftrack.likelihoods.template_bank import TemplateBank
 
-__all__ = ["SEARCH_EVERY", "HeadMemory", "around", "eye_distance", "template_sizes", "widened"]
+__all__ = ["SEARCH_EVERY", "FirstSight", "Form", "HeadMemory", "around", "eye_distance", "widened"]
 
 SEARCH_EVERY = 5
 WIDEST_RAD = float(np.deg2rad(60.0))
 """Standard deviation of angles of which nothing is known any more."""
+
+
+class Form(NamedTuple):
+    """The parameters by which the solid and the templates were made from the first sight of the face."""
+
+    face_model: str
+    upper_layer: str
+    focal_widths: float
+    template_scale: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstSight:
+    """The picture in which the templates were cut, kept so that they, and the solid, can be made anew.
+
+    Attributes:
+        grey: (height, width), 8 bit.
+        points_px: (11, 2) the features in it.
+        own: The person's own face, as far as it is known.
+    """
+
+    grey: NDArray[np.uint8]
+    points_px: NDArray[np.float64]
+    own: FaceModel
+
+    def templates(self, factor: float) -> Templates:
+        """Cut templates, `factor` times as large as the document's for a face of this size.
+
+        Raises:
+            ValueError: A feature is not within the picture.
+        """
+        sizes = scaled_sizes(FEATURES, eye_distance(self.points_px), factor)
+        return template.cut(self.grey, self.points_px, sizes)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,23 +66,32 @@ class HeadMemory:
 
     Attributes:
         bank: Templates, by pose if so asked for.
+        sight: From which they were cut.
+        form: By which they, and the solid, were made.
         model: The face that is assumed.
         turn: (3, 3) from the model's frame to the solid's, in which the head looks as it did in frame 0.
-        points_px: (11, 2) the features when the templates were cut.
         box: Around the features where they were last recognised, px.
+        enlarged: How many times as large as at first sight the face was when it was last found.
         correlations: (11,) NCC of each feature at its estimated position.
         doubtful_frames: How many frames in a row were doubtful.
         lost_frames: For how many frames the face has been lost; 0 while it is tracked.
     """
 
     bank: TemplateBank
+    sight: FirstSight
+    form: Form
     model: FaceModel
     turn: NDArray[np.float64]
-    points_px: NDArray[np.float64]
     box: Box
+    enlarged: float = 1.0
     correlations: NDArray[np.float64] = field(default_factory=lambda: np.ones(len(FEATURES)))
     doubtful_frames: int = 0
     lost_frames: int = 0
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes that other frames do not share, bytes."""
+        return sum(templates.pixels.nbytes for templates in self.bank.sets.values())
 
     @property
     def lost(self) -> bool:
@@ -76,7 +120,7 @@ class HeadMemory:
 
     def misfit(self, expected_px: NDArray[np.float64], means_px: NDArray[np.float64]) -> float:
         """Return how far features (11, 2) are from where they are expected: the median, in distances of the eyes."""
-        return float(np.median(np.hypot(*(expected_px - means_px).T))) / eye_distance(self.points_px)
+        return float(np.median(np.hypot(*(expected_px - means_px).T))) / eye_distance(self.sight.points_px)
 
 
 def around(points_px: NDArray[np.float64]) -> Box:
@@ -91,11 +135,6 @@ def eye_distance(points_px: NDArray[np.float64]) -> float:
     """Return the distance between the eyes among points (11, 2), px."""
     left, right = (points_px[FEATURES.index(name)] for name in ("leye", "reye"))
     return float(np.hypot(*(left - right)))
-
-
-def template_sizes(points_px: NDArray[np.float64], factor: float) -> NDArray[np.int64]:
-    """Return widths and heights (11, 2) of templates for a face with these points, px."""
-    return scaled_sizes(FEATURES, eye_distance(points_px), factor)
 
 
 def widened(pose: Gaussian, sd_rad: float) -> Gaussian:

@@ -28,7 +28,6 @@ class HeadTrackerParameters(PoseTrackerParameters):
         "Face model",
         "Whether the face is assumed to be the mean of other people or the person's own; on a recording, the mean face "
         "stretched over the points of the first picture.",
-        live=False,
         group=UPPER,
     )
     focal_widths: float = parameter(
@@ -39,7 +38,6 @@ class HeadTrackerParameters(PoseTrackerParameters):
         ge=0.3,
         le=20,
         step=0.05,
-        live=False,
         group=UPPER,
     )
     correlation_spread: float = parameter(
@@ -68,7 +66,6 @@ class HeadTrackerParameters(PoseTrackerParameters):
         ge=0.3,
         le=2,
         step=0.05,
-        live=False,
         group=LOOK,
     )
     template_renewal: float = parameter(

@@ -26,7 +26,7 @@ from pftrack.trackers.layered import FeatureLikelihood, Layered
 from pftrack.trackers.pose_parameters import PoseTrackerParameters
 from pftrack.trackers.pose_state import PoseState, Solid
 
-__all__ = ["METHODS", "Belief", "Method", "advance", "begin", "switched", "translation"]
+__all__ = ["METHODS", "Belief", "Method", "advance", "begin", "switched", "transferred", "translation"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 Belief: TypeAlias = Layered[Any] | RaoBlackwell
@@ -102,9 +102,27 @@ def advance(
     if isinstance(belief, RaoBlackwell):
         belief = begin(state.solid, state.feature_means, parameters, method, rng, theta=belief.pose)
     apart: Layered[Any] = belief  # type: ignore[assignment] # `begin` gives no joint particles to these methods
+    if isinstance(apart.upper, AffineBelief) != (parameters.upper_layer == "affine"):
+        apart = replace(apart, upper=_upper(state.solid, parameters, apart.features.means, apart.pose))
     apart = replace(apart, mixture=_steered(apart.mixture, parameters, method))
     settings = _settings(parameters, method)
     return layered.step(apart, _layer(state.solid, parameters), log_likelihood, settings, rng)
+
+
+def transferred(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
+    """Return a state that believes the same of pose and features, but of another solid or through another camera.
+
+    The upper layer begins anew from them, at rest; it is left alone if nothing that it reads has changed.
+    """
+    belief, before = state.belief, state.solid
+    if isinstance(belief, RaoBlackwell):
+        joint = _joint(solid, parameters, belief.feature_means, belief.feature_covariances, belief.pose)
+        return replace(state, solid=solid, belief=joint)
+    same = np.array_equal(before.points_mm, solid.points_mm) and np.array_equal(before.reference, solid.reference)
+    if same and isinstance(belief.upper, AffineBelief) and parameters.upper_layer == "affine":
+        return replace(state, solid=solid)
+    upper = _upper(solid, parameters, belief.features.means, belief.pose)
+    return replace(state, solid=solid, belief=replace(belief, upper=upper))
 
 
 def switched(before: Belief, after: Belief) -> bool:

@@ -88,7 +88,6 @@ class PoseTrackerParameters(Parameters):
         "affine",
         "Camera of the upper layer",
         "Whether the solid is predicted by an affine camera, or by pose and place before a pinhole.",
-        live=False,
         group=UPPER,
         trackers=LAYERED,
     )

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -69,6 +70,13 @@ def test_any_picture_of_a_face_will_do(change: object) -> None:
     assert max(abs(angle) for angle in run.diagnostics[-1].estimate) < 12
 
 
+def smaller(picture: Picture, share: float) -> Picture:
+    """Return a picture of the same size in which everything is smaller, with a grey border."""
+    height, width = picture.shape[:2]
+    matrix = np.array([[share, 0.0, (1 - share) * width / 2], [0.0, share, (1 - share) * height / 2]])
+    return np.asarray(cv2.warpAffine(picture, matrix, (width, height), borderValue=(45, 45, 45)), np.uint8)
+
+
 def test_who_enters_late_is_tracked_from_then_on() -> None:
     """The run begins at the first picture with a face, which is where it says that it began."""
     shown = pictures(12, width=320)
@@ -93,6 +101,17 @@ def test_who_leaves_and_comes_back_is_found_again() -> None:
     assert sigma[79] < 2 * sigma[9]
     assert abs(run.diagnostics[-1].estimate[1]) < 12
     assert HEAD.report(run.diagnostics)["tracked_share"] == pytest.approx(face.mean())  # type: ignore[misc]
+
+
+def test_who_is_found_twice_has_the_size_of_the_last_time() -> None:
+    """Each time the size is that of the face relative to the first picture, not to the time before."""
+    shown = pictures(12, width=320)
+    further = [smaller(picture, 0.87) for picture in shown]
+    nobody = [empty(shown[0])] * 20
+    run = on([*shown, *nobody, *further, *nobody, *further])
+    scales = [run.seek(frame).state.solid.scale for frame in (11, 43, 75)]
+    assert [run.diagnostics[frame].series["face"] for frame in (11, 43, 75)] == [1.0] * 3
+    assert np.divide(scales[1:], scales[0]) == pytest.approx(0.87, abs=0.03)
 
 
 def test_who_never_comes_back_leaves_wide_uncertainty() -> None:

@@ -141,3 +141,16 @@ def test_alpha_rises_while_a_corner_hides() -> None:
     assert alpha[~visible].mean() > alpha[visible].mean() + 0.15
     assert run.summary()["mean_error"] == pytest.approx(1.85, abs=0.15)
     assert run.summary()["success"] is True
+
+
+def test_the_camera_can_be_exchanged_in_mid_run() -> None:
+    """From affine to pinhole the error falls to that of the right camera, and back to that of the affine one."""
+    prism = find("prism")
+    timeline = (Change(150, {"upper_layer": "perspective"}), Change(300, {"upper_layer": "affine"}))
+    run = Run(prism, prism.simulate(), seed=3, frames=450, timeline=timeline)
+    run.finish()
+    errors = np.array([row.error for row in run.diagnostics])
+    assert errors[160:300].mean() < 0.6
+    assert 1.0 < errors[:150].mean() < 3.0
+    assert 1.0 < errors[310:].mean() < 3.0
+    assert errors.max() < 8.0

@@ -56,6 +56,15 @@ def test_from_below_come_survivors_in_motion() -> None:
         assert np.allclose(steps.std(axis=1), 5.0, atol=0.1)
 
 
+def test_features_are_resampled_apart() -> None:
+    """Each feature has its own random offset: equal weights do not make equal parents."""
+    count = 50
+    cloud = adaptive.Draw(np.random.default_rng(2).normal(size=(8, 4, count)), np.zeros(8, np.int64))
+    scores = np.tile(np.linspace(-3.0, 0.0, count), (8, 1))
+    parents = {tuple(survivors) for survivors in adaptive.weigh(cloud, scores, rng()).survivors.tolist()}
+    assert len(parents) > 4
+
+
 @given(st.floats(0, 1), st.integers(1, 60))
 def test_the_ratio_is_a_division_not_a_draw(ratio: float, count: int) -> None:
     """Of N particles round(alpha N) come from above, and they are the first."""

@@ -45,7 +45,7 @@ def test_templates_can_be_gathered_by_pose() -> None:
 def test_doubt_needs_patience() -> None:
     """A face is lost after as many doubtful frames in a row as patience allows, never without; a good one resets."""
     memory, _ = memory_after(1)
-    points = memory.points_px + 5
+    points = memory.sight.points_px + 5
     for count in (1, 2):
         memory = memory.judged(np.zeros(11), points, 3, doubtful=True)
         assert (memory.doubtful_frames, memory.lost) == (count, False)
@@ -60,8 +60,8 @@ def test_doubt_needs_patience() -> None:
 def test_misfit_is_measured_in_distances_of_the_eyes() -> None:
     """Features that are all one distance of the eyes away have a misfit of one."""
     memory, _ = memory_after(1)
-    moved = memory.points_px + np.array([eye_distance(memory.points_px), 0.0])
-    assert memory.misfit(memory.points_px, moved) == pytest.approx(1.0)
+    moved = memory.sight.points_px + np.array([eye_distance(memory.sight.points_px), 0.0])
+    assert memory.misfit(memory.sight.points_px, moved) == pytest.approx(1.0)
 
 
 def test_uncertainty_grows_to_a_bound() -> None:
@@ -73,3 +73,35 @@ def test_uncertainty_grows_to_a_bound() -> None:
         last = float(belief.standard_deviations[0])
     assert last == pytest.approx(np.deg2rad(60.0))
     assert np.array_equal(belief.mean, np.ones(3))
+
+
+@pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("face_model", "personal"), ("upper_layer", "perspective"), ("focal_widths", 1.0), ("template_scale", 0.6)],
+)
+def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str, value: Value) -> None:
+    """Solid and templates are then those of a run that began so, and the pose goes on from where it was."""
+    beginning = {"image_width_px": 320, "feature_noise_px": 3, "joint_sample_count": 500}
+    begun = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=31, timeline=(Change(0, {**beginning, name: value}),))
+    run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=31, timeline=(Change(0, beginning),))
+    before = run.seek(29).state
+    run.change({name: value})
+    after = run.advance().state
+    wanted, got = begun.current.state.solid, after.solid
+    for field in ("points_mm", "reference", "focal_px", "principal_px", "translation_mm"):
+        np.testing.assert_array_equal(getattr(got, field), getattr(wanted, field))
+    sets = (state.memory.templates(np.zeros(3), by_pose=False) for state in (begun.current.state, after))
+    np.testing.assert_array_equal(*(templates.pixels for templates in sets))
+    # Five hundred joint particles of 22 numbers are few: they jump by some degrees from frame to frame.
+    assert np.rad2deg(np.abs(after.estimate - before.estimate)).max() < (4.0 if tracker == "pf-asd" else 8.0)
+
+
+def test_a_focal_length_that_nobody_reads_changes_nothing() -> None:
+    """The affine camera has none, so that its motion is not interrupted by the slider."""
+    runs = []
+    for changes in ((), (Change(10, {"focal_widths": 1.2}),)):
+        timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3}), *changes)
+        runs.append(Run(HEAD, HEAD.simulate(), frames=15, timeline=timeline))
+        runs[-1].finish()
+    assert runs[0].estimates_sha256 == runs[1].estimates_sha256
