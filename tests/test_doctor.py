@@ -111,7 +111,7 @@ for experiment in EXPERIMENTS.values():
         timeline = (Change(0, preset.parameters),)
         run = Run(experiment, experiment.simulate(), tracker=preset.tracker, frames=6, timeline=timeline)
         run.finish()
-for name, value in (("apf_weights", "corrected"), ("lower_density", "kernel"), ("pose_estimator", "particle")):
+for name, value in (("apf_weights", "corrected"), ("upper_layer", "perspective"), ("pose_estimator", "particle")):
     for experiment in EXPERIMENTS.values():
         setup = experiment.simulate()
         if name in type(setup.parameters).model_fields:
