@@ -30,6 +30,26 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "trials": 10,
         "frames": 120,
     },
+    # Where the affine camera's error and the corners' noise decide which prediction is worth more.
+    "prism": {
+        "axes": [
+            {"name": "distance_mm", "values": [70, 80, 100, 150, 300]},
+            {"name": "noise_px", "values": [1, 3, 10, 20, 40]},
+        ],
+        "trackers": ["pf-asd", "alpha-1", "alpha-0"],
+        "trials": 5,
+        "frames": 200,
+    },
+    # How fast may the driver turn, with how few particles?
+    "head": {
+        "axes": [
+            {"name": "speed", "values": [0.5, 1, 2, 3, 4]},
+            {"name": "sample_count", "values": [10, 20, 50, 200]},
+        ],
+        "trackers": ["pf-asd", "alpha-1", "alpha-0"],
+        "trials": 2,
+        "frames": 200,
+    },
 }
 
 

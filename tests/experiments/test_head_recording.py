@@ -114,6 +114,17 @@ def test_who_is_found_twice_has_the_size_of_the_last_time() -> None:
     assert np.divide(scales[1:], scales[0]) == pytest.approx(0.87, abs=0.03)
 
 
+def test_who_comes_back_much_further_away_is_looked_at_anew() -> None:
+    """Templates of a face of another size would not fit: they are cut again, and the pose begins there."""
+    shown = pictures(12, width=480)
+    run = on([*shown, *[empty(shown[0])] * 20, *[smaller(picture, 0.65) for picture in shown]])
+    first, last = (run.seek(frame).state.memory for frame in (11, 43))
+    assert not last.lost
+    assert last.enlarged == 1.0
+    sizes = [memory.templates(np.zeros(3), by_pose=False).sizes for memory in (first, last)]
+    assert np.median(sizes[1] / sizes[0]) == pytest.approx(0.65, abs=0.06)
+
+
 def test_who_never_comes_back_leaves_wide_uncertainty() -> None:
     """However long nobody is there, the estimate stays finite and its deviation stays below a turn."""
     shown = pictures(6, width=320)

@@ -78,7 +78,8 @@ class HeadSceneParameters(Parameters):
     image_width_px: int = parameter(
         640,
         "Picture width",
-        "Width of the picture; its height is three quarters of that, and the view stays the same.",
+        "Width of the picture; its height is three quarters of that, and the view stays the same. What the trackers "
+        "assume in px, such as the noise of the features, does not follow it.",
         unit="px",
         ge=160,
         le=1280,
