@@ -77,6 +77,20 @@ def smaller(picture: Picture, share: float) -> Picture:
     return np.asarray(cv2.warpAffine(picture, matrix, (width, height), borderValue=(45, 45, 45)), np.uint8)
 
 
+def test_what_may_happen_between_two_pictures_follows_the_time_between_them() -> None:
+    """At 12 frames a second features may move 2.5 times as far in a frame as at 30, and further on a larger face."""
+    shown = pictures(3, width=320)
+    usual, slow = (
+        HEAD.on_video(Pictures(shown, frame_rate_hz=rate), None).parameters  # type: ignore[misc]
+        for rate in (30.0, 12.0)
+    )
+    for name in ("feature_noise_px", "camera_noise"):
+        assert getattr(slow, name) == pytest.approx(2.5 * getattr(usual, name))
+    assert slow.sd_floor_px == usual.sd_floor_px  # type: ignore[attr-defined]
+    large = HEAD.on_video(Pictures(pictures(3, width=640)), None).parameters  # type: ignore[misc]
+    assert large.feature_noise_px / usual.feature_noise_px == pytest.approx(2.0, abs=0.15)  # type: ignore[attr-defined]
+
+
 def test_who_enters_late_is_tracked_from_then_on() -> None:
     """The run begins at the first picture with a face, which is where it says that it began."""
     shown = pictures(12, width=320)
