@@ -154,3 +154,11 @@ def test_the_camera_can_be_exchanged_in_mid_run() -> None:
     assert 1.0 < errors[:150].mean() < 3.0
     assert 1.0 < errors[310:].mean() < 3.0
     assert errors.max() < 12.0
+
+
+def test_each_angle_has_its_own_deviation() -> None:
+    """Yaw is a turn about y, pitch about x, roll about z, and so are their deviations."""
+    row = begun("prism", "pf-asd", frames=40).finish().diagnostics
+    spread = [row.series[f"{name}_deg_sd"] for name in ("pitch", "yaw", "roll")]
+    assert spread == pytest.approx(row.sigma)
+    assert len({round(value, 6) for value in row.sigma}) == 3
