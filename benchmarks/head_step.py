@@ -1,8 +1,8 @@
-"""A frame of the simulated driver at 640 x 480: pose by eleven features, beside what OpenCV offers for the same points.
+"""A frame of the simulated driver at 640 x 480: pose by eleven features, beside what OpenCV offers for them.
 
-OpenCV follows the same eleven points by pyramidal Lucas-Kanade flow and asks `solvePnP` for the pose; asked for the true
+OpenCV follows the same points by pyramidal Lucas-Kanade flow and asks `solvePnP` for the pose; asked for the true
 points, `solvePnP` shows what the mean face costs when there is nothing to be tracked. All of them know the mean face
-only, none the driver's. The goal for PF-ASD is 1 ms; the document needed 29 ms a frame, capture included, on a Pentium 4
+only, not the driver's. The goal for PF-ASD is 1 ms; the document needed 29 ms a frame, with capture, on a Pentium 4
 of 2.8 GHz.
 """
 
