@@ -102,12 +102,14 @@ export class Figure {
     for (const shade of this.#shades) shade.draw(store);
   }
 
-  /** Limits that reach a value, rounded so that they change seldom and the picture stands still. */
+  /** Limits that reach a value, on both sides of 0 if need be; rounded, so that they change seldom and nothing jumps. */
   reach(most, { both = false } = {}) {
     const value = most * 1.05;
     const power = 10 ** Math.floor(Math.log10(value));
     const end = power * [1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value);
-    if (this.range.end !== end) [this.range.start, this.range.end] = [both ? -end : 0, end];
+    if (this.range.end === end) return;
+    [this.range.start, this.range.end] = [both ? -end : 0, end];
+    if (both) this.model.yaxes[0].ticker.ticks = this.model.ygrids[0].ticker.ticks = [-end, 0, end];
   }
 }
 

@@ -47,10 +47,12 @@ export async function plots(root, store, picture) {
   const axis = new Bokeh.Range1d({ start: 0, end: 1 });
   const drawings = panels.map(({ plot }) => new KINDS[plot.kind](Bokeh, axis, plot, store.session));
   await show(Bokeh, drawings, panels);
+  // There may be more plots than there is room for; what is out of sight is drawn when it comes into sight.
+  const inSight = new Set();
   const draw = throttle(() => {
     if (document.hidden) return;
     axis.end = Math.max(1, store.session.frames - 1);
-    for (const drawing of drawings) drawing.draw(store);
+    for (const drawing of inSight) drawing.draw(store);
   }, REDRAW_MS);
   const narrow = matchMedia("(max-width: 999px)");
   const dress = () => {
@@ -64,7 +66,15 @@ export async function plots(root, store, picture) {
   narrow.addEventListener("change", dress);
   onTheme(dress);
   dress();
-  draw();
+  const sight = new IntersectionObserver((changes) => {
+    for (const { target, isIntersecting } of changes) {
+      const drawing = drawings[panels.findIndex(({ place }) => place === target)];
+      if (isIntersecting) inSight.add(drawing);
+      else inSight.delete(drawing);
+    }
+    draw();
+  });
+  for (const { place } of panels) sight.observe(place);
 }
 
 /** Resolves when it is known what there is to plot. */
