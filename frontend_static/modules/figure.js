@@ -19,7 +19,7 @@ export class Figure {
    * @param {object} frames The range of frames, shared by all.
    * @param {object} more Properties of the y axis' ticker.
    */
-  constructor(Bokeh, frames, more = { desired_num_ticks: 3 }) {
+  constructor(Bokeh, frames, more = { desired_num_ticks: 2 }) {
     this.#bokeh = Bokeh;
     this.range = new Bokeh.Range1d({ start: 0, end: 1 });
     this.model = Bokeh.Plotting.figure({
@@ -159,12 +159,15 @@ export class Lines {
       this.#drawn.set(branch.id, { source, all: [], active: [], ...this.#make(source, branch), edition: -1, length: 0, most: 0 });
     }
     const line = this.#drawn.get(branch.id);
-    for (const one of line.active) if (one.visible !== active) one.visible = active;
-    for (const one of line.all) {
-      const [width, level] = active ? [1.8, "guide"] : [1.2, "glyph"];
-      if (one.glyph.line_width !== width) one.glyph.line_width = width;
-      // The active branch lies above the others, which share its past.
-      if (one.level !== level) one.level = level;
+    // BokehJS takes every assignment for a change, and draws again.
+    if (line.isActive !== active) {
+      line.isActive = active;
+      for (const one of line.active) one.visible = active;
+      for (const one of line.all) {
+        one.glyph.line_width = active ? 1.8 : 1.2;
+        // The active branch lies above the others, which share its past.
+        one.level = active ? "guide" : "glyph";
+      }
     }
     if (!active && line.all.length === 0) return;
     this.#feed(line, history);

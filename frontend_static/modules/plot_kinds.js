@@ -79,7 +79,7 @@ class ProposalsPlot extends Figure {
   #lines;
 
   constructor(Bokeh, frames) {
-    super(Bokeh, frames, { desired_num_ticks: 2 });
+    super(Bokeh, frames);
     const make = (source) => ({
       active: [
         this.area(source, { value: 0 }, { field: "prediction" }, { fill_color: this.ink.prediction }),
@@ -195,17 +195,17 @@ class FeaturesPlot extends Figure {
   draw(store) {
     super.draw(store);
     const { history, activeBranch: branch } = store;
-    const { edition, length } = this.#seen;
-    const grown = this.#seen.branch === branch.id && edition === history.edition && length <= history.length;
+    const { id, edition, length } = this.#seen;
+    if (id !== branch.id) this.#lines.glyph.line_color = branch.colour;
+    const grown = id === branch.id && edition === history.edition && length <= history.length;
     if (grown && length === history.length) return;
     if (!grown) this.#rows = Array.from({ length: this.rows }, () => []);
     for (let frame = grown ? length : 0; frame < history.length; frame += 1) {
       this.#rows.forEach((row, place) => row.push(this.#height(history.at(frame), place)));
     }
-    this.#seen = { branch: branch.id, edition: history.edition, length: history.length };
+    this.#seen = { id: branch.id, edition: history.edition, length: history.length };
     const frames = [...this.#rows[0].keys()];
     this.#lines.data_source.data = { xs: this.#rows.map(() => frames), ys: this.#rows.map((row) => row.slice()) };
-    if (this.#lines.glyph.line_color !== branch.colour) this.#lines.glyph.line_color = branch.colour;
   }
 }
 

@@ -14,10 +14,6 @@ import { onTheme, tokens } from "./theme.js";
 const REDRAW_MS = 100;
 const PATIENCE_MS = 8000;
 const INKS = ["ink", "muted", "line", "lost", "hidden", "truth", "prediction", "observation"];
-/** A panel with rows is as many cells of the grid high as they take, with title and axis. */
-const ROW_PX = 15;
-const CELL_PX = 66;
-const EDGES_PX = 52;
 
 /**
  * @param {HTMLElement} root
@@ -94,7 +90,7 @@ function panel(root, plot, session) {
   const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", { title: plot.description }, title, value), place, missing);
   if (plot.kind === "features") {
     section.classList.add("tall");
-    section.style.setProperty("--cells", Math.ceil((session.features.length * ROW_PX + EDGES_PX) / CELL_PX));
+    section.style.setProperty("--rows", session.features.length);
   }
   root.append(section);
   return { plot, title, value, place, missing };

@@ -13,7 +13,7 @@ import { estimate } from "./plot_words.js";
 export function readout(root, store) {
   const verdict = h("p", { class: "verdict" });
   const list = h("dl", {});
-  fill(root, h("h2", {}, "This frame"), verdict, list);
+  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, list);
   let declared = [];
   const draw = coalesce(() => {
     const { session, history } = store;
@@ -80,7 +80,7 @@ function proposal(row) {
 function state(history, { position, target, frame_rate_hz: frameRate }) {
   const row = history.at(position);
   if (!row) return ["not computed yet", "unknown"];
-  if (row.searching) return [`no ${target} since ${since(history, position, "searching")}, searching`, "lost"];
+  if (row.searching) return [`no ${target} since ${since(history, position, "searching")}, looking for it`, "lost"];
   // For a second of the run, so that it can be read.
   for (let frame = position - 1; frame >= Math.max(0, position - frameRate); frame -= 1) {
     if (history.at(frame)?.searching) return [`${target} found again`, "good"];

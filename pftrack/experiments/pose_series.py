@@ -51,7 +51,7 @@ POSE_PLOTS = (
     ERROR,
     Plot(
         "calibration",
-        "truth within",
+        "truth in the band of",
         "share",
         "How often so far the true angles lay in the central 50 % and 95 % of the posterior: so often, if honest.",
         series=("within_50", "within_95"),
