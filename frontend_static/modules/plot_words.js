@@ -50,7 +50,8 @@ export function reading(plot, session, history) {
       return estimate(row, plot.series[0], plot.sd, plot.unit);
     case "features": {
       const values = session.features.map((_, place) => valueOf(row, plot.series[0], place));
-      return `mean ${number(values.reduce((sum, value) => sum + value, 0) / values.length, 2)}`;
+      const mean = number(values.reduce((sum, value) => sum + value, 0) / values.length, 2);
+      return mean === number(null) ? mean : `mean ${mean}`;
     }
     case "share":
       return `${plot.series.map((name) => number(100 * shares(history, name, session.position).at(-1), 0)).join(" | ")} %`;
