@@ -35,11 +35,12 @@ class Diagnostics:
         resampled: Whether parents were drawn anew.
         switched: Whether the sampler or process noise changed since the frame before.
         unique_ancestors: How many different parents the particles have.
+        searching: Whether the tracker itself has lost the target and looks for it.
         truth: The true position; None where it is unknown.
         observation: What was seen of a signal; None for pictures.
         reference: Mean of the exact posterior, where it is known beside an approximate one.
         error: Distance of the estimate from the truth; None where the truth is unknown.
-        lost: Whether that counts as lost.
+        lost: Whether that counts as lost; None where the truth is unknown.
         hidden: Whether the target is known to be out of sight.
         step_ms: Time that the tracker took for the frame, ms.
         series: What else the experiment measures, by name; every frame of a run has the same names.
@@ -57,6 +58,7 @@ class Diagnostics:
     resampled: bool
     switched: bool
     unique_ancestors: int
+    searching: bool
     truth: tuple[float, ...] | None
     observation: tuple[float, ...] | None
     reference: tuple[float, ...] | None
@@ -65,6 +67,11 @@ class Diagnostics:
     hidden: bool | None
     step_ms: float
     series: Mapping[str, Series] = field(default_factory=dict)
+
+    @property
+    def gone(self) -> bool:
+        """Whether the target is lost, by the truth or by the tracker's own account."""
+        return self.searching or self.lost is True
 
     def as_dict(self) -> dict[str, object]:
         """Return the values by name, ready for JSON: a number that is not finite becomes None."""
@@ -105,6 +112,7 @@ def diagnose(
         resampled=state.resampled,
         switched=state.switched,
         unique_ancestors=state.unique_ancestors,
+        searching=state.searching,
         truth=_scaled(target.position, scale) if target else None,
         observation=tuple(frame.signal.tolist()) if frame.signal is not None else None,
         reference=None if state.reference_mean is None else _scaled(state.reference_mean, scale),

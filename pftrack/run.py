@@ -212,9 +212,12 @@ class Run:
         return twin
 
     def lost_before(self, frame: int) -> int | None:
-        """Return the frame in which the loss began that lasted at `frame` or was the last one before it."""
+        """Return the frame in which the loss began that lasted at `frame` or was the last one before it.
+
+        Where the truth is unknown, the target is lost when the tracker itself says so.
+        """
         for index in range(min(frame, self.head), 0, -1):
-            if self.diagnostics[index].lost and not self.diagnostics[index - 1].lost:
+            if self.diagnostics[index].gone and not self.diagnostics[index - 1].gone:
                 return index
         return None
 

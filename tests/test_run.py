@@ -198,6 +198,7 @@ def test_success_counts_lost_frames() -> None:
     assert run.diagnostics[run.lost_before(59)].lost
     assert not run.diagnostics[run.lost_before(59) - 1].lost
     assert run.lost_before(lost[0] - 1) is None
+    assert not any(row.searching for row in run.diagnostics)
 
 
 def test_keyframes_stay_within_their_budget() -> None:

@@ -66,6 +66,11 @@ export class History {
     return found;
   }
 
+  /** Whether `test` holds for any frame. */
+  some(test) {
+    return this.#rows.some((row) => test(row));
+  }
+
   /** Largest of the numbers that `value` gives, over the frames from..to; null where there is none. */
   most(value, from = 0, to = this.#rows.length - 1) {
     let most = null;
@@ -85,7 +90,34 @@ export const curve = {
   ess: (row) => finite(row?.effective_sample_size),
   prediction: (row) => finite(row?.prediction_count) ?? 0,
   observation: (row) => finite(row?.observation_count) ?? 0,
+  particles: (row) => curve.prediction(row) + curve.observation(row),
 };
+
+/** A number of a series in a frame, or the one at a place of several; NaN where it is not known. */
+export function valueOf(row, series, place = null) {
+  const found = row?.series?.[series];
+  return finite(place === null ? found : found?.[place]) ?? NaN;
+}
+
+/** Of a series of zeros and ones, the share of ones up to each frame; NaN before any is known. */
+export function shares(history, series, last = history.length - 1) {
+  const found = [];
+  let [ones, known] = [0, 0];
+  for (let frame = 0; frame <= Math.min(last, history.length - 1); frame += 1) {
+    for (const value of history.at(frame)?.series?.[series] ?? []) {
+      if (finite(value) === null) continue;
+      ones += value;
+      known += 1;
+    }
+    found.push(known > 0 ? ones / known : NaN);
+  }
+  return found;
+}
+
+/** Whether the target is lost: the truth says so, or the tracker itself, which looks for it. */
+export function isGone(row) {
+  return row?.lost === true || row?.searching === true;
+}
 
 function finite(value) {
   return typeof value === "number" && Number.isFinite(value) ? value : null;
@@ -105,7 +137,7 @@ const MEMORY = 40;
  * @returns {number|null} Null when the target was never lost.
  */
 export function beforeLoss(history, position) {
-  const losses = history.spans((row) => row?.lost === true).map(([first]) => first);
+  const losses = history.spans(isGone).map(([first]) => first);
   if (losses.length === 0) return null;
   const loss = losses.filter((frame) => frame <= position).at(-1) ?? losses[0];
   const hidden = history

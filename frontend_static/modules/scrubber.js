@@ -159,7 +159,8 @@ function words(store, frame) {
   const told = [`frame ${frame}`];
   if (curve.error(row) !== null) told.push(`error ${quantity(curve.error(row), unit)} ${unit}`.trim());
   if (curve.sigma(row) !== null) told.push(`sigma ${quantity(curve.sigma(row), unit)} ${unit}`.trim());
-  if (row.lost) told.push("lost");
+  if (row.searching) told.push(`no ${store.session.target}`);
+  else if (row.lost) told.push("lost");
   else if (row.hidden) told.push("hidden");
   return told;
 }

@@ -3,7 +3,7 @@
  * axis of frames. Longer runs than there are pixels are drawn with the largest value of each pixel, so no peak is lost.
  */
 
-import { curve } from "./history.js";
+import { curve, isGone } from "./history.js";
 
 /** Rows from top to bottom: [name, label, top, height], CSS px. */
 export const ROWS = {
@@ -159,7 +159,7 @@ function bands(context, axis, history, ink) {
     band(span, ROWS.error[1], ROWS.sigma[1] + ROWS.sigma[2] - ROWS.error[1], ink.hidden, 0.2);
     band(span, y, height, ink.hidden, 0.55);
   }
-  for (const span of history.spans((row) => row?.lost === true)) band(span, y + 2, height - 4, ink.lost, 1);
+  for (const span of history.spans(isGone)) band(span, y + 2, height - 4, ink.lost, 1);
 }
 
 function strips(context, axis, history, ink) {

@@ -11,8 +11,9 @@ finds it through `find`.
 
 from pftrack.experiments import ball, head, prism, sine
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiments.plot import Plot, Reading
 
-__all__ = ["EXPERIMENTS", "Experiment", "Preset", "Setup", "Step", "find"]
+__all__ = ["EXPERIMENTS", "Experiment", "Plot", "Preset", "Reading", "Setup", "Step", "find"]
 
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.id: experiment for experiment in (ball.EXPERIMENT, head.EXPERIMENT, prism.EXPERIMENT, sine.EXPERIMENT)

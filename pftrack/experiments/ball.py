@@ -217,4 +217,5 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=_distance,
     lost=_lost,
+    target="ball",
 )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.diagnostics import Diagnostics, Series
 from pftrack.drawing import Drawing
+from pftrack.experiments.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.frame import Frame
 from pftrack.parameters import Parameters, Value
 from pftrack.sources.points import Marks
@@ -128,6 +129,9 @@ class Experiment:
         series: (frame, state) -> what else to write down of it, by name.
         report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
         features: Names of the target's points, in the order in which series have one number for each.
+        target: What is tracked, one word.
+        plots: What is drawn of a run over its frames, in the order in which it is shown.
+        readings: What is written of the frame that is shown, in that order.
     """
 
     id: str
@@ -152,6 +156,9 @@ class Experiment:
     series: Callable[[Frame, Any], Mapping[str, Series]] | None = None
     report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
     features: tuple[str, ...] = ()
+    target: str = "target"
+    plots: tuple[Plot, ...] = STANDARD_PLOTS
+    readings: tuple[Reading, ...] = STANDARD_READINGS
 
     @property
     def accepts_video(self) -> bool:

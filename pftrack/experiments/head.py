@@ -15,7 +15,7 @@ from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.head_recording import on_video
 from pftrack.experiments.head_sketch import head_surface, look
-from pftrack.experiments.pose_series import mean_error_deg, pose_series
+from pftrack.experiments.pose_series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
 from pftrack.experiments.pose_sketch import feature_clouds, feature_marks, pose_axes, true_marks
 from pftrack.frame import Frame
 from pftrack.geometry.face_model import FEATURES
@@ -160,4 +160,7 @@ EXPERIMENT = Experiment(
     series=series,
     report=report,
     features=FEATURES,
+    target="face",
+    plots=POSE_PLOTS,
+    readings=POSE_READINGS,
 )

@@ -12,17 +12,64 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.diagnostics import Series
+from pftrack.experiments.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 from pftrack.frame import Frame
 from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import wrapped
 from pftrack.trackers.pose_state import PoseState
 
-__all__ = ["mean_error_deg", "pose_series"]
+__all__ = ["POSE_PLOTS", "POSE_READINGS", "mean_error_deg", "pose_series"]
 
 HALF, MOST = 0.674490, 1.959964
 """Half widths of the central 50 % and 95 % of a Gaussian, in standard deviations."""
 
-AXES = ("yaw_deg", "pitch_deg", "roll_deg")
+ANGLES = ("yaw", "pitch", "roll")
+
+POSE_PLOTS = (
+    Plot(
+        "alpha",
+        "alpha, 0 to 1",
+        "features",
+        "What share of each feature's particles comes from the pose of the whole; the rest comes from its own past.",
+        series=("alpha",),
+        visible="feature_visible",
+        recognised="feature_recognised",
+    ),
+    *(
+        Plot(
+            angle,
+            angle,
+            "band",
+            f"The {angle} with a band of two standard deviations, and dashed the truth where it is known.",
+            unit="deg",
+            series=(f"{angle}_deg",),
+            sd=f"{angle}_deg_sd",
+            truth=f"{angle}_deg_true",
+        )
+        for angle in ANGLES
+    ),
+    ERROR,
+    Plot(
+        "calibration",
+        "truth in the band of",
+        "share",
+        "How often so far the true angles lay in the central 50 % and 95 % of the posterior: so often, if honest.",
+        series=("within_50", "within_95"),
+        levels=(0.5, 0.95),
+        needs_truth=True,
+    ),
+    SAMPLE_SIZE,
+)
+"""The plots of a pose by features."""
+
+POSE_READINGS = (
+    *(Reading(angle, "value", unit="deg", series=f"{angle}_deg", sd=f"{angle}_deg_sd") for angle in ANGLES),
+    Reading("recognised", "count", series="feature_recognised"),
+    Reading("error", "error"),
+    PARTICLES,
+    STEP_TIME,
+)
+"""The readings of the same."""
 
 
 def pose_series(frame: Frame, state: PoseState) -> Mapping[str, Series]:
@@ -37,7 +84,8 @@ def pose_series(frame: Frame, state: PoseState) -> Mapping[str, Series]:
         apart = np.hypot(*(state.feature_means - landmarks.points_px).T)
         shown = landmarks.visible.astype(np.float64)
     series: dict[str, Series] = {}
-    for place, name in enumerate(AXES):
+    for place, angle in enumerate(ANGLES):
+        name = f"{angle}_deg"
         series[name] = float(found[place])
         series[f"{name}_sd"] = float(spread[place])
         series[f"{name}_true"] = float(truth[place])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pftrack.diagnostics import Diagnostics
 from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
-from pftrack.experiments.pose_series import mean_error_deg, pose_series
+from pftrack.experiments.pose_series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
 from pftrack.experiments.pose_sketch import dashes, feature_clouds, feature_marks, pose_axes, true_marks
 from pftrack.experiments.sketch import at_height
 from pftrack.geometry.camera import pinhole
@@ -138,4 +138,7 @@ EXPERIMENT = Experiment(
     scale=float(np.rad2deg(1.0)),
     series=pose_series,
     features=NAMES,
+    target="prism",
+    plots=POSE_PLOTS,
+    readings=POSE_READINGS,
 )

@@ -133,4 +133,5 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     draw=draw,
     error=_mean_distance,
+    target="signal",
 )

@@ -62,6 +62,11 @@ class PointState:
         return None if self.reference is None else self.reference.mean[: self.tracked]
 
     @property
+    def searching(self) -> bool:
+        """A point is always followed, rightly or wrongly."""
+        return False
+
+    @property
     def prediction_count(self) -> int:
         """How many particles came from the prediction sampler."""
         return (len(self.particles) if self.particles else 0) - self.observation_count

@@ -94,6 +94,11 @@ class PoseState:
         return not isinstance(self.belief, RaoBlackwell)
 
     @property
+    def searching(self) -> bool:
+        """Whether what else is carried along says that the object is lost."""
+        return bool(getattr(self.memory, "lost", False))
+
+    @property
     def prediction_count(self) -> int:
         """How many particles there are: all of them come from one prediction or the other."""
         return self.log_weights.size

@@ -41,6 +41,10 @@ class TrackState(Protocol):
         """Whether another sampler, or another process noise, was used than in the frame before."""
 
     @property
+    def searching(self) -> bool:
+        """Whether the tracker itself has lost the target, and looks for it rather than follows it."""
+
+    @property
     def prediction_count(self) -> int:
         """How many particles came from a prediction."""
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
+from pftrack.experiments import Plot, Reading
 from pftrack.parameters import Value
 from server.sessions.spec import Bookmark
 
@@ -70,6 +71,10 @@ class SessionView(BaseModel):
     experiment: str
     title: str
     unit: str = "px"
+    target: str = "target"
+    features: list[str] = []
+    plots: list[Plot] = []
+    readings: list[Reading] = []
     first_tracker: str
     tracker: str
     seed: int

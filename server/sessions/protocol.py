@@ -103,6 +103,10 @@ class Card:
     frame_rate_hz: float
     frames: int
     unit: str = "px"
+    target: str = "target"
+    features: list[str] = field(default_factory=list)
+    plots: list[dict[str, Any]] = field(default_factory=list)
+    readings: list[dict[str, Any]] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)

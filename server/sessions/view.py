@@ -1,10 +1,15 @@
 """The view of a session: what everybody outside sees of it."""
 
+from pydantic import TypeAdapter
+
+from pftrack.experiments import Plot, Reading
 from server.sessions.messages import BranchView, ChangeView, SessionView, State, TrackerView
 from server.sessions.protocol import Card
 from server.sessions.spec import SessionSpec
 
 __all__ = ["branch_views", "view"]
+
+PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
 
 
 def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, playing: bool) -> SessionView:
@@ -15,6 +20,10 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
         experiment=spec.experiment,
         title=card.title,
         unit=card.unit,
+        target=card.target,
+        features=card.features,
+        plots=PLOTS.validate_python(card.plots),
+        readings=READINGS.validate_python(card.readings),
         first_tracker=active.first_tracker or active.tracker,
         tracker=active.tracker,
         seed=spec.seed,

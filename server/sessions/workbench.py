@@ -75,6 +75,10 @@ class Workbench:
             frame_rate_hz=source.frame_rate_hz,
             frames=self.run.frames,
             unit=self.experiment.unit,
+            target=self.experiment.target,
+            features=list(self.experiment.features),
+            plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
+            readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
         )
 
     def standing(self, *, playing: bool, speed: float) -> Standing:

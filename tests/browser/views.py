@@ -57,6 +57,19 @@ LINES = """(() => {
     return lines;
 })()"""
 
+# The data of a glyph by its name: column -> values. Beside it `colour`, that of its line.
+GLYPH = """(name) => {
+    for (const view of window.Bokeh?.index ?? []) {
+        for (const renderer of view.model.renderers ?? []) {
+            if (renderer.name !== name || !renderer.visible) continue;
+            const columns = Object.entries(renderer.data_source.data);
+            const data = Object.fromEntries(columns.map(([column, values]) => [column, [...values]]));
+            return { ...data, colour: renderer.glyph.line_color.value };
+        }
+    }
+    return null;
+}"""
+
 
 class View:
     """A page with a way to await what it shows."""
@@ -147,6 +160,11 @@ class SessionPage(View):
     def lines(self) -> dict[str, int]:
         lines: dict[str, int] = self.page.evaluate(LINES)
         return lines
+
+    def glyph(self, name: str) -> dict[str, Any] | None:
+        """Return the data of a glyph of the plots; None while it is not there."""
+        data: dict[str, Any] | None = self.page.evaluate(GLYPH, name)
+        return data
 
     def stands_at(self, frame: int) -> None:
         self.until(lambda: self.position == frame, f"the page stands at frame {frame}")

@@ -139,6 +139,21 @@ def test_who_comes_back_much_further_away_is_looked_at_anew() -> None:
     assert np.median(sizes[1] / sizes[0]) == pytest.approx(0.65, abs=0.06)
 
 
+def test_where_no_truth_is_known_a_loss_is_what_the_tracker_says() -> None:
+    """On a recording without truth nothing is judged lost, and yet it is known when the face is."""
+    shown = pictures(40, width=320)
+    run = on([*shown[:10], *[empty(shown[0])] * 20, *shown[10:40]])
+    searching = np.array([row.searching for row in run.diagnostics])
+    assert {row.lost for row in run.diagnostics} == {None}
+    assert [row.gone for row in run.diagnostics] == searching.tolist()
+    first = int(np.argmax(searching))
+    assert 10 < first < 25
+    assert not searching[45:].any()
+    assert (searching == [row.series["face"] == 0.0 for row in run.diagnostics]).all()
+    assert run.lost_before(59) == run.lost_before(first) == first
+    assert run.lost_before(first - 1) is None
+
+
 def test_who_never_comes_back_leaves_wide_uncertainty() -> None:
     """However long nobody is there, the estimate stays finite and its deviation stays below a turn."""
     shown = pictures(6, width=320)

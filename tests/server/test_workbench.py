@@ -1,15 +1,20 @@
 """The workbench and the pipe, without processes."""
 
 import asyncio
+import dataclasses
+import json
 import socket
 from typing import Any
 
 import pytest
 
+from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import ParameterError
 from pftrack.run import Change
 from server.sessions.pipe import WebEnd, WorkerEnd, pair
-from server.sessions.protocol import Beat, Credit, Order, Picture, Reply, Request
+from server.sessions.protocol import Beat, Card, Credit, Order, Picture, Reply, Request
+from server.sessions.spec import BranchSpec, SessionSpec
+from server.sessions.view import view
 from server.sessions.workbench import Workbench
 from tests.server.apart import run
 
@@ -41,6 +46,20 @@ class TestWorkbench:
         assert first["frame"] == 1
         bench.run.seek(0)
         assert bench.forward() is None
+
+    @pytest.mark.parametrize("name", EXPERIMENTS)
+    def test_a_card_that_was_stored_shows_the_same_plots(self, name: str) -> None:
+        """What is drawn and written is told to the page as the experiment declares it, also from a file."""
+        experiment = EXPERIMENTS[name]
+        card = Workbench(order(experiment=name, frames=2)).card()
+        spec = SessionSpec(id="s", experiment=name, branches={"b0": BranchSpec(id="b0", title="Main", tracker="t")})
+        for known in (card, Card(**json.loads(json.dumps(dataclasses.asdict(card))))):
+            shown = view(spec, known, "ready", None, playing=False)
+            assert tuple(shown.plots) == experiment.plots
+            assert tuple(shown.readings) == experiment.readings
+            assert (shown.features, shown.target) == (list(experiment.features), experiment.target)
+            told = json.loads(shown.model_dump_json())
+            assert told["plots"] == json.loads(json.dumps([dataclasses.asdict(plot) for plot in experiment.plots]))
 
     def test_changes_in_one_frame_are_one(self) -> None:
         """Several changes before the same frame are one change on the timeline."""

@@ -1,0 +1,233 @@
+"""The plots of a pose: alpha of each feature, the pose with its band, and a face that is lost and found again."""
+
+from collections.abc import Callable
+from io import BytesIO
+from typing import Any
+
+import av
+import httpx
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.experiments import find
+from tests.browser.host import Server
+from tests.browser.views import SessionPage
+from tests.experiments.heads import empty, simulated
+
+Watch = Callable[..., SessionPage]
+HEAD = find("head")
+# How many px of the scrubber's lowest band have the colour of what is lost.
+LOST_PX = """(() => {
+    const canvas = document.querySelector('.scrubber-canvas');
+    const row = Math.round(105 * canvas.height / canvas.clientHeight);
+    const { data } = canvas.getContext('2d').getImageData(0, row, canvas.width, 1);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) if (data[i] > 200 && data[i + 1] < 110 && data[i + 2] < 20) count += 1;
+    return count;
+})()"""
+REAR = (1, 3, 5, 7)
+
+
+def series(server: Server, session: str, name: str, branch: str | None = None) -> NDArray[np.float64]:
+    rows = server.column(session, "series", branch)
+    return np.array([row[name] for row in rows], dtype=np.float64)
+
+
+def alpha_on_the_page(shown: SessionPage) -> NDArray[np.float64]:
+    """Return alpha (frames, features) as it is drawn: the row of a feature is 1 high, and counted from the top."""
+    drawn = shown.glyph("alpha")
+    assert drawn is not None
+    rows = np.array(drawn["ys"], dtype=np.float64)
+    return ((np.arange(len(rows))[:, None] + 1 - 0.12 - rows) / 0.76).T
+
+
+def panel(shown: SessionPage, plot: str) -> Any:
+    return shown.page.locator(f"[data-plot='{plot}']")
+
+
+def on_screen(shown: SessionPage, place: Any) -> dict[str, float]:
+    area: dict[str, float] = place.bounding_box()
+    return area
+
+
+def test_alpha_of_a_hidden_corner_ramps_up(watch: Watch, server: Server) -> None:
+    """Played at full speed, the row of a rear corner climbs over 20 to 40 frames after it hides, which is shaded."""
+    shown = watch(experiment="prism", frames=625)
+    shown.until(lambda: shown.glyph("alpha"), "the rows of alpha are drawn")
+    shown.play_to_the_end()
+    shown.until(lambda: len(alpha_on_the_page(shown)) == 625, "the rows hold all frames")
+    alpha = alpha_on_the_page(shown)
+    assert np.allclose(alpha, series(server, shown.id, "alpha"), atol=1e-6)
+
+    visible = series(server, shown.id, "feature_visible")
+    assert visible[:, ::2].all()
+    ramps: dict[str, list[float]] = {"at first": [], "after 10": [], "after 20 to 40": []}
+    for corner in REAR:
+        steps = np.flatnonzero(np.diff(visible[:, corner]) < 0) + 1
+        for start in steps:
+            hidden = alpha[start:, corner][np.cumsum(visible[start:, corner]) == 0]
+            ramps["at first"] += hidden[1:6].tolist()
+            ramps["after 10"] += hidden[9:12].tolist()
+            ramps["after 20 to 40"] += hidden[20:41].tolist()
+    first, tenth, later = (float(np.mean(values)) for values in ramps.values())
+    assert first < 0.3
+    assert later > first + 0.25
+    assert first < tenth < later - 0.1
+    assert "hidden" in panel(shown, "alpha").inner_text()
+    assert shown.page.inner_text(".readout dl").split("recognised")[1].split()[:3] == ["8", "of", "8"]
+
+
+def test_a_pose_has_a_band_around_it_and_the_truth_in_it(watch: Watch, server: Server) -> None:
+    """Yaw is drawn as it was written down, within two standard deviations, beside the truth."""
+    shown = watch(experiment="prism", frames=40)
+    shown.play_to_the_end()
+    branch = shown.session["branch"]
+    shown.until(lambda: len((shown.glyph(f"yaw {branch}") or {"frame": []})["frame"]) == 40, "yaw is drawn")
+    drawn = shown.glyph(f"yaw {branch}")
+    assert drawn is not None
+    yaw, sd = (series(server, shown.id, name) for name in ("yaw_deg", "yaw_deg_sd"))
+    assert np.allclose(drawn["value"], yaw)
+    assert np.allclose(drawn["high"], yaw + 2 * sd)
+    assert np.allclose(drawn["low"], yaw - 2 * sd)
+    assert np.allclose(drawn["truth"], series(server, shown.id, "yaw_deg_true"))
+    shown.until(
+        lambda: f"{yaw[-1]:.1f} ± {sd[-1]:.1f}" in panel(shown, "yaw").inner_text(), "its heading says where it is"
+    )
+
+
+def test_calibration_is_the_share_so_far(watch: Watch, server: Server) -> None:
+    """How often the truth lay in either band is drawn once it is scrolled to, in percent of all frames so far."""
+    shown = watch(experiment="prism", frames=40)
+    shown.play_to_the_end()
+    panel(shown, "calibration").scroll_into_view_if_needed()
+    for name in ("within_50", "within_95"):
+        line = f"calibration {shown.session['branch']} {name}"
+        shown.until(lambda line=line: shown.lines.get(line) == 40, "the share is drawn")  # type: ignore[misc]
+        drawn = shown.glyph(line)
+        assert drawn is not None
+        inside = series(server, shown.id, name).mean(axis=1)
+        assert np.allclose(drawn[name], 100 * np.cumsum(inside) / np.arange(1, 41))
+
+
+def test_a_branch_is_a_second_line_of_the_pose_and_alpha_is_of_the_one_that_is_shown(watch: Watch) -> None:
+    """Both branches have a yaw in a colour of their own; of alpha the active one's is drawn."""
+    shown = watch(experiment="prism", frames=40)
+    shown.play_to_the_end()
+    first = shown.session["branch"]
+    shown.branch("alpha-1")
+    second = shown.session["branch"]
+    shown.until(lambda: shown.lines.get(f"yaw {second}") and shown.lines.get(f"yaw {first}"), "there are two lines")
+    colours = {branch["id"]: branch["colour"] for branch in shown.session["branches"]}
+    for branch in (first, second):
+        drawn = shown.glyph(f"yaw {branch}")
+        assert drawn is not None
+        assert drawn["colour"] == colours[branch]
+    shown.until(lambda: (shown.glyph("alpha") or {}).get("colour") == colours[second], "alpha is the second branch's")
+
+
+def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> None:
+    """At 1280 px all plots begin and end at the same x, and the numbers of the frame stay in sight."""
+    shown = watch(experiment="head", parameters={"image_width_px": 160}, frames=12)
+    shown.until(lambda: shown.glyph("alpha"), "the plots are drawn")
+    places = [on_screen(shown, place) for place in shown.page.locator(".plot").all()]
+    assert len(places) == len(HEAD.plots)
+    assert len({(place["x"], place["width"]) for place in places}) == 1
+    assert min(place["height"] for place in places) >= 40
+    assert on_screen(shown, panel(shown, "alpha"))["height"] >= 15 * len(HEAD.features)
+    deck = on_screen(shown, shown.page.locator(".deck"))
+    readout = on_screen(shown, shown.page.locator(".readout"))
+    panel(shown, "ess").scroll_into_view_if_needed()
+    shown.until(lambda: shown.lines.get(f"ess {shown.session['branch']}"), "the last plot is drawn when it is seen")
+    assert on_screen(shown, shown.page.locator(".readout")) == readout
+    assert readout["y"] + readout["height"] <= deck["y"] + 1
+    assert shown.page.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0
+
+
+def test_at_800_they_are_one_row(watch: Watch) -> None:
+    """The plots of a pose fold into one row of sparklines, which scrolls sideways while the page does not."""
+    shown = watch(experiment="prism", frames=20)
+    page = shown.page
+    page.set_viewport_size({"width": 800, "height": 700})
+    tops = lambda: {round(on_screen(shown, place)["y"]) for place in page.locator(".panel").all()}  # noqa: E731
+    shown.until(lambda: len(tops()) == 1, "the plots stand side by side")
+    assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+    assert on_screen(shown, page.locator(".scene"))["height"] > 250
+    assert min(on_screen(shown, place)["width"] for place in page.locator(".panel").all()) >= 120
+
+
+def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Server) -> None:
+    """The page says that there is no face and since when, and when it is back that it was found again."""
+    shown = watch(
+        experiment="head", frames=110, parameters={"image_width_px": 320, "find_again": True, "amplitude": 0.3}
+    )
+    first = shown.session["branch"]
+
+    def go(frame: int) -> None:
+        server.seek(shown.id, frame)
+        shown.stands_at(frame)
+
+    go(10)
+    shown.until(lambda: shown.verdict == "on target", "the face is tracked")
+    server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 300})
+    go(35)
+    searching = server.column(shown.id, "searching")
+    since = searching.index(True)
+    shown.until(lambda: shown.verdict == f"no face since {since}, looking for it", "the page says that it is lost")
+    slider = shown.page.locator(".scrubber")
+    shown.until(lambda: "no face" in (slider.get_attribute("aria-valuetext") or ""), "the scrubber says so, too")
+    server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 0})
+    go(60)
+    again = len(searching) + server.column(shown.id, "searching")[len(searching) :].index(False)
+    go(again)
+    shown.until(lambda: shown.verdict == "face found again", "the page says that it was found")
+    go(again + 31)
+    shown.until(lambda: shown.verdict == "on target", "after a second it is tracked as before")
+    shown.press("l")
+    shown.until(lambda: (shown.position or 99) < since, "the page stands before the loss")
+    yaw = series(server, shown.id, "yaw_deg_sd", first)
+    assert yaw[again - 1] > 3 * yaw[10]
+    assert yaw[-1] < 2 * yaw[10]
+
+
+@pytest.fixture(scope="module")
+def clip() -> bytes:
+    """A face that is there, away for 20 frames, and there again, 320 x 240 px."""
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
+        stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
+        for index, frame in enumerate(simulated(60)):
+            assert frame.image_rgb is not None
+            picture = empty(frame.image_rgb) if 20 <= index < 40 else frame.image_rgb
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watch, server: Server, clip: bytes) -> None:
+    """What nobody knows is said to be unknown; the loss is told all the same, and one can go back to before it."""
+    target = simulated(60)[0].target
+    assert target is not None
+    assert target.landmarks is not None
+    low, high = target.landmarks.points_px.min(axis=0), target.landmarks.points_px.max(axis=0)
+    side = 1.4 * float((high - low).max())
+    x, y = ((low + high) / 2 - side / 2).tolist()
+    answer = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("face.mp4", clip))], timeout=60)
+    shown = watch(experiment="head", upload=answer.json()["id"], box=[x, y, side, side], frames=None)
+    shown.play_to_the_end()
+    assert set(server.column(shown.id, "lost")) == {None}
+    searching = server.column(shown.id, "searching")
+    since = searching.index(True)
+    server.seek(shown.id, since + 2)
+    shown.until(lambda: shown.verdict == f"no face since {since}, looking for it", "the page says that it is lost")
+    shown.until(lambda: "not recognised" in panel(shown, "alpha").inner_text(), "the shading is the tracker's account")
+    assert "the truth is not known" in panel(shown, "error").inner_text()
+    width = on_screen(shown, shown.page.locator(".scrubber"))["width"] - 114
+    marked = sum(searching) / len(searching)
+    shown.until(lambda: abs(shown.page.evaluate(LOST_PX) / width - marked) < 0.03, "the scrubber marks those frames")
+    shown.page.click("text=Before the loss")
+    shown.until(lambda: (shown.position or 99) < since, "the page stands before the loss")
+    shown.until(
+        lambda: shown.verdict == "truth not known", "the face is there, and how well it is tracked nobody knows"
+    )

@@ -1,0 +1,68 @@
+"""Plots and readings that experiments declare: what they name is there to be drawn."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from pftrack.diagnostics import Diagnostics
+from pftrack.experiments import EXPERIMENTS, Experiment
+from pftrack.experiments.plot import STANDARD_PLOTS, Plot
+from pftrack.run import Run
+
+
+@pytest.fixture(scope="module", params=EXPERIMENTS)
+def begun(request: pytest.FixtureRequest) -> tuple[Experiment, Diagnostics]:
+    """An experiment, and the numbers of one of its frames."""
+    experiment = EXPERIMENTS[request.param]
+    return experiment, Run(experiment, experiment.simulate(), frames=3).finish().diagnostics
+
+
+def test_every_series_that_is_named_is_written_down(begun: tuple[Experiment, Diagnostics]) -> None:
+    """No plot and no reading asks for a series that the frames do not have."""
+    experiment, row = begun
+    wanted = {name for shown in (*experiment.plots, *experiment.readings) for name in shown.names}
+    assert wanted <= row.series.keys()
+
+
+def test_series_have_the_shape_that_their_plot_draws(begun: tuple[Experiment, Diagnostics]) -> None:
+    """A band is one number a frame, features have one each between 0 and 1, a share counts zeros and ones."""
+    experiment, row = begun
+    for plot in experiment.plots:
+        for name in plot.names:
+            value = row.series[name]
+            if plot.kind == "band":
+                assert isinstance(value, float)
+            elif plot.kind == "features":
+                assert len(value) == len(experiment.features)  # type: ignore[arg-type] # several numbers
+                assert ((np.array(value) >= 0) & (np.array(value) <= 1)).all()
+            else:
+                assert set(value) <= {0.0, 1.0}  # type: ignore[arg-type] # several numbers
+
+
+def test_declarations_are_complete(begun: tuple[Experiment, Diagnostics]) -> None:
+    """Each plot says in a sentence what is to be seen, has a name of its own, and the series that its kind needs."""
+    experiment, _ = begun
+    assert experiment.target != "target"
+    assert experiment.readings
+    for one, other in combinations(experiment.plots, 2):
+        assert one.id != other.id
+    for plot in experiment.plots:
+        assert plot.title
+        assert plot.description.endswith(".")
+        assert bool(plot.series) == (plot.kind in {"band", "features", "share"})
+        assert len(plot.levels) == (len(plot.series) if plot.kind == "share" else 0)
+        assert bool(plot.sd and plot.truth) == (plot.kind == "band")
+        assert bool(plot.visible and plot.recognised) == (plot.kind == "features")
+
+
+def test_the_ball_keeps_its_four() -> None:
+    """Error, sigma, effective sample size and proposals are what a tracker of a point shows."""
+    assert [plot.kind for plot in EXPERIMENTS["ball"].plots] == ["error", "sigma", "sample size", "proposals"]
+    assert EXPERIMENTS["sine"].plots == STANDARD_PLOTS
+
+
+def test_names_are_those_of_the_fields() -> None:
+    """A plot reads the series it draws and those beside them, and none that it leaves out."""
+    band = Plot("yaw", "yaw", "band", "It turns.", series=("yaw_deg",), sd="yaw_sd")
+    assert band.names == ("yaw_deg", "yaw_sd")
