@@ -80,6 +80,7 @@ export function scrubber(root, store, commands) {
         bookmarks: (session.bookmarks ?? []).filter((mark) => !mark.branch || mark.branch === session.branch),
         marks: diamonds,
         smallest: smallestSpan(unitOf(session)),
+        mixture: mixtureOf(session),
       },
       ink,
     );
@@ -150,6 +151,22 @@ export function scrubber(root, store, commands) {
     const width = tip.offsetWidth;
     tip.style.left = `${Math.min(Math.max(4, x - width / 2), slider.clientWidth - width - 4)}px`;
   }
+}
+
+/** Which share of the particles is painted in the colour of the observation: as the experiment's plots have it. */
+function mixtureOf(session) {
+  const features = session.plots.find(({ kind }) => kind === "features");
+  if (features === undefined) return { label: "proposal", share: (row) => ratio(curve.observation(row), curve.prediction(row)) };
+  return { label: features.id, share: (row) => mean(row?.series?.[features.series[0]]) };
+}
+
+function ratio(one, other) {
+  return one + other > 0 ? one / (one + other) : null;
+}
+
+function mean(values) {
+  const known = values?.filter(Number.isFinite) ?? [];
+  return known.length > 0 ? known.reduce((sum, value) => sum + value, 0) / known.length : null;
 }
 
 function words(store, frame) {

@@ -5,11 +5,11 @@
 
 import { curve, isGone } from "./history.js";
 
-/** Rows from top to bottom: [name, label, top, height], CSS px. */
+/** Rows from top to bottom: [label, top, height], CSS px. */
 export const ROWS = {
   flags: ["", 0, 12],
   error: ["error", 12, 34],
-  sigma: ["sigma | gamma", 50, 24],
+  sigma: ["sigma", 50, 24],
   ess: ["ESS", 78, 6],
   proposal: ["proposal", 88, 8],
   bands: ["hidden, lost", 100, 10],
@@ -42,13 +42,14 @@ export class Axis {
  *
  * @param {CanvasRenderingContext2D} context Scaled to CSS px.
  * @param {Axis} axis
- * @param {object} view {lines: [{history, colour, active}], thresholds, bookmarks, marks, smallest}: `smallest` is the
- *     least that an axis spans
+ * @param {object} view {lines: [{history, colour, active}], thresholds, bookmarks, marks, smallest, mixture}: `smallest`
+ *     is the least that an axis spans; `mixture` is {label, share} of a row to the share of what is painted in the colour
+ *     of the observation, null where there is none
  * @param {object} ink Colours by token.
  */
 export function paint(context, axis, view, ink) {
   context.clearRect(0, 0, context.canvas.width, context.canvas.height);
-  labels(context, axis, ink);
+  labels(context, axis, view, ink);
   const active = view.lines.find((line) => line.active)?.history;
   if (!active) return;
   const others = view.lines.filter((line) => !line.active);
@@ -65,18 +66,19 @@ export function paint(context, axis, view, ink) {
   line(context, axis, "sigma", active, curve.sigma, sigmaTop, view.lines.find((line) => line.active).colour, 1.4);
   for (const { steps } of view.thresholds) threshold(context, axis, steps, sigmaTop, ink.ink);
 
-  strips(context, axis, active, ink);
+  strips(context, axis, active, view.mixture, ink);
   marks(context, axis, view.marks, ink);
   flags(context, axis, view.bookmarks, ink);
 }
 
-function labels(context, axis, ink) {
+function labels(context, axis, view, ink) {
+  const own = { sigma: view.thresholds.length > 0 ? "sigma | gamma" : "sigma", proposal: view.mixture.label };
   context.font = "11px system-ui, sans-serif";
   context.textBaseline = "middle";
   context.textAlign = "right";
   for (const [name, [label, y, height]] of Object.entries(ROWS)) {
     context.fillStyle = ink.muted;
-    context.fillText(label, axis.left - 12, y + height / 2);
+    context.fillText(own[name] ?? label, axis.left - 12, y + height / 2);
     if (name === "flags" || name === "changes") continue;
     context.fillStyle = ink.well;
     context.fillRect(axis.left, y, axis.width, height);
@@ -162,7 +164,7 @@ function bands(context, axis, history, ink) {
   for (const span of history.spans(isGone)) band(span, y + 2, height - 4, ink.lost, 1);
 }
 
-function strips(context, axis, history, ink) {
+function strips(context, axis, history, mixture, ink) {
   const [, essY, essHeight] = ROWS.ess;
   const [, y, height] = ROWS.proposal;
   const bucket = Math.max(1, Math.floor(history.length / axis.width));
@@ -170,6 +172,7 @@ function strips(context, axis, history, ink) {
   for (let frame = 0; frame < history.length; frame += bucket) {
     const row = history.at(frame);
     const total = curve.prediction(row) + curve.observation(row);
+    const share = mixture.share(row);
     if (total === 0) continue;
     const left = Math.max(axis.left, axis.x(frame) - step / 2);
     const width = Math.min(axis.x(frame) + step / 2, axis.left + axis.width) - left + 0.3;
@@ -177,7 +180,8 @@ function strips(context, axis, history, ink) {
     context.globalAlpha = Math.min(1, 0.08 + 0.92 * ((curve.ess(row) ?? 0) / total));
     context.fillRect(left, essY, width, essHeight);
     context.globalAlpha = 1;
-    const seen = (curve.observation(row) / total) * height;
+    if (share === null) continue;
+    const seen = share * height;
     context.fillStyle = ink.prediction;
     context.fillRect(left, y + seen, width, height - seen);
     context.fillStyle = ink.observation;
