@@ -29,7 +29,7 @@ from pftrack.trackers.pose import METHODS, Method
 from pftrack.trackers.pose_state import PoseState, Solid
 from pftrack.trackers.tracker import Tracker
 
-__all__ = ["TRACKERS"]
+__all__ = ["TRACKERS", "camera_of"]
 
 LEAST_SCALE = 0.02
 """Of a camera, px/mm; what is smaller shows no face."""
@@ -56,6 +56,18 @@ def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerP
         raise ValueError("a head is tracked by its features, got a target without any")
     model = mean_model() if parameters.face_model == "mean" else FaceModel(landmarks.model_mm)
     return _begun(method, _grey(frame), model, landmarks.points_px, parameters, rng)
+
+
+def camera_of(model: FaceModel, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the affine camera (2, 4) that sees a face at these points, px.
+
+    Raises:
+        ValueError: The points do not make a face.
+    """
+    camera = affine_fit(model.points_mm, points_px)
+    if float(np.linalg.svd(camera[:, :3], compute_uv=False)[-1]) < LEAST_SCALE:
+        raise ValueError("expected points that make a face, got points that lie on one line or all in one place")
+    return camera
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
@@ -105,9 +117,7 @@ def _solid(
     model: FaceModel, points_px: NDArray[np.float64], size: tuple[int, int], parameters: HeadTrackerParameters
 ) -> tuple[Solid, NDArray[np.float64]]:
     """Return the head as a solid that is at theta = 0 in this picture, and how its frame is turned from the model's."""
-    camera = affine_fit(model.points_mm, points_px)
-    if float(np.linalg.svd(camera[:, :3], compute_uv=False)[-1]) < LEAST_SCALE:
-        raise ValueError("expected points that make a face, got points that lie on one line or all in one place")
+    camera = camera_of(model, points_px)
     focal_px, principal_px = parameters.focal_widths * size[0], np.array(size) / 2.0
     place = pose.translation(model.points_mm, points_px, focal_px, principal_px)
     if parameters.upper_layer == "affine":
