@@ -94,8 +94,8 @@ def detect(grey: NDArray[np.uint8], model: FaceModel | None = None, *, refine: b
         )
     faces = _all_faces(grey, model or mean_model(), refine=refine)
     face = max(faces, key=_merit, default=None)
-    if face is None or face.eyes_seen == 0:
-        # An inverted face looks a little like an upright one, without eyes.
+    if face is None or face.eyes_seen < 2:
+        # An inverted face looks a little like an upright one, with one eye at most.
         turned = _turned(grey)
         if turned:
             raise FaceError("not upright", f"expected an upright face, found one {turned}; turn the picture first")

@@ -22,7 +22,7 @@ __all__ = ["FINDER", "first_face"]
 CLOSELY_SEARCHED, THEN_EVERY = 50, 5
 """So many pictures are looked at one by one for a first face, and of later ones at most every so-many-th."""
 
-MOST_SEARCHED = 300
+MOST_SEARCHED = 200
 """Pictures in all, of 0.1 s each."""
 
 
