@@ -111,7 +111,7 @@ class FeaturesView(BaseModel):
     """
 
     frame: int = Field(description="Where it was found, or the last frame that was looked into")
-    points: dict[str, tuple[float, float]] = Field(description="Its features, px; none if it was not found")
+    points: dict[str, tuple[float, float]] | None = Field(description="Its features, px; null if it was not found")
     placed: list[str] = Field(description="Features that a model has placed rather than the picture shown")
     remarks: list[str] = Field(description="What to look at, or why nothing was found")
     looked: int = Field(description="How many frames were looked into")

@@ -136,7 +136,7 @@ def find_features(path: str, index: str | None, question: Question, limits: Limi
 def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
     return {
         "frame": seen.frame,
-        "points": dict(seen.points),
+        "points": dict(seen.points) or None,
         "placed": list(seen.placed),
         "remarks": [f"{remark[:1].upper()}{remark[1:]}." for remark in seen.remarks],
         "looked": looked,

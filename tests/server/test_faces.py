@@ -91,7 +91,7 @@ class TestFound:
         found = look(client, upload).json()
         assert (found["frame"], len(found["points"])) == (7, len(FEATURES))
         alone = look(client, upload, last=0).json()
-        assert (alone["points"], alone["looked"], alone["of"]) == ({}, 1, 1)
+        assert (alone["points"], alone["looked"], alone["of"]) == (None, 1, 1)
         assert "found none in the picture" in alone["remarks"][0]
 
     def test_looking_goes_on(self, client: httpx.Client, late: bytes) -> None:
@@ -127,7 +127,7 @@ class TestFound:
         """A picture without a face to be tracked is refused in a sentence, and a session on it in the same."""
         upload = put(client, film([change(picture) for picture in shown[:2]]))["id"]
         found = look(client, upload, last=0).json()
-        assert found["points"] == {}
+        assert found["points"] is None
         assert words in found["remarks"][0]
         answer = client.post("/api/v1/sessions", json={"experiment": "head", "upload": upload}, timeout=60)
         assert words in error_of(answer, 422)["message"]
