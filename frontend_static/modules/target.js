@@ -26,10 +26,11 @@ export function targetForm(root, upload, experiments, cancel) {
   const at = h("output", {}, "0");
   const start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
   const stage = h("div", { class: "target-stage" });
-  const truth = h("div", { class: "target-truth" });
+  const truth = h("div");
 
   let target = null;
   let busy = false;
+  let settled = false;
 
   const check = () => {
     go.disabled = busy || !target?.wish;
@@ -42,7 +43,6 @@ export function targetForm(root, upload, experiments, cancel) {
     if (settled) target.find({ alone: true });
     settled = false;
   }, PICTURE_EVERY_MS);
-  let settled = false;
   start.addEventListener("input", show);
   start.addEventListener("change", () => {
     settled = true;

@@ -13,7 +13,11 @@ import { count } from "./format.js";
 export async function truthField(root, upload, experiment, changed) {
   const columns = `With the columns ${experiment.truth_columns.join(", ")}; frames count from 0`;
 
-  const label = () => h("label", { for: "target-truth" }, "Truth (CSV, optional)");
+  const title = "Truth (CSV, optional)";
+  // Once the field of another experiment has taken its place, nobody sees any more what becomes of this one.
+  const field = h("div", { class: "target-truth" });
+  fill(root, field);
+  const done = () => field.isConnected && changed(false);
 
   function ask(refused) {
     const picker = h("input", {
@@ -25,23 +29,24 @@ export async function truthField(root, upload, experiment, changed) {
       on: { change: () => picker.files.length > 0 && give([...picker.files]) },
     });
     const words = refused ? h("p", { class: "wrong", role: "alert", id: "target-truth-words" }, refused) : h("p", { class: "hint", id: "target-truth-words" }, columns);
-    fill(root, label(), picker, words);
-    changed(false);
+    fill(field, h("label", { for: "target-truth" }, title), picker, words);
+    done();
+    return picker;
   }
 
   function tell(truth) {
     fill(
-      root,
-      label(),
+      field,
+      h("p", { class: "truth-title" }, title),
       h(
         "p",
-        { class: "truth-kept", id: "target-truth" },
+        { class: "truth-kept" },
         `Truth of ${count(truth.frames, "frame")}, ${truth.first} to ${truth.last}`,
-        h("button", { type: "button", on: { click: remove } }, "Remove"),
+        h("button", { type: "button", "aria-label": "Remove the truth", on: { click: remove } }, "Remove"),
       ),
       truth.warnings.map((warning) => h("p", { class: "note" }, warning)),
     );
-    changed(false);
+    done();
   }
 
   async function give(files) {
@@ -63,10 +68,10 @@ export async function truthField(root, upload, experiment, changed) {
     }
   }
 
-  ask();
+  const picker = ask();
   try {
     const kept = await api.truth(upload.id, experiment.id);
-    if (kept && root.querySelector("#target-truth")?.files?.length === 0) tell(kept);
+    if (kept && picker.isConnected && picker.files.length === 0) tell(kept);
   } catch {
     // Then it can be given anew.
   }

@@ -25,6 +25,9 @@ SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden]
     return [point.dataset.feature, [place(left, image.naturalWidth), place(top, image.naturalHeight)]];
 }))"""
 
+# What a link to a session says of it.
+SHARED = "async (session) => (await import('/static/modules/share.js')).wishOf(session)"
+
 
 class Form(View):
     """The form in which the target of an upload is shown."""
@@ -127,6 +130,7 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
 
     shown = form.track(server)
     assert near(shown.session["points"], marks, 0.01)
+    assert shown.page.evaluate(SHARED, shown.session)["points"] == shown.session["points"]
     shown.play_to_the_end()
     yaw, truth = series(server, shown.id, "yaw_deg"), np.array(true_poses())[:, 0]
     assert abs(truth).max() > 15
