@@ -69,7 +69,7 @@ export class PointsTarget {
     if (found.points) this.#take(found);
     // Of the frame that was asked for it is said why there is no face, or what may be one is shown.
     else if (!alone) await this.find({ alone: true, nowhere: true });
-    else this.#refuse([...found.remarks, nowhere && "No later frame has a face either."], nowhere);
+    else this.#refuse([...found.remarks, nowhere && "None was found in later frames either."], nowhere);
   }
 
   focus() {

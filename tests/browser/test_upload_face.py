@@ -169,6 +169,44 @@ def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery, server: Se
     assert form.track(server).session["start"] == 2
 
 
+def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
+    """How far it has come is told, whoever stops it hears no more of it, and the box is there instead."""
+    held: list[Any] = []
+    half = {"frame": 3, "points": None, "placed": [], "remarks": [], "looked": 4, "of": 8}
+    gallery.page.route(
+        "**/features?*",
+        lambda route: held.append(route) if "looked=4" in route.request.url else route.fulfill(json=half),
+    )
+    gallery.choose("face.mp4", film(pictures(8, width=WIDTH)), "video/mp4")
+    form = Form(gallery.page)
+    form.follow_a_head()
+    form.page.locator("text=Looking for a face, 4 of 8 frames").wait_for()
+    form.page.click("text=Stop")
+    form.page.locator("text=The search was stopped").wait_for()
+    form.until(lambda: held, "it had asked to go on")
+    held[0].continue_()
+    form.page.wait_for_timeout(300)
+    assert form.points == {}
+    assert form.page.locator("text=Draw a box…").is_visible()
+
+
+def test_the_form_fits(gallery: Gallery) -> None:
+    """At any width nothing has to be scrolled sideways, and the points stay on the face."""
+    gallery.choose("face.mp4", film(pictures(2, width=WIDTH)), "video/mp4")
+    form = Form(gallery.page)
+    form.follow_a_head()
+    found = form.settled()
+    for width in (1280, 800, 400):
+        form.page.set_viewport_size({"width": width, "height": 760})
+        for name in ("llc", "rlc"):
+            form.page.locator(f".point[data-feature={name}]").focus()
+            assert form.page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+        picture = form.page.locator(".points img").bounding_box()
+        nose = form.page.locator(".point[data-feature=nose]").bounding_box()
+        x = (nose["x"] + nose["width"] / 2 - picture["x"]) / picture["width"] * WIDTH - 0.5
+        assert abs(x - found["nose"][0]) < 1
+
+
 def reference(column: str) -> NDArray[np.float64]:
     with (CLIP / "reference_pose.csv").open() as file:
         return np.array([float(row[column]) for row in csv.DictReader(file)])
