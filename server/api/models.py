@@ -145,7 +145,7 @@ class SessionWish(Wish):
     upload: str | None = Field(None, max_length=64)
     box: Box | None = None
     points: Points | None = Field(None, description="Features of the target in the frame `start`, px, by name")
-    start: Frame = 0
+    start: Frame = Field(0, description="Frame of the upload to begin at, or to look for the target from")
     timeline: list[ChangeWish] = Field([], max_length=10_000)
     position: Frame = 0
 

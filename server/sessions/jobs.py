@@ -146,19 +146,20 @@ def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
 
 def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
     """Read a table of truth of the kind that goes with an experiment, for an upload of so many frames."""
-    kind = find(experiment_id).truth
+    kind, name = find(experiment_id).truth, Path(path).name
     try:
         table = kind.read(Path(path))
     except TruthError as error:
-        # What the file is called here is nobody's business.
-        raise TruthError(str(error).replace(Path(path).name, "the file")) from None
+        # What the file is called here, and where it lies, is nobody's business.
+        said = str(error)
+        raise TruthError(f"the file{said.removeprefix(name) if said.startswith(name) else ' cannot be read'}") from None
     rows = {frame: row for frame, row in table.rows.items() if frame < frames}
     if not rows:
         least = min(table.rows, default=None)
         found = "lists none with any" if least is None else f"begins at frame {least}"
         raise TruthError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
     view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
-    warnings = [warning.replace(Path(path).name, "The file") for warning in table.warnings]
+    warnings = [f"The file{warning.removeprefix(name)}." for warning in table.warnings]
     return {**view, "warnings": warnings, "rows": rows}
 
 

@@ -62,6 +62,16 @@ class Form(View):
         mouse.up()
         self.page.locator(".loupe").wait_for(state="hidden")
 
+    def drag_by_touch(self, name: str, right: float, down: float) -> None:
+        """Drag a point by so many px of the page with a finger."""
+        area = self.page.locator(f".point[data-feature={name}]").bounding_box()
+        x, y = area["x"] + area["width"] / 2, area["y"] + area["height"] / 2
+        fingers = self.page.context.new_cdp_session(self.page)
+        for kind, share in (("touchStart", 0.0), ("touchMove", 0.5), ("touchMove", 1.0), ("touchEnd", None)):
+            at = [] if share is None else [{"x": x + share * right, "y": y + share * down}]
+            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+        fingers.detach()
+
     def give_truth(self, text: str) -> None:
         content = {"name": "poses.csv", "mimeType": "text/csv", "buffer": text.encode()}
         self.page.set_input_files("#target-truth", content)
@@ -205,6 +215,21 @@ def test_the_form_fits(gallery: Gallery) -> None:
         nose = form.page.locator(".point[data-feature=nose]").bounding_box()
         x = (nose["x"] + nose["width"] / 2 - picture["x"]) / picture["width"] * WIDTH - 0.5
         assert abs(x - found["nose"][0]) < 1
+
+
+def test_a_finger_drags_as_a_mouse_does(gallery: Gallery) -> None:
+    """On a touch screen a point follows the finger, and the page does not scroll away under it."""
+    gallery.page.set_viewport_size({"width": 400, "height": 500})
+    gallery.choose("face.mp4", film(pictures(2, width=WIDTH)), "video/mp4")
+    form = Form(gallery.page)
+    form.follow_a_head()
+    before = form.settled()["lmou"]
+    form.page.locator(".points").scroll_into_view_if_needed()
+    shown = form.page.locator(".points img").bounding_box()["width"] / WIDTH
+    top = form.page.evaluate("scrollY")
+    form.drag_by_touch("lmou", 12, 16)
+    form.until(lambda: near(form.points, {"lmou": np.add(before, (12 / shown, 16 / shown))}, 0.5), "it was dragged")
+    assert form.page.evaluate("scrollY") == top
 
 
 def reference(column: str) -> NDArray[np.float64]:

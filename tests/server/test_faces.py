@@ -318,6 +318,7 @@ class TestTruth:
             ("", "The file, line 1: expected the columns frame, yaw_deg, pitch_deg, roll_deg"),
             ("frame,x,y,w,h\n0,1,2,3,4\n", "got frame, x, y, w, h"),
             ("frame,yaw_deg,pitch_deg,roll_deg\n0,1,left,3\n", "line 2: pitch_deg must be a number of degrees"),
+            ("frame,yaw_deg,pitch_deg,roll_deg\n0,1,1000000,3\n", "got '1000000'"),
             ("frame,yaw_deg,pitch_deg,roll_deg\n900,1,2,3\n", "0 to 11; the file begins at frame 900"),
             ("frame,yaw_deg,pitch_deg,roll_deg\n0,,,\n", "lists none"),
             ("\x00\x01", "The file"),
@@ -329,6 +330,12 @@ class TestTruth:
         put_truth(client, upload, poses())
         assert words in error_of(put_truth(client, upload, text), 422)["message"]
         assert client.get(f"/api/v1/uploads/{upload}/truth?experiment=head").json()["frames"] == FRAMES
+
+    def test_what_was_passed_over(self, client: httpx.Client, clip: bytes) -> None:
+        """Of several objects the first is taken, and it is said that others were left out."""
+        text = "frame,object,yaw_deg,pitch_deg,roll_deg\n0,a,1,2,3\n0,b,4,5,6\n"
+        (warning,) = put_truth(client, put(client, clip)["id"], text).json()["warnings"]
+        assert warning.startswith("The file has several objects; further poses")
 
     def test_another_origin_may_not(self, client: httpx.Client, clip: bytes) -> None:
         """A page of another origin cannot give a truth."""
