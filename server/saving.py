@@ -120,7 +120,8 @@ async def _recording(store: Store, reference: dict[str, Any]) -> dict[str, Any]:
     return {
         "upload": upload.id,
         "upload_name": upload.name,
-        "box": reference["box"],
+        "box": None if reference.get("points") else reference["box"],
+        "points": reference.get("points") or None,
         "start": reference["start"],
         "truth": reference.get("truth") or None,
     }

@@ -42,9 +42,10 @@ export async function request(method, path, body) {
  * @param {string} path
  * @param {Iterable<File>} files
  * @param {(sent: number, total: number) => void} onProgress
+ * @param {string} [method]
  * @returns {{done: Promise<object>, stop: () => void}}
  */
-export function send(path, files, onProgress) {
+export function send(path, files, onProgress, method = "POST") {
   const form = new FormData();
   for (const file of files) form.append("file", file, file.name);
   const transfer = new XMLHttpRequest();
@@ -59,7 +60,7 @@ export function send(path, files, onProgress) {
     });
     transfer.addEventListener("error", () => reject(new ApiError(0, { message: "The connection broke during the upload" })));
     transfer.addEventListener("abort", () => reject(new ApiError(-1, { message: "The upload was stopped" })));
-    transfer.open("POST", ROOT + path);
+    transfer.open(method, ROOT + path);
     transfer.setRequestHeader("accept", "application/json");
     transfer.send(form);
   });
@@ -78,6 +79,7 @@ function read(status, text) {
 }
 
 const session = (id, rest = "") => `sessions/${encodeURIComponent(id)}${rest}`;
+const truthPath = (id, experiment) => `uploads/${encodeURIComponent(id)}/truth?experiment=${encodeURIComponent(experiment)}`;
 const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
 
 export const api = {
@@ -101,6 +103,10 @@ export const api = {
   uploads: () => request("GET", "uploads"),
   upload: (id) => request("GET", `uploads/${encodeURIComponent(id)}`),
   removeUpload: (id) => request("DELETE", `uploads/${encodeURIComponent(id)}`),
+  features: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/features?${new URLSearchParams(question)}`),
+  truth: (id, experiment) => request("GET", truthPath(id, experiment)),
+  giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
+  removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),
   pictureAddress: (id, frame) => `${ROOT}uploads/${encodeURIComponent(id)}/frames/${frame}.jpg`,
 
   runs: () => request("GET", "runs"),

@@ -4,32 +4,28 @@
  */
 
 import { fill, h, setText, svg } from "./dom.js";
+import { Picture, arrow } from "./picture.js";
 
 const SMALLEST = 4;
 const CORNERS = [[0, 0], [1, 0], [0, 1], [1, 1]];
 
 export class BoxEditor {
-  #width = 1;
-  #height = 1;
   #box = null;
   #drag = null;
-  #image = h("img", { alt: "", draggable: "false" });
   #rectangle = svg("rect", { class: "box-line" });
   #halo = svg("rect", { class: "box-halo" });
   #handles = CORNERS.map(() => svg("rect", { class: "box-handle" }));
-  #overlay = svg("svg", { class: "box-overlay", preserveAspectRatio: "none" }, this.#halo, this.#rectangle, this.#handles);
-  #surface = h(
-    "div",
+  #picture = new Picture(
     {
       class: "box-surface",
       tabindex: 0,
       role: "application",
       "aria-label": "Box of the target. Arrow keys move it, shift and arrow keys resize it",
     },
-    this.#image,
-    this.#overlay,
+    [this.#halo, this.#rectangle, ...this.#handles],
+    () => this.#draw(),
   );
-  #words = h("output", { class: "box-words", "aria-live": "polite" });
+  #words = h("output", { class: "picture-words", "aria-live": "polite" });
   #changed;
 
   /**
@@ -38,12 +34,12 @@ export class BoxEditor {
    */
   constructor(root, changed) {
     this.#changed = changed;
-    fill(root, this.#surface, this.#words);
-    this.#surface.addEventListener("pointerdown", (event) => this.#press(event));
-    this.#surface.addEventListener("pointermove", (event) => this.#move(event));
-    for (const end of ["pointerup", "pointercancel"]) this.#surface.addEventListener(end, () => this.#release());
-    this.#surface.addEventListener("keydown", (event) => this.#key(event));
-    new ResizeObserver(() => this.#draw()).observe(this.#surface);
+    const surface = this.#picture.element;
+    fill(root, surface, this.#words);
+    surface.addEventListener("pointerdown", (event) => this.#press(event));
+    surface.addEventListener("pointermove", (event) => this.#move(event));
+    for (const end of ["pointerup", "pointercancel"]) surface.addEventListener(end, () => this.#release());
+    surface.addEventListener("keydown", (event) => this.#key(event));
     this.#draw();
   }
 
@@ -60,37 +56,20 @@ export class BoxEditor {
 
   /** Show a picture of this size. */
   show(address, width, height) {
-    this.#image.src = address;
-    [this.#width, this.#height] = [width, height];
-    this.#image.width = width;
-    this.#image.height = height;
-    this.#overlay.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    this.#picture.show(address, width, height);
     this.#draw();
   }
 
   focus() {
-    this.#surface.focus();
-  }
-
-  get #scale() {
-    return this.#width / (this.#surface.clientWidth || this.#width);
-  }
-
-  #point(event) {
-    const area = this.#surface.getBoundingClientRect();
-    const clamp = (value, most) => Math.min(Math.max(0, value), most);
-    return [
-      clamp(((event.clientX - area.left) / area.width) * this.#width, this.#width),
-      clamp(((event.clientY - area.top) / area.height) * this.#height, this.#height),
-    ];
+    this.#picture.element.focus({ preventScroll: true });
   }
 
   #press(event) {
     if (event.button !== 0) return;
     event.preventDefault();
-    this.#surface.setPointerCapture(event.pointerId);
-    this.#surface.focus();
-    const [x, y] = this.#point(event);
+    this.#picture.element.setPointerCapture(event.pointerId);
+    this.focus();
+    const [x, y] = this.#picture.at(event);
     const corner = this.#corner(x, y);
     if (corner) {
       this.#drag = { from: corner };
@@ -104,7 +83,7 @@ export class BoxEditor {
   /** The corner opposite to the one under the pointer. */
   #corner(x, y) {
     if (!this.#box) return null;
-    const reach = 10 * this.#scale;
+    const reach = 10 * this.#picture.scale;
     const [left, top, width, height] = this.#box;
     const hit = CORNERS.find(([i, j]) => Math.hypot(left + i * width - x, top + j * height - y) <= reach);
     return hit ? [left + (1 - hit[0]) * width, top + (1 - hit[1]) * height] : null;
@@ -112,7 +91,7 @@ export class BoxEditor {
 
   #move(event) {
     if (this.#drag === null) return;
-    const [x, y] = this.#point(event);
+    const [x, y] = this.#picture.at(event);
     if (this.#drag.grip) {
       this.#set(x - this.#drag.grip[0], y - this.#drag.grip[1], this.#box[2], this.#box[3]);
       return;
@@ -128,15 +107,15 @@ export class BoxEditor {
   }
 
   #key(event) {
-    const directions = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-    const direction = directions[event.key];
-    if (!direction || event.ctrlKey || event.metaKey || event.altKey) return;
+    const direction = arrow(event);
+    if (direction === null) return;
     event.preventDefault();
     event.stopPropagation();
     const [dx, dy] = direction;
     if (!this.#box) {
-      const side = Math.round(Math.min(this.#width, this.#height) / 6);
-      this.#set((this.#width - side) / 2, (this.#height - side) / 2, side, side);
+      const { width: across, height: down } = this.#picture;
+      const side = Math.round(Math.min(across, down) / 6);
+      this.#set((across - side) / 2, (down - side) / 2, side, side);
       return;
     }
     const [x, y, width, height] = this.#box;
@@ -145,11 +124,12 @@ export class BoxEditor {
   }
 
   #set(x, y, width, height) {
-    const w = Math.min(Math.max(SMALLEST, Math.round(width)), this.#width);
-    const hgt = Math.min(Math.max(SMALLEST, Math.round(height)), this.#height);
+    const { width: across, height: down } = this.#picture;
+    const w = Math.min(Math.max(SMALLEST, Math.round(width)), across);
+    const hgt = Math.min(Math.max(SMALLEST, Math.round(height)), down);
     this.box = [
-      Math.min(Math.max(0, Math.round(x)), this.#width - w),
-      Math.min(Math.max(0, Math.round(y)), this.#height - hgt),
+      Math.min(Math.max(0, Math.round(x)), across - w),
+      Math.min(Math.max(0, Math.round(y)), down - hgt),
       w,
       hgt,
     ];
@@ -167,7 +147,7 @@ export class BoxEditor {
     if (!shown) return;
     const [x, y, width, height] = this.#box;
     for (const element of [this.#rectangle, this.#halo]) place(element, x, y, width, height);
-    const side = 8 * this.#scale;
+    const side = 8 * this.#picture.scale;
     this.#handles.forEach((handle, index) => {
       const [i, j] = CORNERS[index];
       place(handle, x + i * width - side / 2, y + j * height - side / 2, side, side);

@@ -19,7 +19,7 @@ import { themeButton } from "./theme.js";
 import { trackerTitle } from "./timeline.js";
 import { toast } from "./toast.js";
 import { transport } from "./transport.js";
-import { linkTo } from "./wish.js";
+import { linkTo, targetOf } from "./wish.js";
 
 const ENDED = "It may have been ended. What was saved of it is in the gallery.";
 const GALLERY = { label: "Back to the gallery", href: "/" };
@@ -102,13 +102,13 @@ function openPreset(preset) {
   if (!preset || session === null) return;
   const known = new Set(session.declarations.map(({ name }) => name));
   const wish = {
+    ...targetOf(session),
     experiment: session.experiment,
     tracker: preset.tracker,
     seed: preset.seed,
     parameters: Object.fromEntries(Object.entries(preset.parameters).filter(([name]) => known.has(name))),
     play: true,
   };
-  for (const name of ["upload", "box", "start"]) if (session[name] !== undefined && session[name] !== null) wish[name] = session[name];
   location.assign(linkTo(wish));
 }
 

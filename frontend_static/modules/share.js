@@ -6,11 +6,12 @@
 import { openDialog } from "./dialog.js";
 import { h } from "./dom.js";
 import { toast } from "./toast.js";
-import { linkTo } from "./wish.js";
+import { linkTo, targetOf } from "./wish.js";
 
 /** What makes this session again, up to the frame that is shown. */
 export function wishOf(session) {
-  const wish = {
+  return {
+    ...targetOf(session),
     experiment: session.experiment,
     tracker: session.first_tracker ?? session.tracker,
     seed: session.seed,
@@ -18,8 +19,6 @@ export function wishOf(session) {
     timeline: session.timeline ?? [],
     position: session.position,
   };
-  for (const name of ["upload", "box", "start"]) if (session[name] !== undefined && session[name] !== null) wish[name] = session[name];
-  return wish;
 }
 
 /** Show the link of a session, ready to be copied. */

@@ -1,10 +1,12 @@
 /** After an upload: which frame to begin with, what to follow, and how. */
 
 import { api } from "./api.js";
-import { BoxEditor } from "./box.js";
 import { fill, h, setText } from "./dom.js";
 import { count } from "./format.js";
 import { throttle } from "./pace.js";
+import { BoxTarget } from "./target_box.js";
+import { PointsTarget } from "./target_points.js";
+import { truthField } from "./truth.js";
 
 const PICTURE_EVERY_MS = 80;
 
@@ -24,16 +26,28 @@ export function targetForm(root, upload, experiments, cancel) {
   const at = h("output", {}, "0");
   const start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
   const stage = h("div", { class: "target-stage" });
+  const truth = h("div");
 
-  const editor = new BoxEditor(stage, (box) => {
-    go.disabled = box === null;
+  let target = null;
+  let busy = false;
+  let settled = false;
+
+  const check = () => {
+    go.disabled = busy || !target?.wish;
     wrong.hidden = true;
-  });
-  const picture = throttle(() => {
-    setText(at, `${start.value} / ${upload.frames}`);
-    editor.show(api.pictureAddress(upload.id, Number(start.value)), upload.width, upload.height);
+  };
+  const tellFrame = () => setText(at, `${start.value} / ${upload.frames}`);
+  const show = throttle(() => {
+    tellFrame();
+    target.show(Number(start.value));
+    if (settled) target.find({ alone: true });
+    settled = false;
   }, PICTURE_EVERY_MS);
-  start.addEventListener("input", picture);
+  start.addEventListener("input", show);
+  start.addEventListener("change", () => {
+    settled = true;
+    show();
+  });
 
   const chosen = () => able.find(({ id }) => id === experiment.value);
   const describe = () => setText(about, chosen()?.trackers.find(({ id }) => id === tracker.value)?.description ?? "");
@@ -42,20 +56,36 @@ export function targetForm(root, upload, experiments, cancel) {
     fill(tracker, trackers.map(({ id, title }) => h("option", { value: id, selected: id === preferred }, title)));
     describe();
   };
-  experiment.addEventListener("change", list);
+  const follow = () => {
+    const on = {
+      changed: check,
+      moved: (frame) => {
+        start.value = frame;
+        tellFrame();
+      },
+    };
+    target?.leave();
+    target = chosen().finds_target ? new PointsTarget(stage, upload, chosen(), on) : new BoxTarget(stage, upload, on);
+    tellFrame();
+    target.show(Number(start.value));
+    check();
+    target.find();
+    truthField(truth, upload, chosen(), (isBusy) => {
+      busy = isBusy;
+      check();
+    });
+  };
+  experiment.addEventListener("change", () => {
+    list();
+    follow();
+  });
   tracker.addEventListener("change", describe);
 
   const submit = async (event) => {
     event.preventDefault();
     go.disabled = true;
     try {
-      const session = await api.start({
-        experiment: experiment.value,
-        tracker: tracker.value,
-        upload: upload.id,
-        box: editor.box,
-        start: Number(start.value),
-      });
+      const session = await api.start({ experiment: experiment.value, tracker: tracker.value, upload: upload.id, ...target.wish });
       location.assign(session.page);
     } catch (error) {
       setText(wrong, error.message);
@@ -80,18 +110,20 @@ export function targetForm(root, upload, experiments, cancel) {
       h(
         "div",
         { class: "target-choices" },
+        able.length > 1 && [h("label", { for: "target-experiment" }, "Experiment"), experiment],
         h("label", { for: "target-start" }, "Start at frame ", at),
         start,
-        able.length > 1 && [h("label", { for: "target-experiment" }, "Experiment"), experiment],
         h("label", { for: "target-tracker" }, "Tracker"),
         tracker,
         about,
+        truth,
         wrong,
-        h("footer", {}, h("button", { type: "button", on: { click: cancel } }, "Cancel"), go),
+        h("footer", {}, h("button", { type: "button", on: { click: () => (target?.leave(), cancel()) } }, "Cancel"), go),
       ),
     ),
   );
-  if (able.length > 0) list();
-  picture();
-  editor.focus();
+  if (able.length === 0) return;
+  list();
+  follow();
+  target.focus();
 }

@@ -5,6 +5,12 @@ export function linkTo(wish) {
   return `/session/new#${encode(wish)}`;
 }
 
+/** What a wish says of the recording that a session runs on, so that another one begins with the same target. */
+export function targetOf(session) {
+  const known = ["upload", "box", "points", "start"].filter((name) => session[name] !== undefined && session[name] !== null);
+  return Object.fromEntries(known.map((name) => [name, session[name]]));
+}
+
 /** base64url of JSON, in UTF-8. */
 export function encode(wish) {
   const raw = String.fromCharCode(...new TextEncoder().encode(JSON.stringify(wish)));

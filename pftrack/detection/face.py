@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from pftrack.detection import cascades
 from pftrack.detection.cascades import CLOSE, NEARBY, QUICK, Box, Effort
-from pftrack.detection.refinement import refined
+from pftrack.detection.refinement import PLACED, refined
 from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model, place
 
-__all__ = ["DetectedFace", "FaceError", "detect", "find_again"]
+__all__ = ["DetectedFace", "FaceError", "by_proportion", "detect", "find_again", "in_box", "spot"]
 
 EYES_IN_FACE = ((0.315, 0.40), (0.685, 0.40))
 """Where the eyes are in a face's box, as shares of its sides; the person's right eye first, left in the picture."""
@@ -29,6 +29,9 @@ NEAR_FACTOR = 2.2
 
 SIMILAR_SIZE = 0.5
 """A second face counts as such if it is at least so large relative to the largest."""
+
+BOX_MARGIN = 0.3
+"""A box around a face is made larger by this share on each side: the cascades want some of what is around it."""
 
 
 class FaceError(ValueError):
@@ -65,6 +68,11 @@ class DetectedFace:
         left, right = (self.points_px[FEATURES.index(name)] for name in ("leye", "reye"))
         return float(np.hypot(*(left - right)))
 
+    @property
+    def placed(self) -> tuple[str, ...]:
+        """Names of the points that the model has placed rather than the picture shown."""
+        return PLACED if self.eyes_seen == 2 else FEATURES
+
 
 def detect(grey: NDArray[np.uint8], model: FaceModel | None = None, *, refine: bool = True) -> DetectedFace:
     """Find the face to be tracked: the largest of those with two eyes, or else the largest.
@@ -84,10 +92,10 @@ def detect(grey: NDArray[np.uint8], model: FaceModel | None = None, *, refine: b
             "too small",
             f"expected a picture of at least {least} x {least} px to find a face in, got {width} x {height}",
         )
-    faces = [_located(grey, box, model or mean_model(), CLOSE, refine=refine) for box in cascades.faces(grey)]
-    face = max(faces, key=lambda face: (face.eyes_seen == 2, face.box[2]), default=None)
-    if face is None or face.eyes_seen == 0:
-        # An inverted face looks a little like an upright one, without eyes.
+    faces = _all_faces(grey, model or mean_model(), refine=refine)
+    face = max(faces, key=_merit, default=None)
+    if face is None or face.eyes_seen < 2:
+        # An inverted face looks a little like an upright one, with one eye at most.
         turned = _turned(grey)
         if turned:
             raise FaceError("not upright", f"expected an upright face, found one {turned}; turn the picture first")
@@ -98,9 +106,50 @@ def detect(grey: NDArray[np.uint8], model: FaceModel | None = None, *, refine: b
         raise FaceError("cut off", f"expected the whole face in the picture, but {', '.join(beyond)} would be outside")
     several = sum(other.eyes_seen > 0 and other.box[2] >= SIMILAR_SIZE * face.box[2] for other in faces)
     if several > 1:
-        crowd = f"{several} faces were found; the largest is tracked"
+        crowd = f"{several} faces were found; the largest was taken, draw a box around another one to have that"
         face = replace(face, warnings=(crowd, *face.warnings))
     return face
+
+
+def spot(grey: NDArray[np.uint8]) -> DetectedFace | None:
+    """Return what `detect` would find if it is a whole face with two eyes, without asking what else there may be.
+
+    Args:
+        grey: (height, width), 8 bit.
+    """
+    height, width = grey.shape
+    face = max(_all_faces(grey, mean_model(), refine=True), key=_merit, default=None)
+    sure = face is not None and face.eyes_seen == 2 and all(_within(x, y, width, height) for x, y in face.points_px)
+    return face if sure else None
+
+
+def in_box(grey: NDArray[np.uint8], box: Box) -> DetectedFace:
+    """Return the face in a box that a person has drawn.
+
+    Args:
+        grey: (height, width), 8 bit.
+        box: Around the face, px.
+
+    Raises:
+        FaceError: There is no such face in the box.
+    """
+    height, width = grey.shape
+    x, y, w, h = box
+    left, top = max(int(x - BOX_MARGIN * w), 0), max(int(y - BOX_MARGIN * h), 0)
+    right, bottom = min(int(x + (1 + BOX_MARGIN) * w), width), min(int(y + (1 + BOX_MARGIN) * h), height)
+    face = detect(np.ascontiguousarray(grey[top:bottom, left:right]))
+    fx, fy, fw, fh = face.box
+    return replace(face, points_px=face.points_px + np.array([left, top]), box=(fx + left, fy + top, fw, fh))
+
+
+def by_proportion(box: Box) -> NDArray[np.float64]:
+    """Return where a mean face that fills a box has its features, (11, 2) px.
+
+    Args:
+        box: Around the face, px.
+    """
+    eyes, _ = _eye_centres(box, [])
+    return place(mean_model(), {"reye": eyes[0], "leye": eyes[1]})
 
 
 def find_again(
@@ -131,6 +180,15 @@ def find_again(
             if face.eyes_seen == 2 and all(_within(u, v, width, height) for u, v in face.points_px):
                 return face
     return None
+
+
+def _all_faces(grey: NDArray[np.uint8], model: FaceModel, *, refine: bool) -> list[DetectedFace]:
+    return [_located(grey, box, model, CLOSE, refine=refine) for box in cascades.faces(grey)]
+
+
+def _merit(face: DetectedFace) -> tuple[bool, float]:
+    """Return by what one face is preferred to another: two eyes, then its size."""
+    return face.eyes_seen == 2, face.box[2]
 
 
 def _located(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort, *, refine: bool) -> DetectedFace:

@@ -19,7 +19,10 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import FEATURES, FaceModel, Similarity, fit_similarity, place
 
-__all__ = ["refined"]
+__all__ = ["PLACED", "refined"]
+
+PLACED = ("lmc", "rmc")
+"""What is not looked for: the inner corners of the eyes."""
 
 PX_PER_MM = 1.6
 LEFT_MM, TOP_MM, WIDTH_MM, HEIGHT_MM = -75.0, -50.0, 150.0, 160.0

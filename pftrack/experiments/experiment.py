@@ -1,6 +1,6 @@
 """What an experiment is: a named wiring of source, trackers, parameters, drawing and measure."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -19,7 +19,7 @@ from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.trackers import Tracker
 
-__all__ = ["Experiment", "OnVideo", "Preset", "Setup", "Step"]
+__all__ = ["Experiment", "Finder", "OnVideo", "Preset", "Setup", "Sighting", "Step"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +101,60 @@ class OnVideo(Protocol):
         """
 
 
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """What came of looking for a target in one picture of a recording.
+
+    Attributes:
+        frame: Number of the picture.
+        points: The target's features, px, by name; none if it was not found.
+        placed: Names of the points that a model has placed rather than the picture shown.
+        remarks: What a person should look at, or why there is nothing, one sentence each.
+    """
+
+    frame: int
+    points: Marks = field(default_factory=dict)
+    placed: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def sure(self) -> bool:
+        """Whether the picture has shown some of the points."""
+        return len(self.placed) < len(self.points)
+
+
+class Search(Protocol):
+    """Look for a target through a recording."""
+
+    def __call__(self, sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
+        """Look into one picture after the other.
+
+        Args:
+            sequence: The pictures.
+            frames: Which of them, in this order. Only of the first is it said why there is nothing, since that takes
+                several times as long as looking.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Finder:
+    """How an experiment finds its target on a recording by itself.
+
+    Attributes:
+        frames: (first, last) -> numbers of the pictures to look into, as many as can be looked into in some seconds.
+        search: Look into pictures.
+        within: (sequence, frame, box) -> the target in a box that a person has drawn, if need be all of it placed.
+        titles: What people call the features, by name.
+        links: Pairs of features between which a line helps the eye.
+    """
+
+    frames: Callable[[int, int], Sequence[int]]
+    search: Search
+    within: Callable[[FrameSequence, int, Box], Sighting]
+    titles: Mapping[str, str]
+    links: tuple[tuple[str, str], ...]
+
+
 @dataclass(frozen=True)
 class Experiment:
     """A named, documented wiring.
@@ -123,7 +177,7 @@ class Experiment:
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
         on_video: Wire a recording, where the experiment takes one.
-        finds_target: Whether it finds its target on a recording by itself, so that no box is needed.
+        finder: How it finds its target on a recording by itself, where it does, so that no box is needed.
         truth: The kind of truth that comes with a recording.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
         series: (frame, state) -> what else to write down of it, by name.
@@ -150,7 +204,7 @@ class Experiment:
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     on_video: OnVideo | None = None
-    finds_target: bool = False
+    finder: Finder | None = None
     truth: TruthKind = BOXES
     scale: float = 1.0
     series: Callable[[Frame, Any], Mapping[str, Series]] | None = None
@@ -164,3 +218,8 @@ class Experiment:
     def accepts_video(self) -> bool:
         """Whether it can run on a recording."""
         return self.on_video is not None
+
+    @property
+    def finds_target(self) -> bool:
+        """Whether it finds its target on a recording by itself."""
+        return self.finder is not None

@@ -15,6 +15,7 @@ from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.head_recording import on_video
 from pftrack.experiments.head_sketch import head_surface, look
+from pftrack.experiments.head_start import FINDER
 from pftrack.experiments.pose_series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
 from pftrack.experiments.pose_sketch import feature_clouds, feature_marks, pose_axes, true_marks
 from pftrack.frame import Frame
@@ -154,7 +155,7 @@ EXPERIMENT = Experiment(
     error=mean_error_deg,
     lost=_lost,
     on_video=on_video,
-    finds_target=True,
+    finder=FINDER,
     truth=POSES,
     scale=float(np.rad2deg(1.0)),
     series=series,

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.face import DetectedFace, FaceError, detect
+from pftrack.detection.face import in_box
 from pftrack.experiments.experiment import Setup
+from pftrack.experiments.head_start import first_face
 from pftrack.frame import Landmarks, Target
 from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
 from pftrack.likelihoods.template import EYE_DISTANCE_PX, luma
@@ -22,6 +23,7 @@ from pftrack.sources.points import Marks
 from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.truth import PoseTable, Truth
+from pftrack.trackers.head import camera_of
 from pftrack.trackers.head_memory import around, eye_distance
 from pftrack.trackers.head_parameters import HeadTrackerParameters
 
@@ -29,12 +31,6 @@ __all__ = ["RecordedHeadParameters", "on_video"]
 
 FRAME_RATE_HZ = 30.0
 """Of the document's pictures, for which its noise of motion was chosen."""
-
-CLOSELY_SEARCHED, THEN_EVERY = 50, 5
-"""So many pictures are looked at one by one for a first face, and of later ones every so-many-th."""
-
-BOX_MARGIN = 0.3
-"""A box around a face is made larger by this share on each side: the cascades want some of what is around it."""
 
 
 class RecordedHeadParameters(HeadTrackerParameters, RecordingParameters):
@@ -70,13 +66,14 @@ def on_video(
         for name, position in points.items():
             found[FEATURES.index(name)] = position
     elif box is not None:
-        first, found = start, _in_box(luma(sequence.picture(start)), box).points_px
+        first, found = start, in_box(luma(sequence.picture(start)), box).points_px
     else:
-        first, found = _first_face(sequence, start)
+        first, found = first_face(sequence, start)
     _check_points(found, sequence.size)
     size = eye_distance(found) / EYE_DISTANCE_PX
     if size <= 0.0:
         raise ValueError("the two eyes must be marked at different places")
+    camera_of(mean_model(), found)
     target = _target(found)
     known = _relative(truth, first, sequence.frame_count)
 
@@ -118,34 +115,6 @@ def _reference(
         "start": first,
         "truth": {str(frame): list(known) for frame, known in truth.rows.items()} if truth else {},
     }
-
-
-def _first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.float64]]:
-    """Return the first picture with a face from one on, and its features (11, 2) px."""
-    refused: FaceError | None = None
-    near = range(start, min(start + CLOSELY_SEARCHED, sequence.frame_count))
-    far = range(start + CLOSELY_SEARCHED, sequence.frame_count, THEN_EVERY)
-    for index in (*near, *far):
-        try:
-            face = detect(luma(sequence.picture(index)))
-        except FaceError as error:
-            refused = refused or error
-            if error.kind == "too small":
-                break
-            continue
-        if face.eyes_seen == 2:
-            return index, face.points_px
-    raise refused or FaceError("no face", "expected a face with two eyes, found none; mark its features or its box")
-
-
-def _in_box(grey: NDArray[np.uint8], box: Box) -> DetectedFace:
-    """Return the face in a box that a person has drawn."""
-    height, width = grey.shape
-    x, y, w, h = box
-    left, top = max(int(x - BOX_MARGIN * w), 0), max(int(y - BOX_MARGIN * h), 0)
-    right, bottom = min(int(x + (1 + BOX_MARGIN) * w), width), min(int(y + (1 + BOX_MARGIN) * h), height)
-    face = detect(np.ascontiguousarray(grey[top:bottom, left:right]))
-    return replace(face, points_px=face.points_px + np.array([left, top]))
 
 
 def _check_points(points: NDArray[np.float64], size: tuple[int, int]) -> None:

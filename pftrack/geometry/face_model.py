@@ -20,10 +20,48 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FEATURES", "FaceModel", "Similarity", "average", "fit_similarity", "mean_model", "person", "place"]
+__all__ = [
+    "FEATURES",
+    "LINKS",
+    "TITLES",
+    "FaceModel",
+    "Similarity",
+    "average",
+    "fit_similarity",
+    "mean_model",
+    "person",
+    "place",
+]
 
 FEATURES = ("nose", "leye", "reye", "lmc", "rmc", "llc", "rlc", "lbro", "rbro", "lmou", "rmou")
 """Nose tip; centres, inner and outer corners of the eyes; inner ends of the brows; corners of the mouth."""
+
+TITLES = {
+    "nose": "tip of the nose",
+    "leye": "left eye",
+    "reye": "right eye",
+    "lmc": "left eye, inner corner",
+    "rmc": "right eye, inner corner",
+    "llc": "left eye, outer corner",
+    "rlc": "right eye, outer corner",
+    "lbro": "left brow, inner end",
+    "rbro": "right brow, inner end",
+    "lmou": "left corner of the mouth",
+    "rmou": "right corner of the mouth",
+}
+"""What people call the features; left and right are the person's own."""
+
+LINKS = (
+    ("rlc", "reye"),
+    ("reye", "rmc"),
+    ("lmc", "leye"),
+    ("leye", "llc"),
+    ("rbro", "lbro"),
+    ("rmc", "nose"),
+    ("nose", "lmc"),
+    ("rmou", "lmou"),
+)
+"""Pairs of features between which a line helps the eye: eyes, brows, nose and mouth."""
 
 _LEFT = {
     "nose": ((0.0, 38.0, -26.0), (0.0, 3.0, 2.2)),

@@ -160,14 +160,15 @@ def read_poses(path: Path) -> PoseTable:
 
 
 class TruthKind(NamedTuple):
-    """A kind of truth: how to read its file, and how to make its table of rows that were saved."""
+    """A kind of truth: what its file has, how to read it, and how to make its table of rows that were saved."""
 
+    form: Form
     read: Callable[[Path], Truth]
     table: Callable[[Any], Truth]
 
 
-BOXES = TruthKind(read_truth, TruthTable)
-POSES = TruthKind(read_poses, PoseTable)
+BOXES = TruthKind(BOX_FORM, read_truth, TruthTable)
+POSES = TruthKind(POSE_FORM, read_poses, PoseTable)
 
 Rows = dict[int, tuple[int, list[float]]]
 """Number of the line, and the values, by frame."""

@@ -32,7 +32,7 @@ from pftrack.trackers.pose import METHODS, Method
 from pftrack.trackers.pose_state import PoseState, Solid
 from pftrack.trackers.tracker import Tracker
 
-__all__ = ["TRACKERS"]
+__all__ = ["TRACKERS", "camera_of"]
 
 LEAST_SCALE = 0.02
 """Of a camera, px/mm; what is smaller shows no face."""
@@ -59,6 +59,18 @@ def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerP
         raise ValueError("a head is tracked by its features, got a target without any")
     sight = FirstSight(_grey(frame), landmarks.points_px, FaceModel(landmarks.model_mm))
     return _begun(method, sight, parameters, rng)
+
+
+def camera_of(model: FaceModel, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the affine camera (2, 4) that sees a face at these points, px.
+
+    Raises:
+        ValueError: The points do not make a face.
+    """
+    camera = affine_fit(model.points_mm, points_px)
+    if float(np.linalg.svd(camera[:, :3], compute_uv=False)[-1]) < LEAST_SCALE:
+        raise ValueError("expected points that make a face, got points that lie on one line or all in one place")
+    return camera
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
@@ -124,9 +136,7 @@ def _model(sight: FirstSight, form: Form) -> FaceModel:
 def _solid(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.0) -> tuple[Solid, NDArray[np.float64]]:
     """Return the head as a solid that is at theta = 0 at first sight, and how its frame is turned from the model's."""
     points_px, (height, width) = sight.points_px, sight.grey.shape
-    camera = affine_fit(model.points_mm, points_px)
-    if float(np.linalg.svd(camera[:, :3], compute_uv=False)[-1]) < LEAST_SCALE:
-        raise ValueError("expected points that make a face, got points that lie on one line or all in one place")
+    camera = camera_of(model, points_px)
     camera[:, :3] *= enlarged
     focal_px, principal_px = form.focal_widths * width, np.array([width, height]) / 2.0
     place = pose.translation(model.points_mm, points_px, focal_px, principal_px)

@@ -61,6 +61,10 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
             {"id": name, "title": tracker.title, "description": tracker.description}
             for name, tracker in experiment.trackers.items()
         ],
+        "finds_target": experiment.finds_target,
+        "features": dict(experiment.finder.titles) if experiment.finder else {},
+        "links": list(experiment.finder.links) if experiment.finder else [],
+        "truth_columns": list(experiment.truth.form.columns),
         "presets": [
             PresetView(
                 name=preset.name,

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from pftrack.parameters import Declaration, Value
 from server.sessions.messages import TrackerView
-from server.sessions.spec import LARGEST_SEED, Box
+from server.sessions.spec import LARGEST_SEED, Box, Points
 
 __all__ = [
     "BookmarkWish",
@@ -16,12 +16,14 @@ __all__ = [
     "Columns",
     "ExperimentDetail",
     "ExperimentView",
+    "FeaturesView",
     "PresetView",
     "RunView",
     "RunWish",
     "SessionWish",
     "TrackerView",
     "TransportWish",
+    "TruthView",
     "UploadView",
 ]
 
@@ -64,6 +66,10 @@ class ExperimentView(BaseModel):
     document: str
     description: str
     accepts_video: bool
+    finds_target: bool
+    features: dict[str, str] = Field(description="What people call the target's features, by name")
+    links: list[tuple[str, str]] = Field(description="Features between which a line helps the eye")
+    truth_columns: list[str] = Field(description="What a table of truth for a recording has")
     default_tracker: str
     frames: int
     trackers: list[dict[str, str]]
@@ -98,6 +104,29 @@ class UploadView(BaseModel):
     created: str
 
 
+class FeaturesView(BaseModel):
+    """What came of looking for a target in an upload.
+
+    As long as there are no points and `looked` is less than `of`, one may go on looking.
+    """
+
+    frame: int = Field(description="Where it was found, or the last frame that was looked into")
+    points: dict[str, tuple[float, float]] | None = Field(description="Its features, px; null if it was not found")
+    placed: list[str] = Field(description="Features that a model has placed rather than the picture shown")
+    remarks: list[str] = Field(description="What to look at, or why nothing was found")
+    looked: int = Field(description="How many frames were looked into")
+    of: int = Field(description="How many frames there are to look into")
+
+
+class TruthView(BaseModel):
+    """What is truly so in an upload, in short."""
+
+    frames: int = Field(description="How many frames there is truth of")
+    first: int
+    last: int
+    warnings: list[str]
+
+
 class ChangeWish(Wish):
     """A change of parameters on the timeline of a new session."""
 
@@ -115,7 +144,8 @@ class SessionWish(Wish):
     frames: Frame | None = None
     upload: str | None = Field(None, max_length=64)
     box: Box | None = None
-    start: Frame = 0
+    points: Points | None = Field(None, description="Features of the target in the frame `start`, px, by name")
+    start: Frame = Field(0, description="Frame of the upload to begin at, or to look for the target from")
     timeline: list[ChangeWish] = Field([], max_length=10_000)
     position: Frame = 0
 

@@ -4,19 +4,47 @@ import asyncio
 from http import HTTPStatus
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 from starlette.responses import Response
 
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.experiment import Experiment
+from pftrack.sources.truth import LARGEST_FILE_BYTES
 from server.api.dependencies import AManager, AnErrands, AnUpload, AStore, SettingsNow, TheServices
-from server.api.models import UploadView
-from server.errors import ConflictError
-from server.sessions.jobs import frame_jpeg
+from server.api.models import FeaturesView, TruthView, UploadView
+from server.errors import ConflictError, RefusedError
+from server.sessions.jobs import Question, find_features, frame_jpeg
 from server.store.intake import limits_of, take_in
+from server.truths import forget_truth, keep_truth, kept_truth
 from server.uploading import receive
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/uploads", tags=["uploads"])
+
+Number = Annotated[int, Query(ge=0, le=10_000_000)]
+
+
+def _experiment(experiment: Annotated[str, Query(max_length=64)]) -> Experiment:
+    found = EXPERIMENTS.get(experiment)
+    if found is None or not found.accepts_video:
+        able = ", ".join(each.id for each in EXPERIMENTS.values() if each.accepts_video)
+        raise RefusedError(f"Experiment must be one that takes a video: {able}.", field="experiment", value=experiment)
+    return found
+
+
+ForExperiment = Annotated[Experiment, Depends(_experiment)]
+
+
+def _box(box: Annotated[str | None, Query(max_length=200)] = None) -> tuple[float, float, float, float] | None:
+    if box is None:
+        return None
+    try:
+        x, y, w, h = (float(part) for part in box.split(","))
+    except ValueError:
+        raise RefusedError("Box must be four numbers x,y,w,h, px.", field="box", value=box) from None
+    return x, y, w, h
+
 
 MULTIPART = {
     "requestBody": {
@@ -85,3 +113,43 @@ async def show_frame(
         picture = await errands.run(frame_jpeg, where, index, frame, limits_of(settings))
         await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
     return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"})
+
+
+@router.get("/{upload}/features")
+async def find_target(
+    upload: AnUpload,
+    experiment: ForExperiment,
+    frame: Number,
+    store: AStore,
+    settings: SettingsNow,
+    errands: AnErrands,
+    box: Annotated[tuple[float, float, float, float] | None, Depends(_box)],
+    last: Number | None = None,
+    looked: Number = 0,
+) -> FeaturesView:
+    """Look for an experiment's target from a frame on, or in a box there; ask again with `looked` to go on looking."""
+    question = Question(experiment.id, frame, last, looked, box)
+    where, index = str(store.files.upload(upload.id)), store.files.index(upload.id)
+    return FeaturesView(**await errands.run(find_features, where, index, question, limits_of(settings)))
+
+
+@router.put("/{upload}/truth", openapi_extra=MULTIPART)
+async def give_truth(
+    request: Request, upload: AnUpload, experiment: ForExperiment, store: AStore, errands: AnErrands
+) -> TruthView:
+    """Take in a table of what is truly so in an upload; sessions that begin from then on are measured by it."""
+    folder = store.files.new_incoming()
+    received = await receive(request, folder, most_bytes=LARGEST_FILE_BYTES, most_files=1)
+    return await keep_truth(store, errands, upload, experiment, folder, received)
+
+
+@router.get("/{upload}/truth")
+def show_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> TruthView | None:
+    """Tell in short what truth was given for an upload, of the kind that goes with an experiment; null if none was."""
+    return kept_truth(store, upload.id, experiment)
+
+
+@router.delete("/{upload}/truth", status_code=HTTPStatus.NO_CONTENT)
+def remove_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> None:
+    """Forget the truth that was given for an upload."""
+    forget_truth(store, upload.id, experiment)

@@ -69,6 +69,9 @@ class Chronicle:
         self.card = ready.card
         self.spec.card = {name: getattr(ready.card, name) for name in Card.__slots__}
         self.spec.frames = ready.card.frames
+        if ready.found is not None:
+            self.spec.start, points = ready.found
+            self.spec.box, self.spec.points = None, dict(points)
         self._last = None
         self._histories[self.spec.branch] = History()
         self._histories[self.spec.branch].put(ready.rows)

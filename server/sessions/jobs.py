@@ -2,8 +2,10 @@
 
 import socket
 import sys
+import time
 import traceback
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +13,35 @@ import cv2
 
 from pftrack import record
 from pftrack.experiments import find
+from pftrack.experiments.experiment import Sighting
 from pftrack.parameters import ParameterError
 from pftrack.rendering import png, render
 from pftrack.run import Change, Run
+from pftrack.sources.recording import Box
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
+from pftrack.sources.truth import TruthError
 from server.sessions.limits import confine
 from server.sessions.pipe import WorkerEnd
 from server.sessions.protocol import Failed, Reply
 from server.sessions.spec import LARGEST_SEED
 from server.sessions.workbench import check_timeline
 
-__all__ = ["PATIENCE_S", "draw_experiment", "frame_jpeg", "main", "nothing", "read_record", "weigh_record"]
+__all__ = [
+    "PATIENCE_S",
+    "Question",
+    "draw_experiment",
+    "find_features",
+    "frame_jpeg",
+    "main",
+    "nothing",
+    "read_record",
+    "read_truth",
+    "weigh_record",
+]
 
 PATIENCE_S = 30.0
+# So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
+SEARCH_S = 1.5
 THUMBNAIL_FRAMES = 90
 THUMBNAIL_WIDTH_PX = 480
 
@@ -37,7 +55,7 @@ def main(end: socket.socket, job: Callable[..., Any], arguments: tuple[object, .
     pipe = WorkerEnd(end)
     try:
         pipe.send(Reply(0, job(*arguments)))
-    except (SourceError, ParameterError, record.RecordError, LookupError) as error:
+    except (SourceError, ParameterError, TruthError, record.RecordError, LookupError) as error:
         pipe.send(Failed(str(error)))
     except BrokenPipeError:
         return
@@ -65,14 +83,93 @@ def draw_experiment(experiment_id: str) -> bytes:
 
 def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
     """Return a frame of an upload as JPEG."""
-    known = FrameIndex.from_json(index) if index else None
-    sequence = open_sequence(Path(path), limits, index=known)
-    if not 0 <= number < sequence.frame_count:
-        raise ParameterError("frame", number, f"a frame of the upload, 0 to {sequence.frame_count - 1}")
+    sequence = _opened(path, index, number, limits)
     done, encoded = cv2.imencode(".jpg", cv2.cvtColor(sequence.picture(number), cv2.COLOR_RGB2BGR))
     if not done:
         raise SourceError("the frame cannot be drawn")
     return encoded.tobytes()
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Where to look for a target's features.
+
+    Attributes:
+        experiment: Identifier of the experiment.
+        frame: First frame of the upload to look into.
+        last: Last one, or None for that of the upload.
+        looked: How many of the frames worth looking into were looked into before.
+        box: Around the target, px, if a person has drawn one in that frame.
+    """
+
+    experiment: str
+    frame: int
+    last: int | None = None
+    looked: int = 0
+    box: Box | None = None
+
+
+def find_features(path: str, index: str | None, question: Question, limits: Limits) -> dict[str, Any]:
+    """Look for a target's features in an upload for a while, and return what came of it."""
+    finder = find(question.experiment).finder
+    if finder is None:
+        raise SourceError(f"the experiment {question.experiment} does not find its target by itself; draw a box")
+    sequence = _opened(path, index, question.frame, limits)
+    if question.box is not None:
+        try:
+            seen = finder.within(sequence, question.frame, question.box)
+        except ValueError as error:
+            raise SourceError(str(error)) from None
+        return _told(seen, 1, 1)
+    end = sequence.frame_count - 1
+    frames = finder.frames(question.frame, end if question.last is None else min(question.last, end))
+    until, looked = time.monotonic() + SEARCH_S, min(question.looked, len(frames) - 1)
+    for seen in finder.search(sequence, frames[looked:]):
+        looked += 1
+        # What is only guessed may do where it was asked for, and is not looked for elsewhere.
+        if seen.sure or (seen.points and len(frames) == 1) or time.monotonic() > until:
+            break
+    guessed = seen.points and not seen.sure and len(frames) > 1
+    return _told(Sighting(seen.frame) if guessed else seen, looked, len(frames))
+
+
+def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
+    return {
+        "frame": seen.frame,
+        "points": dict(seen.points) or None,
+        "placed": list(seen.placed),
+        "remarks": [f"{remark[:1].upper()}{remark[1:]}." for remark in seen.remarks],
+        "looked": looked,
+        "of": of,
+    }
+
+
+def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
+    """Read a table of truth of the kind that goes with an experiment, for an upload of so many frames."""
+    kind, name = find(experiment_id).truth, Path(path).name
+    try:
+        table = kind.read(Path(path))
+    except TruthError as error:
+        # What the file is called here, and where it lies, is nobody's business.
+        said = str(error)
+        raise TruthError(f"the file{said.removeprefix(name) if said.startswith(name) else ' cannot be read'}") from None
+    rows = {frame: row for frame, row in table.rows.items() if frame < frames}
+    if not rows:
+        least = min(table.rows, default=None)
+        found = "lists none with any" if least is None else f"begins at frame {least}"
+        raise TruthError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
+    view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
+    warnings = [f"The file{warning.removeprefix(name)}." for warning in table.warnings]
+    return {**view, "warnings": warnings, "rows": rows}
+
+
+def _opened(path: str, index: str | None, number: int, limits: Limits) -> FrameSequence:
+    """Open an upload that has a frame."""
+    known = FrameIndex.from_json(index) if index else None
+    sequence = open_sequence(Path(path), limits, index=known)
+    if not 0 <= number < sequence.frame_count:
+        raise ParameterError("frame", number, f"a frame of the upload, 0 to {sequence.frame_count - 1}")
+    return sequence
 
 
 def read_record(path: str) -> dict[str, Any]:

@@ -196,6 +196,7 @@ class Manager:
             video_name=spec.upload_name,
             index=self._store.files.index(spec.upload) if spec.upload else None,
             box=spec.box,
+            points=spec.points,
             truth=spec.truth,
             start=spec.start,
             memory_bytes=self._settings.worker_memory_bytes,

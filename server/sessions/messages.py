@@ -96,6 +96,7 @@ class SessionView(BaseModel):
     bookmarks: list[Bookmark]
     upload: str | None = None
     box: tuple[float, float, float, float] | None = None
+    points: dict[str, tuple[float, float]] | None = None
     start: int = 0
     width: int
     height: int

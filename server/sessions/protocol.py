@@ -5,12 +5,14 @@ worker sends a drawing only when it holds a credit, and the web process gives th
 arrived and somebody looks: so drawings are never queued, and nobody draws for an empty room.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from pftrack.drawing import Drawing
 from pftrack.parameters import Value
 from pftrack.run import Timeline
+from pftrack.sources.points import Marks
 
 __all__ = [
     "Activate",
@@ -57,8 +59,9 @@ class Order:
         video_name: What people call it.
         index: What was found when the upload was decoded first, as JSON, so that it opens at once.
         box: The target in the upload's frame `start`, (x, y, w, h) in px.
-        start: First frame of the upload that is used.
-        truth: True boxes by number of the upload's frame, where they are known.
+        points: Features of the target in that frame, px, instead of a box.
+        start: First frame of the upload that is used, or from which on the target is looked for.
+        truth: What is truly so by number of the upload's frame, where it is known: boxes or poses.
         memory_bytes: What the worker may allocate.
         cpu_seconds: CPU time that the worker may use.
         max_frames: Longest run allowed.
@@ -80,8 +83,9 @@ class Order:
     video_name: str | None = None
     index: str | None = None
     box: tuple[float, float, float, float] | None = None
+    points: Marks | None = None
     start: int = 0
-    truth: dict[int, tuple[float, float, float, float]] | None = None
+    truth: Mapping[int, tuple[float, ...]] | None = None
     memory_bytes: int = 1 << 30
     cpu_seconds: int = 7200
     max_frames: int = 20_000
@@ -230,11 +234,20 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The run stands; the first event of every worker that did not fail."""
+    """The run stands; the first event of every worker that did not fail.
+
+    Attributes:
+        card: Its shape.
+        standing: Where it stands.
+        rows: Diagnostics of the frames computed.
+        found: Frame of the upload in which the target's features are, and these, where it has features: told so that
+            they need not be looked for again.
+    """
 
     card: Card
     standing: Standing
     rows: list[dict[str, Any]]
+    found: tuple[int, Marks] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,17 @@ from pydantic import BaseModel, Field
 from pftrack.parameters import Value
 from pftrack.run import Change, Timeline
 
-__all__ = ["LARGEST_SEED", "Bookmark", "Box", "BranchSpec", "ChangeModel", "SessionSpec", "as_models", "as_timeline"]
+__all__ = [
+    "LARGEST_SEED",
+    "Bookmark",
+    "Box",
+    "BranchSpec",
+    "ChangeModel",
+    "Points",
+    "SessionSpec",
+    "as_models",
+    "as_timeline",
+]
 
 LARGEST_SEED = 2**53 - 1
 """Largest whole number that a browser holds exactly."""
@@ -21,6 +31,9 @@ BRANCH_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#D55E0
 Place = Annotated[float, Field(ge=0, le=100_000, allow_inf_nan=False)]
 Extent = Annotated[float, Field(ge=1, le=100_000, allow_inf_nan=False)]
 Box = tuple[Place, Place, Extent, Extent]
+Coordinate = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False)]
+Points = Annotated[dict[Annotated[str, Field(max_length=64)], tuple[Coordinate, Coordinate]], Field(max_length=100)]
+TruthRow = tuple[float, float, float, float] | tuple[float, float, float]
 
 
 class ChangeModel(BaseModel):
@@ -65,8 +78,9 @@ class SessionSpec(BaseModel):
     upload: str | None = None
     upload_name: str | None = None
     box: Box | None = None
+    points: Points | None = None
     start: int = 0
-    truth: dict[int, Box] | None = None
+    truth: dict[int, TruthRow] | None = None
     speed: float = 1.0
     branch: str = "b0"
     branches: dict[str, BranchSpec] = {}

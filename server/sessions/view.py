@@ -45,6 +45,7 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
         bookmarks=spec.bookmarks,
         upload=spec.upload,
         box=spec.box,
+        points=spec.points,
         start=spec.start,
         width=card.width,
         height=card.height,

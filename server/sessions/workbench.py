@@ -4,7 +4,7 @@ It knows neither pipe nor clock: the worker drives it, and tests can too.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,9 @@ from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment, Setup
 from pftrack.parameters import ParameterError, declarations, flat
 from pftrack.run import Change, Run, Timeline
+from pftrack.sources.points import Marks
 from pftrack.sources.recording import check_box
 from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, SourceError, open_sequence
-from pftrack.sources.truth import TruthTable
 from server.sessions.protocol import Card, Order, Standing
 
 __all__ = ["Workbench", "check_timeline"]
@@ -100,6 +100,11 @@ class Workbench:
             seed=run.seed,
             first_values=flat(run.parameters_at(0)),
         )
+
+    def found(self) -> tuple[int, Marks] | None:
+        """Return in which frame of the upload the target's features are, and these, where it has features."""
+        points = self._setup.reference.get("points")
+        return (self._setup.reference["start"], {name: (x, y) for name, (x, y) in points.items()}) if points else None
 
     def forward(self) -> dict[str, Any] | None:
         """Go to the next frame; return its diagnostics when it had to be computed."""
@@ -192,15 +197,16 @@ class Workbench:
             return self.experiment.simulate()
         if self.experiment.on_video is None:
             raise SourceError(f"The experiment {self.experiment.id} has no use for a video")
-        if order.box is None:
-            raise SourceError("A run on a video needs the box of its target: box [x, y, w, h] in px")
         limits = dataclasses.replace(DEFAULT_LIMITS, frames=order.max_frames, pixels=order.max_pixels)
         index = FrameIndex.from_json(order.index) if order.index else None
         sequence = open_sequence(Path(order.video), limits, index=index)
-        _check_place(order.box, order.start, sequence)
-        truth = TruthTable(order.truth) if order.truth else None
+        _check_place(order, sequence)
+        _check_points(order.points or {}, self.experiment.features, sequence.size)
+        truth = self.experiment.truth.table(order.truth) if order.truth else None
         try:
-            setup = self.experiment.on_video(sequence, order.box, start=order.start, truth=truth)
+            setup = self.experiment.on_video(
+                sequence, order.box, start=order.start, truth=truth, points=order.points or None
+            )
         except ParameterError:
             raise
         except ValueError as error:
@@ -208,7 +214,7 @@ class Workbench:
         # A saved run speaks of the recording by the name that people know, and takes the truth along.
         known: dict[str, Any] = {"name": order.video_name or sequence.name}
         if order.truth:
-            known["truth"] = {str(frame): list(box) for frame, box in order.truth.items()}
+            known["truth"] = {str(frame): list(row) for frame, row in order.truth.items()}
         return dataclasses.replace(setup, reference={**setup.reference, **known})
 
     def _within_limits(self, values: Mapping[str, object]) -> None:
@@ -229,13 +235,26 @@ def check_timeline(timeline: Timeline, frames: int) -> None:
         raise ParameterError("timeline", last, f"changes within the run, frames 0 to {frames - 1}")
 
 
-def _check_place(box: tuple[float, float, float, float], start: int, sequence: FrameSequence) -> None:
+def _check_place(order: Order, sequence: FrameSequence) -> None:
     """Refuse a box or a start that is not within the recording, by its name."""
-    if not 0 <= start < sequence.frame_count:
-        raise ParameterError("start", start, f"a frame of the video, 0 to {sequence.frame_count - 1}")
+    if not 0 <= order.start < sequence.frame_count:
+        raise ParameterError("start", order.start, f"a frame of the video, 0 to {sequence.frame_count - 1}")
+    if order.box is None:
+        return
     try:
-        check_box(box, sequence.size)
+        check_box(order.box, sequence.size)
     except ValueError:
         width, height = sequence.size
         bound = f"(x, y, width, height) within the picture of {width} x {height} px"
-        raise ParameterError("box", box, bound) from None
+        raise ParameterError("box", order.box, bound) from None
+
+
+def _check_points(points: Marks, features: Sequence[str], size: tuple[int, int]) -> None:
+    """Refuse a point that is none of the target's or not within the picture, by its name."""
+    width, height = size
+    for name, (x, y) in points.items():
+        if name not in features:
+            raise ParameterError(f"points.{name}", name, f"one of {', '.join(features)}")
+        if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
+            bound = f"(x, y) within the picture of {width} x {height} px"
+            raise ParameterError(f"points.{name}", (x, y), bound)

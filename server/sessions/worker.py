@@ -112,7 +112,7 @@ class Worker:
 
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
-        self._pipe.send(Ready(self._bench.card(), self._standing(), self._bench.rows(0)))
+        self._pipe.send(Ready(self._bench.card(), self._standing(), self._bench.rows(0), self._bench.found()))
         self._told = time.monotonic()
         while True:
             message = self._pipe.receive(self._patience())

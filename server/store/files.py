@@ -85,6 +85,10 @@ class DataDirectory:
         if sum(1 for _ in path.parent.glob("frame-*.jpg")) < MOST_PREVIEWS:
             write_whole(path, picture)
 
+    def truth(self, name: str, kind: str) -> Path:
+        """Return where the truth of a kind is kept that was given for an upload."""
+        return self.uploads / _checked(name) / f"truth-{kind}.json"
+
     def remove_upload(self, name: str) -> None:
         """Delete an upload's folder."""
         shutil.rmtree(self.uploads / _checked(name), ignore_errors=True)

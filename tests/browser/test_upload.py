@@ -49,10 +49,10 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     page.mouse.down()
     page.mouse.move(area["x"] + 58 * scale, area["y"] + 70 * scale, steps=4)
     page.mouse.up()
-    gallery.until(lambda: page.inner_text(".box-words").startswith("18 × 20 px"), "the box is as drawn")
+    gallery.until(lambda: page.inner_text(".picture-words").startswith("18 × 20 px"), "the box is as drawn")
     page.keyboard.press("ArrowRight")
     page.keyboard.press("Shift+ArrowRight")
-    gallery.until(lambda: page.inner_text(".box-words") == "19 × 20 px at 41, 50", "the keys moved and resized it")
+    gallery.until(lambda: page.inner_text(".picture-words") == "19 × 20 px at 41, 50", "the keys moved and resized it")
     page.select_option("#target-tracker", "h-spf")
     go.click()
 

@@ -80,7 +80,7 @@ def test_the_largest_of_two_faces_is_chosen_and_said_so(frontal: tuple) -> None:
     both = np.hstack([np.pad(smaller, ((144, 0), (0, 0)), mode="edge"), grey])
     face = detect(both)
     assert np.hypot(*(face.points_px - truth - (448, 0)).T).max() < 9
-    assert face.warnings == ("2 faces were found; the largest is tracked",)
+    assert face.warnings == ("2 faces were found; the largest was taken, draw a box around another one to have that",)
 
 
 def test_pictures_without_a_face_are_refused(frontal: tuple) -> None:

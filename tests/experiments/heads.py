@@ -2,11 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from io import BytesIO
 
+import av
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.frame import Frame
+from pftrack.geometry.face_model import FEATURES
 from pftrack.parameters import revise
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.sources.sequence import FrameIndex
@@ -60,3 +63,24 @@ def empty(picture: Picture) -> Picture:
     """Return a picture of the same size in which there is nobody."""
     rng = np.random.default_rng(3)
     return (60 + 4 * rng.standard_normal(picture.shape)).clip(0, 255).astype(np.uint8)
+
+
+def film(shown: Sequence[Picture], frame_rate_hz: int = 30) -> bytes:
+    """Return pictures as a video, compressed so little that features keep their places."""
+    file = BytesIO()
+    height, width = shown[0].shape[:2]
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=frame_rate_hz, options={"crf": "10", "preset": "ultrafast"})
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        for picture in shown:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+def marked(index: int = 0, *, width: int = 320) -> dict[str, tuple[float, float]]:
+    """Return where the features of the simulated driver truly are in a frame, px."""
+    target = simulated(index + 1, width=width)[index].target
+    assert target is not None
+    assert target.landmarks is not None
+    return {name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, target.landmarks.points_px, strict=True)}

@@ -1,0 +1,67 @@
+"""Truths: tables of what is truly so in an upload, read once in a confined process and kept beside it.
+
+A truth belongs to an upload and a kind of truth, so that every session that begins on that upload is measured by it,
+whoever begins it.
+"""
+
+import asyncio
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+from pftrack.experiments.experiment import Experiment
+from server.api.models import TruthView
+from server.sessions.errands import Errands
+from server.sessions.jobs import read_truth
+from server.store import Store
+from server.store.files import write_whole
+from server.store.tables import UploadRow
+from server.uploading import Received
+
+__all__ = ["forget_truth", "keep_truth", "kept_truth", "rows_of"]
+
+
+async def keep_truth(
+    store: Store, errands: Errands, upload: UploadRow, experiment: Experiment, folder: Path, received: Received
+) -> TruthView:
+    """Keep a table that has just arrived, in place of one of its kind that was there.
+
+    Raises:
+        RefusedError: It is no such table, or has nothing to say of this upload.
+    """
+    try:
+        read = await errands.run(read_truth, str(received.paths[0]), experiment.id, upload.frames)
+    finally:
+        await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
+    await asyncio.to_thread(write_whole, _place(store, upload.id, experiment), json.dumps(read).encode())
+    return TruthView(**read)
+
+
+def kept_truth(store: Store, upload: str, experiment: Experiment) -> TruthView | None:
+    """Return in short what is kept, if anything is."""
+    kept = _kept(store, upload, experiment)
+    return TruthView(**kept) if kept else None
+
+
+def rows_of(store: Store, upload: str, experiment: Experiment) -> dict[int, tuple[float, ...]] | None:
+    """Return what is kept, by number of the frame, if anything is."""
+    kept = _kept(store, upload, experiment)
+    return {int(frame): tuple(row) for frame, row in kept["rows"].items()} if kept else None
+
+
+def forget_truth(store: Store, upload: str, experiment: Experiment) -> None:
+    """Keep it no longer."""
+    _place(store, upload, experiment).unlink(missing_ok=True)
+
+
+def _kept(store: Store, upload: str, experiment: Experiment) -> dict[str, Any] | None:
+    path = _place(store, upload, experiment)
+    if not path.exists():
+        return None
+    kept: dict[str, Any] = json.loads(path.read_bytes())
+    return kept
+
+
+def _place(store: Store, upload: str, experiment: Experiment) -> Path:
+    return store.files.truth(upload, experiment.truth.form.several)

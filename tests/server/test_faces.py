@@ -1,0 +1,349 @@
+"""Faces in uploads: found, shown with their points, tracked from these, kept, and measured by a table of poses."""
+
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from pftrack import record
+from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
+from pftrack.geometry.gaze import gaze
+from pftrack.sources.sequence import open_sequence
+from tests.experiments.heads import Picture, empty, film, marked, pictures, simulated
+from tests.server.host import Server, begin, error_of, steer, wait_for
+from tests.server.test_runs import estimates, save
+from tests.server.test_uploads import send
+
+FRAMES = 12
+
+
+@pytest.fixture(scope="module")
+def shown() -> list[Picture]:
+    return pictures(FRAMES, width=320)
+
+
+@pytest.fixture(scope="module")
+def clip(shown: list[Picture]) -> bytes:
+    """The simulated driver, alone in the picture."""
+    return film(shown)
+
+
+@pytest.fixture(scope="module")
+def late(shown: list[Picture]) -> bytes:
+    """Seven frames of nobody, then the driver."""
+    return film([empty(shown[0])] * 7 + shown)
+
+
+@pytest.fixture(scope="module")
+def nobody(shown: list[Picture]) -> bytes:
+    return film([empty(shown[0])] * 3)
+
+
+def put(client: httpx.Client, content: bytes, name: str = "face.mp4") -> dict[str, Any]:
+    answer = send(client, (name, content))
+    assert answer.status_code == 201, answer.text
+    upload: dict[str, Any] = answer.json()
+    return upload
+
+
+def look(client: httpx.Client, upload: str, frame: int = 0, **more: Any) -> httpx.Response:
+    return client.get(
+        f"/api/v1/uploads/{upload}/features", params={"experiment": "head", "frame": frame, **more}, timeout=60
+    )
+
+
+def poses(start: int = 0) -> str:
+    """The true poses of the clip, as a file has them."""
+    lines = ["frame,yaw_deg,pitch_deg,roll_deg"]
+    for index, frame in enumerate(simulated(FRAMES)):
+        assert frame.target is not None
+        yaw, pitch, roll = np.rad2deg(gaze(frame.target.position))
+        lines.append(f"{start + index},{yaw + 3:.4f},{pitch - 5:.4f},{roll:.4f}")
+    return "\n".join(lines)
+
+
+def put_truth(client: httpx.Client, upload: str, text: str, experiment: str = "head") -> httpx.Response:
+    files = {"file": ("my poses.csv", text.encode())}
+    return client.put(f"/api/v1/uploads/{upload}/truth", params={"experiment": experiment}, files=files)
+
+
+class TestFound:
+    def test_points_and_what_they_are(self, client: httpx.Client, clip: bytes) -> None:
+        """The points of the first face lie where they truly are; it is told which were placed by the model."""
+        found = look(client, put(client, clip)["id"]).json()
+        assert (found["frame"], found["looked"], found["remarks"]) == (0, 1, [])
+        assert list(found["points"]) == list(FEATURES)
+        for name, place in marked().items():
+            assert np.hypot(*np.subtract(found["points"][name], place)) < 6
+        assert found["placed"] == ["lmc", "rmc"]
+        experiments = {each["id"]: each for each in client.get("/api/v1/experiments").json()}
+        assert experiments["head"]["finds_target"] is True
+        assert experiments["head"]["features"] == TITLES
+        assert experiments["head"]["links"] == [list(link) for link in LINKS]
+        assert experiments["head"]["truth_columns"] == ["frame", "yaw_deg", "pitch_deg", "roll_deg"]
+        assert experiments["ball"]["finds_target"] is False
+
+    def test_who_enters_late(self, client: httpx.Client, late: bytes) -> None:
+        """The first frame with a face is told, and for a single frame without one why there is none."""
+        upload = put(client, late)["id"]
+        found = look(client, upload).json()
+        assert (found["frame"], len(found["points"])) == (7, len(FEATURES))
+        alone = look(client, upload, last=0).json()
+        assert (alone["points"], alone["looked"], alone["of"]) == (None, 1, 1)
+        assert "found none in the picture" in alone["remarks"][0]
+
+    def test_looking_goes_on(self, client: httpx.Client, late: bytes) -> None:
+        """What was looked into before is not looked into again, so that a long search can be told in parts."""
+        upload = put(client, late)["id"]
+        found = look(client, upload, looked=9).json()
+        assert (found["frame"], found["looked"]) == (9, 10)
+
+    def test_a_box_is_enough(self, client: httpx.Client, clip: bytes, nobody: bytes) -> None:
+        """In a box the face is found; where none is recognised a mean face fills the box, within the picture."""
+        points = marked()
+        xs, ys = zip(*points.values(), strict=True)
+        around = f"{min(xs) - 20},{min(ys) - 20},{np.ptp(xs) + 40},{np.ptp(ys) + 40}"
+        found = look(client, put(client, clip)["id"], box=around).json()
+        assert found["placed"] == ["lmc", "rmc"]
+        placed = look(client, put(client, nobody)["id"], box="250,100,70,140").json()
+        assert placed["placed"] == list(FEATURES)
+        assert "mean face" in placed["remarks"][0]
+        assert all(250 <= x <= 319 and 100 <= y <= 239 for x, y in placed["points"].values())
+        assert placed["points"]["reye"][0] < placed["points"]["leye"][0]
+
+    @pytest.mark.parametrize(
+        ("change", "words"),
+        [
+            (empty, "found none in the picture"),
+            (lambda picture: np.ascontiguousarray(picture[:8, :8]), "at least 24 x 24 px"),
+            (lambda picture: np.ascontiguousarray(picture[::-1, ::-1]), "upside down"),
+            (lambda picture: np.ascontiguousarray(picture[:, :160]), "whole face"),
+        ],
+        ids=["nobody", "8x8", "upside down", "half a face"],
+    )
+    def test_why_there_is_none(self, client: httpx.Client, shown: list[Picture], change: Any, words: str) -> None:
+        """A picture without a face to be tracked is refused in a sentence, and a session on it in the same."""
+        upload = put(client, film([change(picture) for picture in shown[:2]]))["id"]
+        found = look(client, upload, last=0).json()
+        assert found["points"] is None
+        assert words in found["remarks"][0]
+        answer = client.post("/api/v1/sessions", json={"experiment": "head", "upload": upload}, timeout=60)
+        assert words in error_of(answer, 422)["message"]
+
+    def test_two_faces(self, client: httpx.Client, shown: list[Picture]) -> None:
+        """Of two faces one is proposed, and it is said how to have the other."""
+        found = look(client, put(client, film([np.hstack([shown[0], shown[0]])] * 2))["id"]).json()
+        assert len(found["points"]) == len(FEATURES)
+        assert "draw a box around another one" in found["remarks"][0]
+
+    @pytest.mark.parametrize(
+        ("query", "field"),
+        [
+            ({"frame": 99}, None),
+            ({"frame": -1}, "frame"),
+            ({"box": "1,2,3"}, "box"),
+            ({"box": "1,2,nan,4"}, None),
+            ({"box": "300,200,90,90"}, None),
+            ({"experiment": "sine"}, "experiment"),
+            ({"experiment": "ball"}, None),
+        ],
+    )
+    def test_questions_that_make_no_sense(
+        self, client: httpx.Client, clip: bytes, query: dict[str, Any], field: str | None
+    ) -> None:
+        """A frame, a box or an experiment that is not to be had is refused with what is allowed."""
+        error = error_of(look(client, put(client, clip)["id"], **{"frame": 0, **query}), 422)
+        assert error.get("field") == field
+
+
+class TestTracked:
+    def test_points_are_where_it_begins(self, client: httpx.Client, clip: bytes) -> None:
+        """A session begins at the points that it was given, shows them, and has no box then."""
+        points = {name: list(place) for name, place in marked().items()}
+        session = begin(client, experiment="head", upload=put(client, clip)["id"], points=points)
+        assert session["points"] == points
+        assert session["box"] is None
+        assert steer(client, session["id"], "seek", frame=FRAMES - 1)["head"] == FRAMES - 1
+        rows = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+        assert rows["series"][-1]["face"] == 1.0
+
+    def test_what_was_found_is_kept(self, client: httpx.Client, late: bytes) -> None:
+        """Without a box the face is found, later than asked for if need be, and a second start does not look again."""
+        upload = put(client, late)["id"]
+        first = begin(client, experiment="head", upload=upload)
+        assert (first["start"], first["frames"]) == (7, FRAMES)
+        assert len(first["points"]) == len(FEATURES)
+        second = begin(client, experiment="head", upload=upload, start=first["start"], points=first["points"])
+        for session in (first, second):
+            steer(client, session["id"], "seek", frame=FRAMES - 1)
+        assert estimates(client, first["id"]) == estimates(client, second["id"])
+
+    def test_a_box_becomes_points(self, client: httpx.Client, clip: bytes) -> None:
+        """Of a box what was found in it is kept."""
+        session = begin(client, experiment="head", upload=put(client, clip)["id"], box=[90, 20, 130, 160])
+        assert session["box"] is None
+        assert len(session["points"]) == len(FEATURES)
+
+    def test_a_crash_changes_nothing(self, server: Server, client: httpx.Client, late: bytes) -> None:
+        """A worker that is killed and made again has the same face and comes to the same numbers."""
+        session = begin(client, experiment="head", upload=put(client, late)["id"])
+        steer(client, session["id"], "seek", frame=9)
+        before = estimates(client, session["id"])
+        server.manager.get(session["id"]).link.kill("by the test")
+        wait_for(lambda: client.get(f"/api/v1/sessions/{session['id']}").json()["state"] == "crashed")
+        again = client.post(f"/api/v1/sessions/{session['id']}/resume").json()
+        assert (again["start"], again["points"]) == (session["start"], session["points"])
+        assert estimates(client, session["id"]) == before
+
+    def test_the_server_may_be_restarted(self, start_server: Any, late: bytes) -> None:
+        """A session on a face outlives the server, with its points and its truth."""
+        with start_server() as (_, client):
+            upload = put(client, late)["id"]
+            assert put_truth(client, upload, poses(7)).status_code == 200
+            session = begin(client, experiment="head", upload=upload)
+            steer(client, session["id"], "seek", frame=9)
+            before = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+        with start_server() as (_, client):
+            again = client.post(f"/api/v1/sessions/{session['id']}/resume", timeout=60).json()
+            assert again["points"] == session["points"]
+            after = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+            assert (after["estimate"], after["error"]) == (before["estimate"], before["error"])
+
+    @pytest.mark.parametrize(
+        ("points", "field", "words"),
+        [
+            ({"nose": [10, 10]}, None, "at least two of nose"),
+            ({"leye": [1, 1], "ear": [2, 2]}, "points.ear", "one of nose"),
+            ({"leye": [190, 90], "reye": [320, 90]}, "points.reye", "within the picture of 320 x 240 px"),
+            ({"leye": [190, 90], "reye": [140, -3]}, "points.reye", "within the picture"),
+            ({"leye": [190, 90], "reye": [140, 1e9]}, "points.reye.1", "100000"),
+            ({"leye": [190, 90], "reye": [140]}, "points.reye.1", "missing"),
+            ({"leye": [190, 90], "reye": "left"}, "points.reye", "tuple"),
+            ({"leye": [190, 90], "reye": [190, 90]}, None, "all at one place"),
+            ({name: [100 + 9 * place, 100] for place, name in enumerate(FEATURES)}, None, "on one line"),
+        ],
+    )
+    def test_points_that_make_no_face(
+        self, client: httpx.Client, clip: bytes, points: Any, field: str | None, words: str
+    ) -> None:
+        """A point that is unknown, no point or outside is refused by its name, and points that make no face too."""
+        wish = {"experiment": "head", "upload": put(client, clip)["id"], "points": points}
+        error = error_of(client.post("/api/v1/sessions", json=wish), 422)
+        assert error.get("field") == field
+        assert words in error["message"]
+
+    def test_a_number_that_is_none(self, client: httpx.Client, clip: bytes) -> None:
+        """A point that is not at two finite numbers is refused by its name."""
+        upload = put(client, clip)["id"]
+        body = f'{{"experiment": "head", "upload": "{upload}", "points": {{"leye": [NaN, 1], "reye": [9, 9]}}}}'
+        answer = client.post("/api/v1/sessions", content=body, headers={"content-type": "application/json"})
+        assert error_of(answer, 422)["field"] == "points.leye.0"
+
+    @pytest.mark.parametrize(
+        ("wish", "field"),
+        [
+            ({"experiment": "ball"}, "box"),
+            ({"experiment": "ball", "points": {"nose": [1, 1], "leye": [2, 2]}}, "points"),
+            ({"points": {"nose": [1, 1], "leye": [2, 2]}, "box": [1, 1, 9, 9]}, "box"),
+            ({"upload": None, "points": {"nose": [1, 1], "leye": [2, 2]}}, "upload"),
+            ({"upload": None, "box": [1, 1, 9, 9]}, "upload"),
+        ],
+    )
+    def test_what_does_not_go_together(
+        self, client: httpx.Client, clip: bytes, wish: dict[str, Any], field: str
+    ) -> None:
+        """An upload, a box and points that do not go together are refused by the one that is too much or missing."""
+        known = {"experiment": "head", "upload": put(client, clip)["id"]}
+        assert error_of(client.post("/api/v1/sessions", json={**known, **wish}), 422)["field"] == field
+
+
+class TestKept:
+    def test_a_saved_run_reopens_with_the_same_face(self, client: httpx.Client, late: bytes, tmp_path: Path) -> None:
+        """Points, start and poses are in the saved run: here and in the library it comes to the same hash."""
+        upload = put(client, late)["id"]
+        assert put_truth(client, upload, poses(7)).status_code == 200
+        session = begin(client, experiment="head", upload=upload)
+        moved = {**session["points"], "nose": [session["points"]["nose"][0] + 1.5, session["points"]["nose"][1]]}
+        session = begin(client, experiment="head", upload=upload, points=moved, start=session["start"])
+        steer(client, session["id"], "seek", frame=FRAMES - 1)
+        run = save(client, session["id"])
+        opened = client.post(f"/api/v1/runs/{run['id']}/open", timeout=60).json()
+        assert (opened["points"], opened["start"], opened["box"]) == (moved, 7, None)
+        assert save(client, opened["id"])["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
+        columns = client.get(f"/api/v1/sessions/{opened['id']}/diagnostics").json()["columns"]
+        assert all(error is not None for error in columns["error"])
+
+        content = client.get(f"/api/v1/runs/{run['id']}/download").content
+        brought = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)}, timeout=60).json()
+        assert brought["summary"]["reproduced"] is True
+        (tmp_path / "run.pft").write_bytes(content)
+        (tmp_path / "face.mp4").write_bytes(late)
+        again = record.load(tmp_path / "run.pft", open_sequence=lambda _: open_sequence(tmp_path / "face.mp4"))
+        again.finish()
+        assert again.estimates_sha256 == run["summary"]["estimates_sha256"]
+
+
+class TestTruth:
+    def test_poses_measure_a_session(self, client: httpx.Client, clip: bytes) -> None:
+        """A table of poses is told in short, measures what begins from then on, and can be forgotten."""
+        upload = put(client, clip)["id"]
+        path = f"/api/v1/uploads/{upload}/truth?experiment=head"
+        assert client.get(path).json() is None
+        given = put_truth(client, upload, poses()).json()
+        assert given == {"frames": FRAMES, "first": 0, "last": FRAMES - 1, "warnings": []}
+        assert client.get(path).json() == given
+        session = begin(client, experiment="head", upload=upload)
+        steer(client, session["id"], "seek", frame=FRAMES - 1)
+        errors = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["error"]
+        assert errors[0] == pytest.approx(0, abs=1e-6)
+        assert 0 < max(errors) < 10
+        assert client.delete(path).status_code == 204
+        assert client.get(path).json() is None
+
+    def test_boxes_measure_a_ball(self, client: httpx.Client, clip: bytes) -> None:
+        """The kind of truth is that of the experiment."""
+        upload = put(client, clip)["id"]
+        answer = put_truth(client, upload, "frame,x,y,w,h\n0,10,20,10,10\n1,11,20,10,10\n", "ball")
+        assert answer.json()["frames"] == 2
+        assert client.get(f"/api/v1/uploads/{upload}/truth?experiment=head").json() is None
+        session = begin(client, upload=upload, box=[10, 20, 10, 10])
+        errors = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["error"]
+        assert errors[0] is not None
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("", "The file, line 1: expected the columns frame, yaw_deg, pitch_deg, roll_deg"),
+            ("frame,x,y,w,h\n0,1,2,3,4\n", "got frame, x, y, w, h"),
+            ("frame,yaw_deg,pitch_deg,roll_deg\n0,1,left,3\n", "line 2: pitch_deg must be a number of degrees"),
+            ("frame,yaw_deg,pitch_deg,roll_deg\n0,1,1000000,3\n", "got '1000000'"),
+            ("frame,yaw_deg,pitch_deg,roll_deg\n900,1,2,3\n", "0 to 11; the file begins at frame 900"),
+            ("frame,yaw_deg,pitch_deg,roll_deg\n0,,,\n", "lists none"),
+            ("\x00\x01", "The file"),
+        ],
+    )
+    def test_what_is_no_truth(self, client: httpx.Client, clip: bytes, text: str, words: str) -> None:
+        """A table that cannot be used is refused with its line and what is allowed, and what was there stays."""
+        upload = put(client, clip)["id"]
+        put_truth(client, upload, poses())
+        assert words in error_of(put_truth(client, upload, text), 422)["message"]
+        assert client.get(f"/api/v1/uploads/{upload}/truth?experiment=head").json()["frames"] == FRAMES
+
+    def test_what_was_passed_over(self, client: httpx.Client, clip: bytes) -> None:
+        """Of several objects the first is taken, and it is said that others were left out."""
+        text = "frame,object,yaw_deg,pitch_deg,roll_deg\n0,a,1,2,3\n0,b,4,5,6\n"
+        (warning,) = put_truth(client, put(client, clip)["id"], text).json()["warnings"]
+        assert warning.startswith("The file has several objects; further poses")
+
+    def test_another_origin_may_not(self, client: httpx.Client, clip: bytes) -> None:
+        """A page of another origin cannot give a truth."""
+        upload = put(client, clip)["id"]
+        answer = client.put(
+            f"/api/v1/uploads/{upload}/truth",
+            params={"experiment": "head"},
+            files={"file": ("x.csv", poses().encode())},
+            headers={"origin": "http://elsewhere.example"},
+        )
+        error_of(answer, 403)
