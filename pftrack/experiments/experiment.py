@@ -18,7 +18,7 @@ from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.trackers import Tracker
 
-__all__ = ["Experiment", "OnVideo", "Preset", "Setup", "Step"]
+__all__ = ["Draw", "Experiment", "OnVideo", "Preset", "Setup", "Step"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +74,19 @@ class Setup:
     reference: Mapping[str, Any]
 
 
+class Draw(Protocol):
+    """Draw a frame."""
+
+    def __call__(self, step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+        """Return what is to be seen.
+
+        Args:
+            step: The frame.
+            past: The run's diagnostics up to this frame, or further.
+            other: The diagnostics of the same frame in a second run, if there is one to compare with.
+        """
+
+
 class OnVideo(Protocol):
     """Wire a recording for an experiment."""
 
@@ -117,7 +130,7 @@ class Experiment:
         presets: Starting points that show something.
         layers: What can be drawn, and whether it is at first.
         simulate: Wire the simulated scene.
-        draw: (step, diagnostics so far) -> what is to be seen.
+        draw: Draw a frame.
         error: (estimates (..., d), true positions (..., d)) -> distances (...).
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
@@ -142,7 +155,7 @@ class Experiment:
     presets: tuple[Preset, ...]
     layers: Mapping[str, bool]
     simulate: Callable[[], Setup]
-    draw: Callable[[Step, Sequence[Diagnostics]], Drawing]
+    draw: Draw
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     on_video: OnVideo | None = None
