@@ -3,7 +3,8 @@
 An experiment turns a step of a run into a `Drawing`; the library renders drawings to pictures and video
 (`pftrack.rendering`), the server renders the same drawings into a 3-D scene. Coordinates are the picture's: x = column,
 y = row, in px with the origin at the centre of the top left pixel; z is the height above the picture plane, in px,
-towards the viewer. A renderer without depth ignores z.
+towards the viewer. A renderer without depth ignores z. Where a drawing shows the camera itself (`Frustum`), what stands
+at a height stands on the way from its pixel to the camera, so that looked at from aside all has its true proportions.
 
 Each primitive names its layer; a viewer lets people switch layers on and off.
 """
@@ -20,6 +21,7 @@ __all__ = [
     "Colour",
     "Drawing",
     "Ellipse",
+    "Frustum",
     "Links",
     "Mesh",
     "Picture",
@@ -39,6 +41,7 @@ COLOURS: dict[str, Colour] = {
     "lost": (213, 94, 0),
     "second": (0, 158, 115),
     "hidden": (128, 128, 128),
+    "camera": (72, 72, 72),
     "paper": (255, 255, 255),
 }
 """One colour a meaning, the same in scene, plots, video and maps (Okabe and Ito's colour-blind-safe palette), RGB."""
@@ -86,11 +89,16 @@ class Ellipse:
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """A coordinate frame: origin (3,), rotation (3, 3) with the axes as columns, length in px."""
+    """A coordinate frame: origin (3,), rotation (3, 3) with the axes as columns, length in px.
+
+    An affine camera may show the axes skewed and of unequal lengths.
+    """
 
     origin: NDArray[np.float32]
     rotation: NDArray[np.float32]
     length: float
+    colour: Colour
+    width: float
     layer: str
 
 
@@ -126,7 +134,28 @@ class Text:
     anchor: Literal["start", "middle"] = "start"
 
 
-Primitive: TypeAlias = Picture | Points | Polyline | Ellipse | Axes | Mesh | Links | Text
+@dataclass(frozen=True, slots=True)
+class Frustum:
+    """The pinhole camera that took the picture: its centre, and the rays from there through the picture's corners.
+
+    It sees the picture as it is, so a renderer without depth leaves it out: to be seen, it has to be seen from aside.
+
+    Attributes:
+        apex: (3,) the centre; x and y are the principal point, z is the focal length, px.
+        corners: (4, 3) of the picture, in order around it, px.
+        colour: Of its edges.
+        width: Of its edges, px.
+        layer: That it is on.
+    """
+
+    apex: NDArray[np.float32]
+    corners: NDArray[np.float32]
+    colour: Colour
+    width: float
+    layer: str
+
+
+Primitive: TypeAlias = Picture | Points | Polyline | Ellipse | Axes | Mesh | Links | Text | Frustum
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,3 +174,8 @@ class Drawing:
     height: int
     primitives: dict[str, Primitive] = field(default_factory=dict)
     caption: str = ""
+
+    @property
+    def apex(self) -> NDArray[np.float32] | None:
+        """Where the camera stands, (3,) px; None if it is not drawn, and as good as infinitely far away."""
+        return next((item.apex for item in self.primitives.values() if isinstance(item, Frustum)), None)

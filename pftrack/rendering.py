@@ -19,6 +19,7 @@ from pftrack.drawing import (
     Colour,
     Drawing,
     Ellipse,
+    Frustum,
     Links,
     Mesh,
     Picture,
@@ -37,7 +38,6 @@ STAMPED_FROM = 5_000  # so many points are stamped at once, without antialiasing
 LARGEST_PICTURE_PX = 64_000_000
 # What OpenCV's font lacks.
 GLYPHS = str.maketrans({"·": "-", "–": "-", "—": "-", "×": "x", "…": "...", "σ": "sigma", "γ": "gamma", "°": " deg"})
-AXIS_COLOURS: tuple[Colour, Colour, Colour] = (COLOURS["lost"], COLOURS["second"], COLOURS["estimate"])
 
 
 def render(
@@ -164,9 +164,14 @@ def _ellipse(ellipse: Ellipse, canvas: NDArray[np.uint8], scale: float) -> None:
 
 @_paint.register
 def _axes(axes: Axes, canvas: NDArray[np.uint8], scale: float) -> None:
-    for direction, colour in zip(axes.rotation.T, AXIS_COLOURS, strict=True):
+    for direction in axes.rotation.T:
         ends = np.stack([axes.origin, axes.origin + axes.length * direction]).astype(np.float32)
-        _line(canvas, ends, colour, 2.0, scale)
+        _line(canvas, ends, axes.colour, axes.width, scale)
+
+
+@_paint.register
+def _frustum(frustum: Frustum, canvas: NDArray[np.uint8], scale: float) -> None:
+    """Paint nothing: the camera does not see itself."""
 
 
 @_paint.register

@@ -12,6 +12,7 @@ from pftrack.drawing import (
     Axes,
     Drawing,
     Ellipse,
+    Frustum,
     Links,
     Mesh,
     Picture,
@@ -53,7 +54,7 @@ EVERY = {
     "line": Polyline(f32([5, 5, 0], [30, 20, 0]), BLUE, 2.0, "trail"),
     "ellipse": Ellipse(f32(20, 15, 0), f32([8, 0], [0, 5]), BLUE, 1.0, "sigma"),
     "dashed": Ellipse(f32(20, 15, 0), f32([8, 0], [0, 5]), BLUE, 1.0, "gate", dashed=True),
-    "axes": Axes(f32(20, 15, 0), np.eye(3, dtype=np.float32), 10.0, "axes"),
+    "axes": Axes(f32(20, 15, 0), np.eye(3, dtype=np.float32), 10.0, BLUE, 2.0, "axes"),
     "mesh": Mesh(f32([5, 5, 0], [30, 5, 0], [5, 25, 0]), np.array([[0, 1, 2]], np.int32), BLUE, 1.0, "mesh"),
     "links": Links(f32([[5, 5, 0], [9, 9, 0]], [[20, 5, 0], [25, 9, 0]]), BLUE, 1.0, "links"),
     "text": Text(f32(5, 20, 0), "lost", BLUE, "labels"),
@@ -119,7 +120,7 @@ def test_what_lies_outside_or_is_not_finite_does_no_harm(name: str) -> None:
             "line": Polyline(f32([5, 5, 0], [30, 20, 0]) + shift, BLUE, 2.0, "trail"),
             "ellipse": Ellipse(f32(20, 15, 0) + shift, f32([8, 0], [0, 5]), BLUE, 1.0, "sigma"),
             "dashed": Ellipse(f32(20, 15, 0), f32([np.nan, 0], [0, 5]), BLUE, 1.0, "gate", dashed=True),
-            "axes": Axes(f32(20, 15, 0) + shift, np.eye(3, dtype=np.float32), 10.0, "axes"),
+            "axes": Axes(f32(20, 15, 0) + shift, np.eye(3, dtype=np.float32), 10.0, BLUE, 2.0, "axes"),
             "mesh": Mesh(f32([5, 5, 0], [30, 5, 0], [5, 25, 0]) + shift, np.array([[0, 1, 2]]), BLUE, 1.0, "mesh"),  # type: ignore[arg-type]
             "links": Links(f32([[5, 5, 0], [9, 9, 0]]) + shift, BLUE, 1.0, "links"),
             "text": Text(f32(5, 20, 0) + shift, "lost", BLUE, "labels"),
@@ -167,6 +168,12 @@ def test_a_mesh_lets_through_what_lies_below() -> None:
     """A mesh of half opacity that faces the viewer is half its colour and half the paper."""
     mesh = Mesh(f32([0, 0, 0], [39, 0, 0], [0, 29, 0]), np.array([[0, 1, 2]], np.int32), (0, 0, 0), 0.5, "mesh")
     assert int(single(mesh)[5, 5, 0]) == pytest.approx(127, abs=1)
+
+
+def test_a_camera_does_not_see_itself() -> None:
+    """Its frustum is for viewers with depth: from the front there is nothing of it."""
+    corners = f32([-0.5, -0.5, 0], [39.5, -0.5, 0], [39.5, 29.5, 0], [-0.5, 29.5, 0])
+    assert (single(Frustum(f32(20, 15, 40), corners, BLUE, 1.0, "camera")) == 255).all()
 
 
 def test_captions_are_written_in_letters_that_there_are() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.diagnostics import Diagnostics
-from pftrack.drawing import COLOURS, Drawing, Links, Picture, Polyline, Primitive
+from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import at_height, circle, particle_clouds, uncertainty
 from pftrack.filters.fixed_lag import smoothed
@@ -111,7 +111,7 @@ def on_video(
     return Setup(open_source, parameters, reference)
 
 
-def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a frame: picture, particles, estimate, truth, uncertainty, the region of success and the path so far."""
     image, state, row = step.frame.image_rgb, step.state, step.diagnostics
     if image is None:
@@ -131,7 +131,10 @@ def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
     primitives["covariance"] = uncertainty(
         state.estimate, state.posterior.covariance[:2, :2], COLOURS["estimate"], "uncertainty"
     )
-    primitives["estimate"] = _cross(state.estimate, radius)
+    if other is not None:
+        # Longer, so that it is seen behind the estimate of this run.
+        primitives["second"] = _cross(np.array(other.estimate), 1.6 * radius, COLOURS["second"], "second run")
+    primitives["estimate"] = _cross(state.estimate, radius, COLOURS["estimate"], "estimate")
     primitives["trail"] = Polyline(at_height(_estimates(path), 1.0), COLOURS["estimate"], 2.0, "trail")
     heights = FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in path]))
     primitives["space-time"] = Polyline(
@@ -162,12 +165,12 @@ def _estimates(rows: Sequence[Diagnostics]) -> NDArray[np.float64]:
     return np.array([row.estimate for row in rows])
 
 
-def _cross(position: NDArray[np.float64], radius: float) -> Links:
+def _cross(position: NDArray[np.float64], radius: float, colour: Colour, layer: str) -> Links:
     arm = max(radius, 4.0)
     offsets = np.array([[[-arm, 0.0], [arm, 0.0]], [[0.0, -arm], [0.0, arm]]])
     segments = np.full((2, 2, 3), 2.0, dtype=np.float32)
     segments[:, :, :2] = position + offsets
-    return Links(segments, COLOURS["estimate"], 3.0, "estimate")
+    return Links(segments, colour, 3.0, layer)
 
 
 def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
@@ -211,6 +214,7 @@ EXPERIMENT = Experiment(
         "trail": True,
         "path through time": False,
         "smoothed path": True,
+        "second run": True,
     },
     simulate=simulate,
     on_video=on_video,

@@ -19,7 +19,7 @@ from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.trackers import Tracker
 
-__all__ = ["Experiment", "Finder", "OnVideo", "Preset", "Setup", "Sighting", "Step"]
+__all__ = ["Draw", "Experiment", "Finder", "OnVideo", "Preset", "Setup", "Sighting", "Step"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +73,19 @@ class Setup:
     open_source: Callable[[int, Any], Source[Any]]
     parameters: Parameters
     reference: Mapping[str, Any]
+
+
+class Draw(Protocol):
+    """Draw a frame."""
+
+    def __call__(self, step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+        """Return what is to be seen.
+
+        Args:
+            step: The frame.
+            past: The run's diagnostics up to this frame, or further.
+            other: The diagnostics of the same frame in a second run, if there is one to compare with.
+        """
 
 
 class OnVideo(Protocol):
@@ -172,7 +185,7 @@ class Experiment:
         presets: Starting points that show something.
         layers: What can be drawn, and whether it is at first.
         simulate: Wire the simulated scene.
-        draw: (step, diagnostics so far) -> what is to be seen.
+        draw: Draw a frame.
         error: (estimates (..., d), true positions (..., d)) -> distances (...).
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
@@ -200,7 +213,7 @@ class Experiment:
     presets: tuple[Preset, ...]
     layers: Mapping[str, bool]
     simulate: Callable[[], Setup]
-    draw: Callable[[Step, Sequence[Diagnostics]], Drawing]
+    draw: Draw
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     on_video: OnVideo | None = None

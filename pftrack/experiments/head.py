@@ -9,16 +9,27 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.diagnostics import Diagnostics, Series
 from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.head_recording import on_video
-from pftrack.experiments.head_sketch import head_surface, look
+from pftrack.experiments.head_sketch import PlacedHead
 from pftrack.experiments.head_start import FINDER
 from pftrack.experiments.pose_series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
-from pftrack.experiments.pose_sketch import feature_clouds, feature_marks, pose_axes, true_marks
-from pftrack.frame import Frame
+from pftrack.experiments.pose_sketch import (
+    beside,
+    camera,
+    feature_clouds,
+    feature_marks,
+    feature_names,
+    model_points,
+    pose_axes,
+    rimmed,
+    true_marks,
+)
+from pftrack.frame import Frame, Target
 from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import wrapped
@@ -31,6 +42,10 @@ from pftrack.trackers.pose_state import PoseState
 
 __all__ = ["EXPERIMENT", "SimulatedHeadParameters"]
 
+AXES_MM = 50.0
+SAID_FOR_S = 1.0
+"""For how long it is said that a face was found again."""
+
 
 class SimulatedHeadParameters(HeadTrackerParameters, HeadSceneParameters):
     """The simulated driver and its trackers."""
@@ -41,42 +56,87 @@ def simulate() -> Setup:
     return Setup(HeadSource, SimulatedHeadParameters(), {"kind": "simulated"})
 
 
-def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
-    """Draw a frame: picture, particles, features, the head over the face, where it looks and truly looks."""
-    del past
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw a frame: picture, head, particles, features, where the head looks; the head in its true pose, in another's.
+
+    The head of a second run is drawn in its pose, but where this one is: how a head stands is what a row tells of it.
+    """
     image, state = step.frame.image_rgb, step.state
     memory: HeadMemory = state.memory
     if image is None:
         raise ValueError("a head is drawn on a picture, got a frame without one")
     height, width, _ = image.shape
-    mark = max(width, height) / 200.0
+    mark = max(width, height) / 250.0
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
-    colour = COLOURS["lost"] if memory.lost else COLOURS["estimate"]
-    primitives |= head_surface(state, memory, colour)
+    head = PlacedHead(state, state.estimate)
+    if memory.lost:
+        primitives |= head.surface(COLOURS["lost"], 0.1)
+        primitives |= head.lines("head", COLOURS["lost"], 1.0, "head")
+    else:
+        primitives |= head.surface(COLOURS["estimate"], 0.18)
+        primitives |= head.lines("head", COLOURS["estimate"], 2.0, "head")
+    if other is not None:
+        second = PlacedHead(state, np.array(other.estimate) / EXPERIMENT.scale)
+        primitives |= second.lines("second", COLOURS["second"], 1.5, "second run", few=True)
+        primitives["second look"] = second.look(COLOURS["second"], 2.0, "second run")
     if not memory.lost:
         primitives |= feature_clouds(state, mark)
-        primitives |= feature_marks(state, FEATURES, mark)
-    target = step.frame.target
-    if target is not None:
-        if target.landmarks is not None:
-            primitives |= true_marks(target.landmarks, mark)
-        primitives["true look"] = look(state, memory, target.position, COLOURS["truth"], "truth")
-    primitives["look"] = look(state, memory, state.estimate, colour, "viewing direction")
-    primitives |= pose_axes(state, memory.turn @ memory.model["nose"], 0.35 * memory.box[2])
-    return Drawing(width, height, primitives, _caption(step))
+        primitives |= model_points(state, mark)
+        primitives |= feature_marks(state, FEATURES)
+        names = beside(state.feature_means, memory.model.points_mm[:, :2], height)
+        primitives |= feature_names(state, FEATURES, names)
+        primitives["look"] = head.look(COLOURS["estimate"], 3.0, "viewing direction")
+        primitives |= pose_axes(state, memory.turn @ memory.model["nose"], AXES_MM)
+    if step.frame.target is not None:
+        primitives |= _truth(state, step.frame.target, mark)
+    primitives |= camera(state, (width, height))
+    return Drawing(width, height, primitives, _caption(step, past))
 
 
-def _caption(step: Step) -> str:
+def _truth(state: PoseState, target: Target, size: float) -> dict[str, Primitive]:
+    """Draw the head in its true pose, and its features where they truly are."""
+    head = PlacedHead(state, target.position, _apart(state, target))
+    lines = {**head.lines("true", COLOURS["truth"], 1.0, "truth", few=True)}
+    lines["true look"] = head.look(COLOURS["truth"], 1.0, "truth")
+    drawn: dict[str, Primitive] = {}
+    for name, line in lines.items():
+        drawn |= rimmed(name, line)
+    return drawn if target.landmarks is None else drawn | true_marks(target.landmarks, size)
+
+
+def _apart(state: PoseState, target: Target) -> NDArray[np.float64]:
+    """Return how far the true head is from the believed one in the picture, (2,) px, where that is known."""
+    if target.landmarks is None:
+        return np.zeros(2)
+    off = target.landmarks.points_px - state.seen(state.solid.points_mm, target.position)
+    mean: NDArray[np.float64] = off.mean(axis=0)
+    return mean
+
+
+def _caption(step: Step, past: Sequence[Diagnostics]) -> str:
     row, memory = step.diagnostics, step.state.memory
     yaw, pitch, roll = np.rad2deg(gaze(step.state.estimate))
     parts = [f"frame {row.frame}"]
     if memory.lost:
-        parts.append(f"no face for {memory.lost_frames} frames")
+        frames = f"{memory.lost_frames} frame" + ("s" if memory.lost_frames > 1 else "")
+        parts.append(f"no face for {frames}, looking for it")
     else:
         parts.append(f"yaw {round(yaw)}°, pitch {round(pitch)}°, roll {round(roll)}°")
+        if _found_again(row, past):
+            parts.append("face found again")
     if row.error is not None:
         parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
     return " · ".join([*parts, TRACKERS[step.tracker].title])
+
+
+def _found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:
+    """Whether there is a face that was lost a moment ago."""
+    for before in reversed(past[: row.frame]):
+        if row.time_s - before.time_s > SAID_FOR_S:
+            return False
+        if before.series["face"] == 0.0:
+            return True
+    return False
 
 
 def series(frame: Frame, state: PoseState) -> Mapping[str, Series]:
@@ -145,10 +205,13 @@ EXPERIMENT = Experiment(
         "head": True,
         "particles by prediction": True,
         "features": True,
+        "model points": True,
         "names": False,
         "viewing direction": True,
         "axes": True,
         "truth": True,
+        "second run": True,
+        "camera": True,
     },
     simulate=simulate,
     draw=draw,

@@ -1,27 +1,27 @@
 """Pieces of drawings of a head: its surface with some of its lines, and where it looks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Colour, Links, Mesh, Polyline, Primitive
+from pftrack.drawing import Colour, Links, Mesh
 from pftrack.experiments.pose_sketch import dashes
 from pftrack.geometry.face_model import FaceModel
-from pftrack.geometry.head_surface import HeadMesh, head_mesh
+from pftrack.geometry.head_surface import grid_triangles, head_mesh
 from pftrack.geometry.rotation import rotation
 from pftrack.trackers.head_memory import HeadMemory
 from pftrack.trackers.pose_state import PoseState
 
-__all__ = ["head_surface", "look"]
+__all__ = ["PlacedHead"]
 
-LONGITUDES, LATITUDES = 25, 29
-LINE_EVERY = 6
-"""Of the surface's lines every so-many-th is drawn."""
+LONGITUDES, LATITUDES = 27, 33
+CUT_COLUMNS, CUT_ROWS = 5, 4
+"""Of the head only what is within about 70 degrees of straight ahead is drawn: the rest is hair."""
 
-DEEPEST_MM = 60.0
-"""Of the head only what is in front of this is drawn: the rest is hair, and behind the picture."""
+LINE_EVERY = 4
+"""Of the surface's lines every so-many-th is drawn, and its border."""
 
 LOOK_MM = 110.0
 """Length of the line that shows where the head looks."""
@@ -36,50 +36,83 @@ class Front:
         normals: (n, 3) outwards.
         triangles: (m, 3) places of vertices.
         edges: (k, 2) places of the ends of the lines that are drawn.
+        few_edges: Those of the border and of the middle lines.
     """
 
     vertices_mm: NDArray[np.float64]
     normals: NDArray[np.float64]
     triangles: NDArray[np.int32]
     edges: NDArray[np.int64]
+    few_edges: NDArray[np.int64]
 
 
-def head_surface(state: PoseState, memory: HeadMemory, colour: Colour) -> dict[str, Primitive]:
-    """Draw the head of the estimated pose: its surface, and lines on it, dashed where they are on the far side."""
-    front = _front(memory.model)
-    places = state.drawn(front.vertices_mm @ memory.turn.T).astype(np.float32)
-    towards = -(front.normals @ memory.turn.T @ rotation(state.pose.mean).T)[:, 2]
-    near = towards[front.edges].mean(axis=1) > 0.0
-    lines = places[front.edges]
-    return {
-        "head": Mesh(places, front.triangles, colour, 0.25, "head"),
-        "head lines": Links(lines[near], colour, 1.0, "head"),
-        "hidden head lines": dashes(lines[~near], colour, 1.0, "head", length=2.0),
-    }
+@dataclass(frozen=True, eq=False)
+class PlacedHead:
+    """A head over its picture: where it is believed to be, in that pose or in another one.
 
+    Attributes:
+        state: Where it is believed to be.
+        theta: (3,) angles in which to draw it, rad.
+        shift_px: (2,) where else in the picture to draw it.
+    """
 
-def look(state: PoseState, memory: HeadMemory, theta: NDArray[np.float64], colour: Colour, layer: str) -> Polyline:
-    """Draw where a head of this pose looks, from the tip of the estimated nose: straight out of frame 0's picture."""
-    tip = state.drawn((memory.turn @ memory.model["nose"])[None])[0]
-    ahead = rotation(theta) @ np.array([0.0, 0.0, -LOOK_MM])
-    # Drawings count height towards the viewer, the camera counts depth away from them.
-    end = tip + state.solid.scale * ahead * np.array([1.0, 1.0, -1.0])
-    return Polyline(np.stack([tip, end]).astype(np.float32), colour, 3.0, layer)
+    state: PoseState
+    theta: NDArray[np.float64]
+    shift_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+
+    def surface(self, colour: Colour, opacity: float) -> dict[str, Mesh]:
+        """Draw its surface."""
+        front = _front(self._memory.model)
+        return {"head": Mesh(self._drawn(front.vertices_mm), front.triangles, colour, opacity, "head")}
+
+    def lines(self, name: str, colour: Colour, width: float, layer: str, *, few: bool = False) -> dict[str, Links]:
+        """Draw lines on it, broken on its far side; or a few only, for a ghost."""
+        front = _front(self._memory.model)
+        edges = front.few_edges if few else front.edges
+        places = self._drawn(front.vertices_mm)[edges]
+        towards = front.normals @ -(rotation(self.theta) @ self._memory.turn)[2]
+        near = towards[edges].mean(axis=1) > 0.0
+        return {
+            f"hidden {name} lines": dashes(places[~near], colour, width, layer, length=2.0),
+            f"{name} lines": Links(places[near], colour, width, layer),
+        }
+
+    def look(self, colour: Colour, width: float, layer: str) -> Links:
+        """Draw where it looks, from the tip of its nose: straight out of frame 0's picture."""
+        ahead = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -LOOK_MM]]) @ self._memory.turn
+        return Links(self._drawn(self._memory.model["nose"] + ahead)[None], colour, width, layer)
+
+    @property
+    def _memory(self) -> HeadMemory:
+        memory: HeadMemory = self.state.memory
+        return memory
+
+    def _drawn(self, points_mm: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return where points (n, 3) of the model are drawn, (n, 3) px."""
+        places = self.state.drawn(points_mm @ self._memory.turn.T, self.theta)
+        places[:, :2] += self.shift_px
+        return places.astype(np.float32)
 
 
 @lru_cache(maxsize=8)
 def _front(model: FaceModel) -> Front:
-    mesh: HeadMesh = head_mesh(model, LONGITUDES, LATITUDES)
-    ahead = mesh.vertices_mm[:, 2] < DEEPEST_MM
-    used, triangles = np.unique(mesh.triangles[ahead[mesh.triangles].all(axis=1)], return_inverse=True)
-    grid = np.arange(LONGITUDES * LATITUDES).reshape(LATITUDES, LONGITUDES)
-    along = np.stack([grid[:, :-1], grid[:, 1:]], axis=-1)[LINE_EVERY // 2 :: LINE_EVERY].reshape(-1, 2)
-    down = np.stack([grid[:-1], grid[1:]], axis=-1)[:, ::LINE_EVERY].reshape(-1, 2)
-    edges = np.concatenate([along, down])
-    kept = edges[np.isin(edges, used).all(axis=1)]
+    mesh = head_mesh(model, LONGITUDES, LATITUDES)
+    whole = np.arange(LONGITUDES * LATITUDES).reshape(LATITUDES, LONGITUDES)
+    rows, columns = slice(CUT_ROWS, LATITUDES - CUT_ROWS), slice(CUT_COLUMNS, LONGITUDES - CUT_COLUMNS)
+    kept = whole[rows, columns]
+    height, width = kept.shape
     return Front(
-        mesh.vertices_mm[used],
-        mesh.normals[used],
-        triangles.reshape(-1, 3).astype(np.int32),
-        np.searchsorted(used, kept),
+        mesh.vertices_mm[kept.ravel()],
+        mesh.normals[kept.ravel()],
+        grid_triangles(width, height),
+        _grid_lines(height, width, LINE_EVERY, LINE_EVERY),
+        _grid_lines(height, width, height // 2, width // 2),
     )
+
+
+def _grid_lines(height: int, width: int, every_row: int, every_column: int) -> NDArray[np.int64]:
+    """Return the edges (k, 2) along every so-many-th row and column of a grid of vertices."""
+    places = np.arange(height * width).reshape(height, width)
+    along = np.stack([places[::every_row, :-1], places[::every_row, 1:]], axis=-1)
+    down = np.stack([places[:-1, ::every_column], places[1:, ::every_column]], axis=-1)
+    return np.concatenate([along.reshape(-1, 2), down.reshape(-1, 2)])

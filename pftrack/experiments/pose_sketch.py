@@ -1,17 +1,32 @@
 """Pieces of drawings of a solid that is tracked by its points."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Axes, Colour, Links, Points, Primitive, Text
+from pftrack.drawing import COLOURS, Axes, Colour, Frustum, Links, Points, Primitive, Text
 from pftrack.experiments.sketch import at_height, uncertainty
 from pftrack.frame import Landmarks
-from pftrack.geometry.rotation import rotation
 from pftrack.trackers.pose_state import PoseState
 
-__all__ = ["dashes", "feature_clouds", "feature_marks", "pose_axes", "true_marks"]
+__all__ = [
+    "beside",
+    "camera",
+    "dashes",
+    "feature_clouds",
+    "feature_marks",
+    "feature_names",
+    "model_points",
+    "pose_axes",
+    "rimmed",
+    "true_marks",
+]
 
 MOST_DRAWN = 5000
+NAMES_DOWN = 18
+"""So many names, one below the other, fill the height of a picture: as many as can be read where it is small."""
+
 UPPER, LOWER = COLOURS["observation"], COLOURS["prediction"]
 """Particles from the solid's prediction, and from the feature's own past."""
 
@@ -29,16 +44,62 @@ def feature_clouds(state: PoseState, size: float) -> dict[str, Primitive]:
     return {"particles": Points(raised, colours.reshape(-1, 3), size, "particles by prediction")}
 
 
-def feature_marks(state: PoseState, names: tuple[str, ...], size: float) -> dict[str, Primitive]:
-    """Draw each feature's uncertainty and name, vermilion while it is not recognised."""
-    drawn: dict[str, Primitive] = {}
-    marks = zip(names, state.feature_means, state.feature_covariances, state.recognised, strict=True)
-    for name, mean, covariance, recognised in marks:
-        colour = COLOURS["estimate"] if recognised else COLOURS["lost"]
-        drawn[f"feature {name}"] = uncertainty(mean, covariance, colour, "features")
-        place = at_height((mean + size)[None], 2.0)[0]
-        drawn[f"name {name}"] = Text(place, name, colour, "names")
+def feature_marks(state: PoseState, names: tuple[str, ...]) -> dict[str, Primitive]:
+    """Draw each feature's uncertainty, vermilion while it is not recognised."""
+    marks = zip(names, state.feature_means, state.feature_covariances, _colours(state), strict=True)
+    return {
+        f"feature {name}": uncertainty(mean, covariance, colour, "features", width=1.0)
+        for name, mean, covariance, colour in marks
+    }
+
+
+def feature_names(state: PoseState, names: tuple[str, ...], places: NDArray[np.float64]) -> dict[str, Primitive]:
+    """Draw the features' names at places (F, 2) px, and lines that lead to them."""
+    ends = at_height(np.stack([places, state.feature_means], axis=1).reshape(-1, 2), 2.0)
+    drawn: dict[str, Primitive] = {"name lines": Links(ends.reshape(-1, 2, 3), COLOURS["hidden"], 1.0, "names")}
+    for name, place, colour in zip(names, at_height(places, 2.0), _colours(state), strict=True):
+        drawn[f"name {name}"] = Text(place, name, colour, "names", anchor="middle")
     return drawn
+
+
+def beside(points: NDArray[np.float64], plan: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+    """Return places (n, 2) for the names of points (n, 2), so that none covers another: in two columns beside them.
+
+    Args:
+        points: px.
+        plan: (n, 2) where the points are on the object: it decides on side and order, so that no name ever jumps.
+        height: Of the picture, px.
+    """
+    places, gap = np.empty_like(points), height / NAMES_DOWN
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = (high - low).max() / 2.0
+    for side, x in ((plan[:, 0] <= 0.0, low[0] - margin), (plan[:, 0] > 0.0, high[0] + margin)):
+        rank = np.argsort(np.argsort(plan[side, 1], kind="stable"))
+        places[side, 0] = x
+        places[side, 1] = points[side, 1].mean() + gap * (rank - (len(rank) - 1) / 2.0)
+    return places
+
+
+def _colours(state: PoseState) -> list[Colour]:
+    return [COLOURS["estimate"] if recognised else COLOURS["lost"] for recognised in state.recognised]
+
+
+def model_points(state: PoseState, size: float) -> dict[str, Primitive]:
+    """Draw the solid's points in its estimated pose, and the ways to where they are tracked in the picture."""
+    points = state.drawn(state.solid.points_mm)
+    arms = size * np.array([[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]])
+    crosses = (points[:, None, None] + arms).reshape(-1, 2, 3).astype(np.float32)
+    ways = np.stack([at_height(state.feature_means, 1.0), points.astype(np.float32)], axis=1)
+    return {
+        "ways": Links(ways, COLOURS["hidden"], 1.0, "model points"),
+        "model points": Links(crosses, COLOURS["estimate"], 1.0, "model points"),
+    }
+
+
+def rimmed(name: str, lines: Links) -> dict[str, Primitive]:
+    """Draw dark lines with a light rim, so that they are seen on any picture."""
+    rim = replace(lines, colour=COLOURS["paper"], width=lines.width + 1.0)
+    return {f"{name} rim": rim, name: lines}
 
 
 def true_marks(landmarks: Landmarks, size: float) -> dict[str, Primitive]:
@@ -55,13 +116,30 @@ def true_marks(landmarks: Landmarks, size: float) -> dict[str, Primitive]:
     return drawn
 
 
-def pose_axes(state: PoseState, origin_mm: NDArray[np.float64], length: float) -> dict[str, Primitive]:
-    """Draw the solid's own axes at a point of it, z turned so that it comes out of the picture for a solid at rest."""
-    turn = rotation(state.pose.mean)
-    # Drawings count height towards the viewer, the camera counts depth away from them.
-    flipped = turn * np.array([1.0, 1.0, -1.0])[:, None] * np.array([1.0, 1.0, -1.0])[None, :]
-    origin = state.drawn(origin_mm[None])[0].astype(np.float32)
-    return {"axes": Axes(origin, flipped.astype(np.float32), length, "axes")}
+def pose_axes(state: PoseState, origin_mm: NDArray[np.float64], length_mm: float) -> dict[str, Primitive]:
+    """Draw the solid's own axes at a point of it, z turned so that it comes out of the picture for a solid at rest.
+
+    The axes that lie in the picture then are named; a third name would cover the others whenever the solid is turned.
+    """
+    directions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]])
+    ends = state.drawn(origin_mm + length_mm * directions).astype(np.float32)
+    length = length_mm * state.solid.scale
+    axes = (ends[1:] - ends[0]).T / np.float32(length)
+    colour = COLOURS["estimate"]
+    drawn: dict[str, Primitive] = {"axes": Axes(ends[0], axes, length, colour, 2.0, "axes")}
+    for name, end in (("x", ends[1]), ("y", ends[2])):
+        drawn[f"axis {name}"] = Text(
+            ends[0] + np.float32(1.15) * (end - ends[0]), name, colour, "axes", anchor="middle"
+        )
+    return drawn
+
+
+def camera(state: PoseState, size: tuple[int, int]) -> dict[str, Primitive]:
+    """Draw the camera that the solid is assumed to be seen by, a focal length before its picture of a size, px."""
+    apex = np.append(state.solid.principal_px, state.solid.focal_px).astype(np.float32)
+    width, height = size
+    border = np.array([[0, 0], [width, 0], [width, height], [0, height]]) - 0.5
+    return {"camera": Frustum(apex, at_height(border), COLOURS["camera"], 1.0, "camera")}
 
 
 def dashes(segments: NDArray[np.float32], colour: Colour, width: float, layer: str, *, length: float = 6.0) -> Links:
@@ -74,11 +152,10 @@ def dashes(segments: NDArray[np.float32], colour: Colour, width: float, layer: s
         layer: That they are on.
         length: Of a dash and of the gap after it, px.
     """
-    pieces = []
-    for first, last in segments:
-        count = max(1, round(float(np.linalg.norm(last - first)) / (2.0 * length)))
-        marks = np.linspace(0.0, 1.0, 2 * count + 1)[:, None]
-        line = first + marks * (last - first)
-        pieces.append(np.stack([line[0:-1:2], line[1::2]], axis=1))
-    broken = np.concatenate(pieces) if pieces else np.zeros((0, 2, 3))
+    ways = segments[:, 1] - segments[:, 0]
+    counts = np.maximum(1, np.rint(np.linalg.norm(ways, axis=1) / (2.0 * length)).astype(np.int64))
+    owners = np.repeat(np.arange(len(segments)), counts)
+    within = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
+    shares = (within[:, None] + np.array([0.0, 0.5])) / counts[owners, None]
+    broken = segments[owners, None, 0] + shares[:, :, None] * ways[owners, None]
     return Links(broken.astype(np.float32), colour, width, layer)

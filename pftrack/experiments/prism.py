@@ -6,6 +6,7 @@ does each vertex's own past; the adaptive sampling distribution learns which of 
 
 from collections.abc import Sequence
 from functools import cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,17 @@ from pftrack.diagnostics import Diagnostics
 from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
 from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.pose_series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
-from pftrack.experiments.pose_sketch import dashes, feature_clouds, feature_marks, pose_axes, true_marks
+from pftrack.experiments.pose_sketch import (
+    beside,
+    camera,
+    dashes,
+    feature_clouds,
+    feature_marks,
+    feature_names,
+    model_points,
+    pose_axes,
+    true_marks,
+)
 from pftrack.experiments.sketch import at_height
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
@@ -29,14 +40,19 @@ from pftrack.sources.prism import (
     PrismTarget,
     visible_faces,
 )
+from pftrack.trackers.pose_state import PoseState
 from pftrack.trackers.prism import TRACKERS, TrackedPrismParameters
 
 __all__ = ["EXPERIMENT"]
+
+Placed: TypeAlias = tuple[NDArray[np.float64], NDArray[np.bool_]]
+"""Corners (8, 3) px, and which faces (6,) are seen."""
 
 EDGES = sorted({tuple(sorted(pair)) for face in FACES for pair in zip(face, (*face[1:], face[0]), strict=True)})
 SEEN_BY = np.array([[{a, b} <= set(face) for face in FACES] for a, b in EDGES])
 """(12, 6) which edges belong to which faces."""
 
+AXES_MM = 8.0
 TICK = np.array([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]], dtype=np.float32)
 """The ends of the mark of a measurement, px around it."""
 
@@ -46,39 +62,56 @@ def simulate() -> Setup:
     return Setup(PrismSource, TrackedPrismParameters(), {"kind": "simulated"})
 
 
-def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
-    """Draw a frame: the estimated solid and the true one, hidden edges dashed; measurements, particles, features."""
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw a frame: the solid as estimated, as another run has it and as it is, hidden edges dashed; its features.
+
+    The solid of a second run is drawn in its pose, but where this one is: the pose is what a row tells of it.
+    """
     del past
     frame, state, row = step.frame, step.state, step.diagnostics
     width, height = SIZE_PX
     primitives: dict[str, Primitive] = {"picture": Picture(_paper())}
-    target = frame.target
-    if isinstance(target, PrismTarget) and target.landmarks is not None:
-        placed = VERTICES_MM @ rotation(target.position).T + target.translation_mm
-        corners = at_height(pinhole(placed, step.parameters.focal_length_px) + PRINCIPAL_PX, 1.0)
-        seen = visible_faces(target.position, target.translation_mm)
-        primitives |= _solid("true", corners, seen, COLOURS["truth"], 1.0, "truth")
-        primitives |= true_marks(target.landmarks, 3.0)
     if frame.measurements is not None:
         points = at_height(frame.measurements.points_px, 1.0)
         primitives["measurements"] = Links(points[:, None] + TICK, COLOURS["hidden"], 2.0, "measurements")
     primitives |= feature_clouds(state, 3.0)
-    solid = state.drawn(VERTICES_MM).astype(np.float32)
-    seen = visible_faces(state.estimate, state.solid.translation_mm)
-    primitives |= _solid("estimated", solid, seen, COLOURS["estimate"], 2.0, "estimate")
-    primitives |= feature_marks(state, NAMES, 4.0)
-    primitives |= pose_axes(state, np.zeros(3), 40.0)
+    primitives |= _edges("estimated", _placed(state, state.estimate), COLOURS["estimate"], 3.0, "estimate")
+    if other is not None:
+        theta = np.array(other.estimate) / EXPERIMENT.scale
+        primitives |= _edges("second", _placed(state, theta), COLOURS["second"], 1.5, "second run")
+    target = frame.target
+    if isinstance(target, PrismTarget):
+        primitives |= _edges("true", _true(state, target), COLOURS["truth"], 1.0, "truth")
+    primitives |= model_points(state, 4.0)
+    primitives |= feature_marks(state, NAMES)
+    primitives |= feature_names(state, NAMES, beside(state.seen(VERTICES_MM), VERTICES_MM[:, :2], height))
+    if target is not None and target.landmarks is not None:
+        primitives |= true_marks(target.landmarks, 3.0)
+    primitives |= pose_axes(state, np.zeros(3), AXES_MM)
+    primitives |= camera(state, SIZE_PX)
     parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
     if row.error is not None:
         parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
     return Drawing(width, height, primitives, " · ".join(parts))
 
 
-def _solid(
-    name: str, corners: NDArray[np.float32], seen: NDArray[np.bool_], colour: Colour, width: float, layer: str
-) -> dict[str, Primitive]:
+def _placed(state: PoseState, theta: NDArray[np.float64]) -> Placed:
+    """Return the solid where it is believed to be, at these angles."""
+    return state.drawn(VERTICES_MM, theta), visible_faces(theta, state.translation_mm)
+
+
+def _true(state: PoseState, target: PrismTarget) -> Placed:
+    """Return the solid where it is, over the same picture."""
+    placed = VERTICES_MM @ rotation(target.position).T + target.translation_mm
+    pixels = pinhole(placed, state.solid.focal_px) + PRINCIPAL_PX
+    seen = visible_faces(target.position, target.translation_mm)
+    return np.column_stack([pixels, state.height(placed[:, 2])]), seen
+
+
+def _edges(name: str, placed: Placed, colour: Colour, width: float, layer: str) -> dict[str, Primitive]:
     """Draw a prism's edges, those between two hidden faces dashed."""
-    edges = corners[np.array(EDGES)]
+    corners, seen = placed
+    edges = corners[np.array(EDGES)].astype(np.float32)
     front = (SEEN_BY & seen).any(axis=1)
     return {
         f"{name} edges": Links(edges[front], colour, width, layer),
@@ -127,9 +160,12 @@ EXPERIMENT = Experiment(
         "estimate": True,
         "truth": True,
         "features": True,
+        "model points": True,
         "names": True,
         "axes": False,
         "measurements": True,
+        "second run": True,
+        "camera": True,
     },
     simulate=simulate,
     draw=draw,

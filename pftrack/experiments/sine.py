@@ -36,7 +36,7 @@ def simulate() -> Setup:
     return Setup(SignalSource, SineParameters(), {"kind": "simulated"})
 
 
-def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw the first copy of the signal over time: truth, what is seen, the estimate and its band, the particles."""
     row = step.diagnostics
     first = max(row.frame - WINDOW_FRAMES, 0)
@@ -64,6 +64,9 @@ def draw(step: Step, past: Sequence[Diagnostics]) -> Drawing:
     primitives["estimate"] = Polyline(_curve(frames, estimates), COLOURS["estimate"], 2.0, "estimate")
     newest = _curve(frames[-1:], estimates[-1:])[0, :2].astype(np.float64)
     primitives["now"] = circle(newest, 5.0, COLOURS["estimate"], "estimate")
+    if other is not None:
+        there = _curve(frames[-1:], np.array(other.estimate[:1]))[0, :2].astype(np.float64)
+        primitives["second"] = circle(there, 5.0, COLOURS["second"], "second run")
     particles = step.state.particles
     if particles is not None:
         positions = _curve(np.full(len(particles), frames[-1]), particles.states[:, 0])[:, :2].astype(np.float64)
@@ -129,6 +132,7 @@ EXPERIMENT = Experiment(
         "exact (Kalman)": True,
         "particles by sampler": True,
         "particles by weight": False,
+        "second run": True,
     },
     simulate=simulate,
     draw=draw,

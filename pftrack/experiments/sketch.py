@@ -64,8 +64,10 @@ def circle(
     )
 
 
-def uncertainty(mean: NDArray[np.float64], covariance: NDArray[np.float64], colour: Colour, layer: str) -> Ellipse:
+def uncertainty(
+    mean: NDArray[np.float64], covariance: NDArray[np.float64], colour: Colour, layer: str, width: float = 2.0
+) -> Ellipse:
     """Draw the ellipse at two standard deviations of a Gaussian over a position (2,), px."""
     values, vectors = np.linalg.eigh(covariance)
     half_axes = 2.0 * np.sqrt(np.clip(values, 0.0, None))[:, None] * vectors.T
-    return Ellipse(at_height(mean[None], 1.0)[0], half_axes.astype(np.float32), colour, 2.0, layer)
+    return Ellipse(at_height(mean[None], 1.0)[0], half_axes.astype(np.float32), colour, width, layer)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import FaceModel
 
-__all__ = ["HeadMesh", "HeadSurface", "head_mesh"]
+__all__ = ["HeadMesh", "HeadSurface", "grid_triangles", "head_mesh"]
 
 HALF_WIDTH_MM, HALF_HEIGHT_MM, HALF_DEPTH_MM = 75.0, 115.0, 95.0
 MIDDLE_Y_MM = 8.0

@@ -85,7 +85,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     means = after.feature_means
     correlations = template.correlations(grey, means[:, None], templates)[:, 0]
     recognised = correlations >= parameters.recognised_correlation
-    misfit = memory.misfit(after.drawn(after.solid.points_mm)[:, :2], means)
+    misfit = memory.misfit(after.seen(after.solid.points_mm), means)
     doubtful = int(recognised.sum()) < parameters.least_recognised or misfit > parameters.largest_misfit
     patience = parameters.patience_frames if parameters.find_again else 0
     memory = memory.judged(correlations, means, patience, doubtful=doubtful)

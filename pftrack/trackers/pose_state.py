@@ -15,11 +15,17 @@ from pftrack.elementary import exponentials
 from pftrack.filters.affine import AffineBelief
 from pftrack.filters.rao_blackwell import RaoBlackwell
 from pftrack.gaussian import Gaussian
-from pftrack.geometry.camera import pinhole
+from pftrack.geometry.camera import NEAREST_MM, pinhole
 from pftrack.geometry.rotation import rotation
 from pftrack.trackers.layered import Layered
 
 __all__ = ["PoseState", "Solid"]
+
+CLEAR_RADII = 1.5
+"""How far behind a solid's origin its picture is drawn, in radii of its points: a head is larger than its features."""
+
+MOST_RAISED = 0.9
+"""Nothing is drawn nearer to the camera than a tenth of its focal length, nor behind it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -185,19 +191,55 @@ class PoseState:
         """Return the particles of the features by name."""
         return {"positions": self.positions, "log_weights": self.log_weights, "upper_counts": self.upper_counts}
 
-    def drawn(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where points (n, 3) of the solid are seen, and how high above the picture they stand, (n, 3) px.
+    @property
+    def translation_mm(self) -> NDArray[np.float64]:
+        """(3,) where the origin of the solid's frame is now, in the camera's frame.
+
+        An affine camera knows of no distance; it is then the one at which a mm is as large as at the start.
+        """
+        place = self._place
+        if place is not None:
+            return place
+        focal, depth = self.solid.focal_px, self.solid.focal_px / self.solid.scale
+        return np.append((self.camera[:, 3] - self.solid.principal_px) * depth / focal, depth)
+
+    def height(self, depth_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how high above the picture a drawing shows what is at a depth in the camera's frame, px.
+
+        A drawing has the picture stand behind the solid, clear of it, and the camera a focal length before the picture:
+        so a px in the plane of the picture is so many mm there, and everything else has its true proportions.
+        """
+        radius = float(np.linalg.norm(self.solid.points_mm, axis=1).max())
+        plane_mm = max(float(self.translation_mm[2]), NEAREST_MM) + CLEAR_RADII * radius
+        focal = self.solid.focal_px
+        return np.minimum(focal * (1.0 - depth_mm / plane_mm), MOST_RAISED * focal)
+
+    def seen(self, points_mm: NDArray[np.float64], theta: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Return where points (n, 3) of the solid are seen, (n, 2) px.
 
         An affine camera is bent back to what a solid of this pose looks like, x = A_0 R(theta) X + its own last column.
+
+        Args:
+            points_mm: In the solid's frame.
+            theta: Angles (3,) of the solid, rad, if not those that are believed.
         """
+        turned = points_mm @ rotation(self.pose.mean if theta is None else theta).T
+        place = self._place
+        if place is None:
+            return turned @ self.solid.reference[:, :3].T + self.camera[:, 3]
+        return pinhole(turned + place, self.solid.focal_px) + self.solid.principal_px
+
+    def drawn(self, points_mm: NDArray[np.float64], theta: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Return where points (n, 3) of the solid are seen, and how high above the picture they stand, (n, 3) px."""
+        turn = rotation(self.pose.mean if theta is None else theta)
+        depths = points_mm @ turn[2] + self.translation_mm[2]
+        return np.column_stack([self.seen(points_mm, theta), self.height(depths)])
+
+    @property
+    def _place(self) -> NDArray[np.float64] | None:
+        """(3,) translation that the upper layer believes in, mm; None for an affine camera."""
         upper = None if isinstance(self.belief, RaoBlackwell) else self.belief.upper
-        turned = points_mm @ rotation(self.pose.mean).T
-        reference = self.solid.reference
-        radius = float(np.linalg.norm(self.solid.points_mm, axis=1).max())
-        raised = np.empty((len(points_mm), 3))
-        raised[:, 2] = self.solid.scale * (radius - turned[:, 2])
         if upper is None or isinstance(upper, AffineBelief):
-            raised[:, :2] = turned @ reference[:, :3].T + self.camera[:, 3]
-        else:
-            raised[:, :2] = pinhole(turned + upper.mean[3:6], self.solid.focal_px) + self.solid.principal_px
-        return raised
+            return None
+        place: NDArray[np.float64] = upper.mean[3:6]
+        return place

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from pftrack import record
+from pftrack.diagnostics import Diagnostics
+from pftrack.drawing import Drawing
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment, Setup
 from pftrack.parameters import ParameterError, declarations, flat
@@ -40,7 +42,8 @@ class Workbench:
             self._within_limits(change.values)
         self._setup = self._wired(order)
         self.active = order.branch
-        self._runs: dict[str, Run] = {}
+        self._runs: dict[str, Run] = {}  # the one that was active last comes last
+        self._left: dict[str, str] = {}
         self._beginnings = 0
         self._runs[self.active] = self._begin(order.tracker, order.timeline)
         check_timeline(order.timeline, self.run.frames)
@@ -117,6 +120,27 @@ class Workbench:
         """Return the diagnostics of the active branch from a frame on."""
         return [row.as_dict() for row in self.run.diagnostics[first:]]
 
+    def drawing(self) -> Drawing:
+        """Return what is to be seen of the frame that is shown."""
+        step = self.run.current
+        past = self.run.diagnostics[: step.frame.index + 1]
+        return self.experiment.draw(step, past, self.other)
+
+    @property
+    def other(self) -> Diagnostics | None:
+        """The frame that is shown, in the branch that this one left, else in the one that was active before.
+
+        None if that has not come so far, or estimates the same: branches share their past.
+        """
+        others = [name for name in self._runs if name != self.active]
+        if not others:
+            return None
+        left = self._left.get(self.active)
+        rows = self._runs[left if left in others else others[-1]].diagnostics
+        here = self.run.current.diagnostics
+        there = rows[here.frame] if here.frame < len(rows) else None
+        return there if there is not None and there.estimate != here.estimate else None
+
     def change(self, values: Mapping[str, object], branch: str) -> None:
         """Change parameters from the next frame on.
 
@@ -144,14 +168,15 @@ class Workbench:
         if not 0 <= frame <= self.run.head:
             raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.head}")
         self._runs[name] = self.run.branch(frame, values)
-        self.active = name
+        self._left[name] = self.active
+        self._show(name)
 
     def activate(self, name: str, tracker: str, timeline: Timeline) -> bool:
         """Show another branch; return whether it had to be begun anew because this worker did not hold it."""
         anew = name not in self._runs
         if anew:
             self._runs[name] = self._begin(tracker, timeline)
-        self.active = name
+        self._show(name)
         return anew
 
     def restart(self, seed: int | None = None) -> None:
@@ -168,6 +193,10 @@ class Workbench:
         """Write the active branch to a file and return its summary."""
         record.save(self.run, path)
         return self.run.summary()
+
+    def _show(self, name: str) -> None:
+        self._runs[self.active] = self._runs.pop(self.active)
+        self.active = name
 
     def _restart(self, values: Mapping[str, object]) -> None:
         run = self.run

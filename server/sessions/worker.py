@@ -198,9 +198,8 @@ class Worker:
         rows, self._rows = self._rows, []
         drawing = shown = None
         if draw and self._undrawn and self._credits:
-            step = self._bench.run.current
-            drawing = self._bench.experiment.draw(step, self._bench.run.diagnostics[: step.frame.index + 1])
-            shown = step.diagnostics.as_dict()
+            drawing = self._bench.drawing()
+            shown = self._bench.run.current.diagnostics.as_dict()
             self._credits, self._undrawn = 0, False
         self._pipe.send(Progress(self._standing(), rows, drawing, shown))
         self._news = False
@@ -308,9 +307,8 @@ class Worker:
             self._report(draw=False)
 
     def _picture(self) -> bytes:
-        run = self._bench.run
-        drawing = self._bench.experiment.draw(run.current, run.diagnostics[: run.position + 1])
-        return png(render(drawing, layers=run.experiment.layers, scale=_scale(drawing.width), caption=False))
+        drawing = self._bench.drawing()
+        return png(render(drawing, layers=self._bench.experiment.layers, scale=_scale(drawing.width), caption=False))
 
 
 def _scale(width: int) -> float:

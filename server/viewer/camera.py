@@ -22,28 +22,50 @@ FLAT_RAD = np.deg2rad(1.5)
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """A direction to look from (towards the camera), a vertical field of view, and whether to fit the depth as well."""
+    """A way to look.
+
+    Attributes:
+        title: On its button.
+        direction: From what is looked at towards the viewer.
+        fov_rad: Vertical field of view.
+        deep: Whether to fit what rises above the picture as well.
+        whole: Whether to fit the camera that took the picture as well.
+    """
 
     title: str
     direction: tuple[float, float, float]
     fov_rad: float
     deep: bool = False
+    whole: bool = False
 
 
 PRESETS: dict[str, Preset] = {
     "front": Preset("Front", (0.0, 0.0, 1.0), float(np.deg2rad(6.0))),
-    "space-time": Preset("Space-time", (0.86, 0.40, 0.62), float(np.deg2rad(20.0)), deep=True),
+    "side": Preset("Side", (0.86, 0.40, 0.52), float(np.deg2rad(20.0)), deep=True, whole=True),
     "3-d": Preset("3-D", (-0.42, 0.62, 0.86), float(np.deg2rad(30.0)), deep=True),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """What there is to see, px: the picture's size, and how high things rise above it."""
+    """What there is to see, px.
+
+    Attributes:
+        width: Of the picture.
+        height: Of the picture.
+        depth: How high things rise above it.
+        apex: (x, y, z) in the scene of the camera that took it, if that is shown.
+    """
 
     width: float
     height: float
     depth: float = 0.0
+    apex: tuple[float, float, float] | None = None
+
+    @property
+    def focal(self) -> float:
+        """How far that camera stands before the picture, px; 0 without one."""
+        return self.apex[2] if self.apex else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +92,9 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
         margin: Factor of free space around the box.
     """
     rise = box.depth if preset.deep else 0.0
-    corners = np.array(list(itertools.product((-0.5, box.width - 0.5), (-(box.height - 0.5), 0.5), (0.0, rise))))
-    target = corners.mean(axis=0)
+    sides = (-0.5, box.width - 0.5), (-(box.height - 0.5), 0.5), (0.0, rise)
+    corners = np.array([*itertools.product(*sides), *([box.apex] if preset.whole and box.apex else [])])
+    target = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
     towards = np.array(preset.direction) / np.linalg.norm(preset.direction)
     right = np.cross((0.0, 1.0, 0.0), towards)
     right /= np.linalg.norm(right)
@@ -94,6 +117,10 @@ class _Watcher:
     def is_in_place(self, camera: viser.CameraHandle) -> bool:
         """Whether the camera stands where it was put."""
         return self.view is not None and _stands(camera, self.view, 0.01)
+
+
+def _alike(before: float, now: float) -> bool:
+    return 0.7 < (now + 1.0) / (before + 1.0) < 1.3
 
 
 def _stands(camera: viser.CameraHandle, view: View, share: float) -> bool:
@@ -127,7 +154,7 @@ class Cameras:
         """Tell what there is to see; a picture of another size is fitted anew."""
         before, self._box = self._fitted, box
         if before is not None and (before.width, before.height) == (box.width, box.height):
-            if not 0.7 < (box.depth + 1.0) / (before.depth + 1.0) < 1.3:
+            if not (_alike(before.depth, box.depth) and _alike(before.focal, box.focal)):
                 self._fitted = box
                 self._refit()
             return
@@ -142,7 +169,7 @@ class Cameras:
             self._point(watcher)
 
     def _refit(self) -> None:
-        """Fit deep presets to another depth, where nobody has moved the camera since."""
+        """Fit deep presets anew, where nobody has moved the camera since."""
         for watcher in list(self._watchers.values()):
             if PRESETS[watcher.preset].deep and (not watcher.arrived or watcher.is_in_place(watcher.client.camera)):
                 self._point(watcher)

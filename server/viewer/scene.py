@@ -9,14 +9,29 @@ picture of another.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import viser
 
-from pftrack.drawing import Axes, Drawing, Ellipse, Links, Mesh, Picture, Points, Polyline, Primitive, Text
+from pftrack.drawing import (
+    Axes,
+    Colour,
+    Drawing,
+    Ellipse,
+    Frustum,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+)
 from server.viewer import shapes
+from server.viewer.camera import Box
+from server.viewer.shapes import Stance
 
 __all__ = ["Scene"]
 
@@ -32,17 +47,13 @@ STALE_NODES = 64
 """How many hidden nodes are kept for their return."""
 
 
-Height = tuple[float, float]
-"""Factor on the heights, and what is added to them."""
-
-
 @dataclass(slots=True)
 class _Node:
     kind: type[Primitive]
     handle: Any  # viser's handles share `visible` and `remove`, and no type that mypy can follow through `__setattr__`
     source: Primitive | None = None
     look: object = None  # what seldom changes: viser takes longer to compare it than to send it
-    height: Height | None = None
+    stance: Stance | None = None
 
 
 class Scene:
@@ -65,9 +76,12 @@ class Scene:
         """Show or hide a layer from the next drawing on."""
         self._layers[layer] = shown
 
-    def depth(self, drawing: Drawing) -> float:
-        """Return how high what is shown of a drawing rises above the picture, px."""
-        return shapes.depth(item for item in drawing.primitives.values() if self._layers.get(item.layer, True))
+    def box(self, drawing: Drawing) -> Box:
+        """Return what there is to see of a drawing."""
+        shown = [item for item in drawing.primitives.values() if self._layers.get(item.layer, True)]
+        cameras = (shapes.to_scene(item.apex, Stance(1.0, 0.0)) for item in shown if isinstance(item, Frustum))
+        apex = next((tuple(place.tolist()) for place in cameras), None)
+        return Box(drawing.width, drawing.height, shapes.depth(shown), apex)
 
     def apply(self, drawing: Drawing, relief: float) -> None:
         """Make the scene show a drawing; the caller holds the server's atomic block.
@@ -78,8 +92,11 @@ class Scene:
         """
         shown: set[str] = set()
         summit = 0.0
+        apex = None if drawing.apex is None else tuple(drawing.apex.tolist())
         for order, (name, item) in enumerate(drawing.primitives.items()):
             if not self._layers.get(item.layer, True) or _is_empty(item):
+                continue
+            if isinstance(item, Frustum) and relief < 1.0:
                 continue
             shown.add(name)
             summit = max(summit, shapes.summit(item))
@@ -90,9 +107,10 @@ class Scene:
                 node = None
             if node is None:
                 self._nodes[name] = node = _Node(type(item), None)
-            if node.source is not item or node.height != (relief, lift):
-                _SHOW[type(item)](self._server, name, node, item, (relief, lift))
-                node.source, node.height = item, (relief, lift)
+            stance = Stance(relief, lift, apex)
+            if node.source is not item or node.stance != stance:
+                _SHOW[type(item)](self._server, name, node, item, stance)
+                node.source, node.stance = item, stance
             node.handle.visible = True
         for name in self._nodes.keys() - shown:
             self._nodes[name].handle.visible = False
@@ -102,11 +120,6 @@ class Scene:
         hidden = [name for name in self._nodes if name not in shown]
         for name in hidden[: max(0, len(hidden) - STALE_NODES)]:
             self._nodes.pop(name).handle.remove()
-
-
-def _solid(height: Height) -> Height:
-    """Keep the shape of what is solid: a head that is pressed flat would be lit as a disc."""
-    return 1.0, height[1]
 
 
 def _is_empty(item: Primitive) -> bool:
@@ -123,10 +136,10 @@ def _is_empty(item: Primitive) -> bool:
             return False
 
 
-def _show_picture(server: viser.ViserServer, name: str, node: _Node, item: Picture, height: Height) -> None:
+def _show_picture(server: viser.ViserServer, name: str, node: _Node, item: Picture, stance: Stance) -> None:
     rows, columns = item.image_rgb.shape[:2]
     # The origin is the centre of the top left pixel, so the plane begins half a pixel before it.
-    centre = ((columns - 1) / 2.0, -(rows - 1) / 2.0, height[1])
+    centre = ((columns - 1) / 2.0, -(rows - 1) / 2.0, stance.lift)
     if node.handle is None:
         node.handle = server.scene.add_image(
             f"/{name}",
@@ -147,9 +160,10 @@ def _show_picture(server: viser.ViserServer, name: str, node: _Node, item: Pictu
     node.handle.position = centre
 
 
-def _show_points(server: viser.ViserServer, name: str, node: _Node, item: Points, height: Height) -> None:
+def _show_points(server: viser.ViserServer, name: str, node: _Node, item: Points, stance: Stance) -> None:
     # A point is a disc that faces the camera: half of one that lies in a tilted picture would vanish behind it.
-    positions = shapes.to_scene(item.positions, height[0], height[1] + height[0] * item.size)
+    clear = replace(stance, lift=stance.lift + stance.relief * item.size)
+    positions = shapes.to_scene(item.positions, clear)
     if node.handle is None:
         node.handle = server.scene.add_point_cloud(
             f"/{name}",
@@ -173,10 +187,10 @@ def _show_lines(
     name: str,
     node: _Node,
     segments: shapes.Floats,
-    look: tuple[object, float],
-    height: Height,
+    look: tuple[Colour, float],
+    stance: Stance,
 ) -> None:
-    points = shapes.to_scene(segments, *height)
+    points = shapes.to_scene(segments, stance)
     colours = np.asarray(look[0], dtype=np.uint8)
     thickness = max(1.5, look[1] * LINE_SCALE)
     if node.handle is None:
@@ -191,38 +205,57 @@ def _show_lines(
     node.look = look
 
 
-def _show_polyline(server: viser.ViserServer, name: str, node: _Node, item: Polyline, height: Height) -> None:
-    _show_lines(server, name, node, shapes.polyline_segments(item.positions), (item.colour, item.width), height)
+def _show_polyline(server: viser.ViserServer, name: str, node: _Node, item: Polyline, stance: Stance) -> None:
+    _show_lines(server, name, node, shapes.polyline_segments(item.positions), (item.colour, item.width), stance)
 
 
-def _show_ellipse(server: viser.ViserServer, name: str, node: _Node, item: Ellipse, height: Height) -> None:
-    _show_lines(server, name, node, shapes.ellipse_segments(item), (item.colour, item.width), height)
+def _show_ellipse(server: viser.ViserServer, name: str, node: _Node, item: Ellipse, stance: Stance) -> None:
+    _show_lines(server, name, node, shapes.ellipse_segments(item), (item.colour, item.width), stance)
 
 
-def _show_links(server: viser.ViserServer, name: str, node: _Node, item: Links, height: Height) -> None:
-    _show_lines(server, name, node, item.segments, (item.colour, item.width), _solid(height))
+def _show_links(server: viser.ViserServer, name: str, node: _Node, item: Links, stance: Stance) -> None:
+    _show_lines(server, name, node, item.segments, (item.colour, item.width), stance)
 
 
-def _show_axes(server: viser.ViserServer, name: str, node: _Node, item: Axes, height: Height) -> None:
-    segments, colours = shapes.axes_segments(item)
-    _show_lines(server, name, node, segments, (colours.tolist(), 2.0), _solid(height))
+def _show_frustum(server: viser.ViserServer, name: str, node: _Node, item: Frustum, stance: Stance) -> None:
+    # It is what the others lean towards, and leans nowhere itself.
+    upright = replace(stance, apex=None)
+    _show_lines(server, name, node, shapes.frustum_segments(item), (item.colour, item.width), upright)
 
 
-def _show_mesh(server: viser.ViserServer, name: str, node: _Node, item: Mesh, height: Height) -> None:
-    vertices, faces = shapes.to_scene(item.vertices, *_solid(height)), shapes.turned_over(item.faces)
+def _show_axes(server: viser.ViserServer, name: str, node: _Node, item: Axes, stance: Stance) -> None:
+    _show_lines(server, name, node, shapes.axes_segments(item), (item.colour, item.width), stance)
+
+
+def _show_mesh(server: viser.ViserServer, name: str, node: _Node, item: Mesh, stance: Stance) -> None:
+    # Pressed flat it still fills its own layer, so that what is behind does not shine through what is before it.
+    height = max(float(item.vertices[:, 2].max()), 1.0)
+    pressed = replace(stance, relief=max(stance.relief, 0.5 * LAYER_GAP_PX / height))
+    vertices = shapes.to_scene(item.vertices, pressed)
     if node.handle is None:
         node.handle = server.scene.add_mesh_simple(
-            f"/{name}", vertices, faces, color=item.colour, opacity=item.opacity, flat_shading=True, side="double"
+            f"/{name}",
+            vertices,
+            shapes.turned_over(item.faces),
+            color=item.colour,
+            opacity=item.opacity,
+            # Through a translucent solid its far side would be seen as stains.
+            side="front",
+            cast_shadow=False,
+            receive_shadow=False,
         )
         return
     node.handle.vertices = vertices
-    node.handle.faces = faces
-    node.handle.color = item.colour
-    node.handle.opacity = item.opacity
+    if not (isinstance(node.source, Mesh) and np.array_equal(node.source.faces, item.faces)):
+        node.handle.faces = shapes.turned_over(item.faces)
+    if node.look != (item.colour, item.opacity):
+        node.handle.color = item.colour
+        node.handle.opacity = item.opacity
+    node.look = item.colour, item.opacity
 
 
-def _show_text(server: viser.ViserServer, name: str, node: _Node, item: Text, height: Height) -> None:
-    x, y, z = (float(value) for value in shapes.to_scene(item.position, *height))
+def _show_text(server: viser.ViserServer, name: str, node: _Node, item: Text, stance: Stance) -> None:
+    x, y, z = (float(value) for value in shapes.to_scene(item.position, stance))
     if node.handle is None:
         node.handle = server.scene.add_label(
             f"/{name}",
@@ -235,7 +268,7 @@ def _show_text(server: viser.ViserServer, name: str, node: _Node, item: Text, he
     node.handle.position = (x, y, z)
 
 
-_SHOW: dict[type[Primitive], Callable[[viser.ViserServer, str, _Node, Any, Height], None]] = {
+_SHOW: dict[type[Primitive], Callable[[viser.ViserServer, str, _Node, Any, Stance], None]] = {
     Picture: _show_picture,
     Points: _show_points,
     Polyline: _show_polyline,
@@ -244,4 +277,5 @@ _SHOW: dict[type[Primitive], Callable[[viser.ViserServer, str, _Node, Any, Heigh
     Axes: _show_axes,
     Mesh: _show_mesh,
     Text: _show_text,
+    Frustum: _show_frustum,
 }

@@ -8,19 +8,26 @@ would lose its handedness) and why the faces of a mesh are turned over.
 `relief` scales the heights. Seen from the front a cloud lifted by its weights would hide the estimate drawn beneath it,
 so the scene is flat there and rises as the camera is tilted; `lift` keeps painting order where heights are equal, and
 puts the marks of the picture plane (estimate, truth, gate) on top of the clouds that they were painted over.
+
+A drawing that shows its camera is in perspective: what is high stands on the way from its pixel to the camera. From the
+front it stands on its pixel, which is what the camera sees; it leans towards the camera as heights rise.
 """
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Axes, Ellipse, Links, Mesh, Points, Polyline, Primitive, Text
+from pftrack.drawing import Axes, Ellipse, Frustum, Links, Mesh, Points, Polyline, Primitive, Text
 
 __all__ = [
+    "Floats",
+    "Stance",
     "axes_segments",
     "depth",
     "ellipse_segments",
+    "frustum_segments",
     "is_flat",
     "polyline_segments",
     "summit",
@@ -32,21 +39,39 @@ Floats = NDArray[np.float32]
 
 MARK_PX = 2.0
 """Height up to which lines are taken for marks in the picture plane."""
-AXES_COLOURS = ((213, 94, 0), (0, 158, 115), (0, 114, 178))
-"""Colours of the x, y and z axis, told apart by everybody."""
+CAMERA_SIZE = 0.12
+"""Size of the camera's own body, as a share of its frustum."""
 
 
-def to_scene(positions: Floats, relief: float, lift: float) -> Floats:
+@dataclass(frozen=True, slots=True)
+class Stance:
+    """How things stand above the picture.
+
+    Attributes:
+        relief: Factor on the heights; 0 is flat.
+        lift: Height added to all, px.
+        apex: (x, y, z) px of the camera towards which things lean as they are high; None if they stand upright.
+    """
+
+    relief: float
+    lift: float
+    apex: tuple[float, float, float] | None = None
+
+
+def to_scene(positions: Floats, stance: Stance) -> Floats:
     """Map positions (..., 3) of a drawing, px, into the scene.
 
     Args:
         positions: x to the right, y down, z towards the viewer.
-        relief: Factor on the heights; 0 is flat.
-        lift: Height added to all, px.
+        stance: How they stand above the picture.
     """
     mapped = np.array(positions, dtype=np.float32)
+    mapped[..., 2] = mapped[..., 2] * stance.relief + stance.lift
+    if stance.apex is not None:
+        x, y, z = stance.apex
+        share = mapped[..., 2:] * (stance.relief / z)
+        mapped[..., :2] += share * (np.array((x, y), dtype=np.float32) - mapped[..., :2])
     mapped[..., 1] *= -1.0
-    mapped[..., 2] = mapped[..., 2] * relief + lift
     return mapped
 
 
@@ -66,12 +91,20 @@ def ellipse_segments(ellipse: Ellipse, corners: int = 64) -> Floats:
     return segments[::2] if ellipse.dashed else segments
 
 
-def axes_segments(axes: Axes) -> tuple[Floats, NDArray[np.uint8]]:
-    """Return the three axes of a frame as segments (3, 2, 3) with their colours (3, 2, 3)."""
+def axes_segments(axes: Axes) -> Floats:
+    """Return the three axes of a frame as segments (3, 2, 3)."""
     origin = np.asarray(axes.origin, dtype=np.float32)
     tips = origin + axes.length * np.asarray(axes.rotation, dtype=np.float32).T
-    segments = np.stack((np.tile(origin, (3, 1)), tips), axis=1)
-    return segments, np.repeat(np.asarray(AXES_COLOURS, dtype=np.uint8)[:, None], 2, axis=1)
+    return np.stack((np.tile(origin, (3, 1)), tips), axis=1)
+
+
+def frustum_segments(frustum: Frustum) -> Floats:
+    """Return a camera's edges as segments (12, 2, 3): its rays, the border of the picture, and one of its own size."""
+    apex, corners = np.asarray(frustum.apex), np.asarray(frustum.corners)
+    own = apex + CAMERA_SIZE * (corners - apex)
+    rays = np.stack((np.tile(apex, (4, 1)), corners), axis=1)
+    borders = [np.stack((border, np.roll(border, -1, axis=0)), axis=1) for border in (corners, own)]
+    return np.concatenate((rays, *borders)).astype(np.float32)
 
 
 def turned_over(faces: NDArray[np.int32]) -> NDArray[np.uint32]:

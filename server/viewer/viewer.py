@@ -17,7 +17,7 @@ from viser import _messages
 
 from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration, Value
-from server.viewer.camera import Box, Cameras
+from server.viewer.camera import Cameras
 from server.viewer.haste import hasten
 from server.viewer.pacing import FASTEST_S, Pacer
 from server.viewer.panel import Panel
@@ -178,7 +178,7 @@ class Viewer:
 
     def _look(self, client_id: int, preset: str) -> None:
         # Time as the third direction is worth seeing from aside only.
-        aside = preset == "space-time"
+        aside = preset == "side"
         if self._panel.set_layer(TIME_LAYER, shown=aside):
             self._panel.set_layer(FLAT_LAYER, shown=not aside)
         self._cameras.look(client_id, preset)
@@ -228,7 +228,7 @@ class Viewer:
 
     def _draw(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
         try:
-            self._cameras.set_box(Box(drawing.width, drawing.height, self._scene.depth(drawing)))
+            self._cameras.set_box(self._scene.box(drawing))
             with self._server.atomic():
                 self._scene.apply(drawing, self._cameras.relief)
                 self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")

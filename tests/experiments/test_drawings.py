@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.drawing import Ellipse, Picture, Points, Polyline
+from pftrack.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
 from pftrack.experiments import EXPERIMENTS, Experiment, find
 from pftrack.rendering import render
 from pftrack.run import Change, Run
@@ -24,6 +24,32 @@ def test_every_tracker_can_be_drawn(experiment: Experiment) -> None:
                     assert np.isfinite(getattr(primitive, name, 0.0)).all()
             assert f"frame {frame}" in drawing.caption
             assert render(drawing).shape == (drawing.height, drawing.width, 3)
+
+
+@ALL
+def test_a_second_run_is_drawn_in_its_colour(experiment: Experiment) -> None:
+    """Where there is another run to compare with, its belief is drawn on a layer of its own; else there is none."""
+    first, *_, last = experiment.trackers
+    one, two = (
+        Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=20).finish() for tracker in (first, last)
+    )
+    past = [one.diagnostics] * 20
+    assert "second run" in experiment.layers
+    assert all(item.layer != "second run" for item in experiment.draw(one, past).primitives.values())
+    drawing = experiment.draw(one, past, two.diagnostics)
+    shown = [item for item in drawing.primitives.values() if item.layer == "second run"]
+    assert shown
+    assert {item.colour for item in shown} == {COLOURS["second"]}  # type: ignore[union-attr]
+    assert render(drawing).shape == (drawing.height, drawing.width, 3)
+
+
+def test_a_second_run_of_a_ball_is_a_cross_at_its_estimate() -> None:
+    """Its middle is where the other run believes the ball to be."""
+    run, _ = ball_drawing()
+    other = run.branch(5, {"tracker": "apf"}).seek(20).diagnostics
+    cross = run.experiment.draw(run.current, run.diagnostics, other).primitives["second"]
+    assert isinstance(cross, Links)
+    assert np.allclose(cross.segments[..., :2].mean(axis=(0, 1)), other.estimate)
 
 
 def ball_drawing(**values: object) -> tuple[Run, dict]:

@@ -6,6 +6,7 @@ import json
 import socket
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
@@ -99,6 +100,38 @@ class TestWorkbench:
         alone = Workbench(order(timeline=there.timeline, tracker=there.first_tracker))
         forward(alone, 18)
         assert alone.run.estimates_sha256 == bench.run.estimates_sha256
+
+    def test_a_branch_is_compared_with_the_one_it_left(self) -> None:
+        """The same frame of the branch that was left is drawn beside, as far as that one came, where they differ."""
+        bench = Workbench(order())
+        forward(bench, 20)
+        first = bench.run.diagnostics
+        assert bench.other is None
+        bench.branch("b1", 10, {"tracker": "condensation"})
+        assert bench.other is None
+        forward(bench, 8)
+        assert bench.other is first[18]
+        second = bench.drawing().primitives["second"]
+        assert np.allclose(second.segments[..., :2].mean(axis=(0, 1)), first[18].estimate)  # type: ignore[union-attr]
+        forward(bench, 5)
+        assert bench.other is None
+        assert "second" not in bench.drawing().primitives
+
+    def test_the_first_branch_is_compared_with_the_last_that_was_shown(self) -> None:
+        """It left none, so that the one shown before it is what a person compares it with."""
+        bench = Workbench(order())
+        forward(bench, 20)
+        for name, tracker in (("b1", "condensation"), ("b2", "apf")):
+            bench.branch(name, 10, {"tracker": tracker})
+            forward(bench, 10)
+            bench.activate("b0", "h-spf", ())
+        bench.run.seek(20)
+        assert bench.other is bench._runs["b2"].diagnostics[20]
+        bench.activate("b1", "h-spf", ())
+        bench.activate("b0", "h-spf", ())
+        assert bench.other is bench._runs["b1"].diagnostics[20]
+        bench.activate("b2", "h-spf", ())
+        assert bench.other is bench._runs["b0"].diagnostics[20]
 
     def test_unknown_experiment(self) -> None:
         """An experiment that is not there is refused."""

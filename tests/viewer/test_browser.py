@@ -269,7 +269,7 @@ def test_the_workshop_is_hidden(scene: Any) -> None:
     assert scene.get_by_text("Software WebGL").locator("visible=true").count() == 0
 
 
-@pytest.mark.parametrize("name", ["Space-time", "3-D"])
+@pytest.mark.parametrize("name", ["Side", "3-D"])
 def test_a_preset_moves_the_camera(scene: Any, name: str) -> None:
     """One click shows the cloud and the trail from aside."""
     tilt = """(() => {

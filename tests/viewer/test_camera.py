@@ -2,21 +2,23 @@
 
 import itertools
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from pftrack.drawing import COLOURS, Drawing, Frustum
 from server.viewer.camera import PRESETS, Box, View, fit
 from tests.viewer.host import Peer, Session, drawing, wait_for
 
 
-def seen(view: View, box: Box, aspect: float, rise: float) -> float:
-    """Return how far out the outermost corner of a box lies; 1 is the window's edge."""
+def seen(view: View, box: Box, aspect: float, rise: float, *more: tuple[float, float, float]) -> float:
+    """Return how far out the outermost corner of a box, or point beside it, lies; 1 is the window's edge."""
     towards = (view.position - view.target) / view.distance
     right = np.cross((0.0, 1.0, 0.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)
-    corners = itertools.product((-0.5, box.width - 0.5), (0.5, 0.5 - box.height), (0.0, rise))
+    corners = [*itertools.product((-0.5, box.width - 0.5), (0.5, 0.5 - box.height), (0.0, rise)), *more]
     slope = np.tan(view.fov_rad / 2.0)
     outermost = 0.0
     for corner in corners:
@@ -33,6 +35,34 @@ def test_a_preset_holds_the_whole_box_and_little_more(name: str, aspect: float) 
     box = Box(320.0, 240.0, 180.0)
     view = fit(PRESETS[name], box, aspect)
     assert 0.9 < seen(view, box, aspect, 180.0 if PRESETS[name].deep else 0.0) <= 1.0
+
+
+@pytest.mark.parametrize("aspect", [0.6, 1.3, 2.4])
+def test_the_side_holds_the_camera_that_took_the_picture(aspect: float) -> None:
+    """However long its lens is, it is seen with its picture; the other presets come nearer."""
+    apex = (159.5, -119.5, 900.0)
+    box = Box(320.0, 240.0, 80.0, apex)
+    assert 0.9 < seen(fit(PRESETS["side"], box, aspect), box, aspect, 80.0, apex) <= 1.0
+    assert fit(PRESETS["3-d"], box, aspect).distance == fit(PRESETS["3-d"], Box(320.0, 240.0, 80.0), aspect).distance
+
+
+def test_a_longer_lens_is_fitted_again(session: Session, peer: Peer) -> None:
+    """Who looks at the camera from aside sees all of it after the focal length has changed."""
+    session.viewer.show(with_camera(300.0), {"frame": 0})
+    wait_for(lambda: "Position" in peer.camera)
+    peer.move_view("Side")
+    wait_for(lambda: abs(peer.camera["Position"]["position"][0]) > 300)
+    near = peer.camera["Position"]["position"]
+    peer.look(wide=800, high=600, position=tuple(near))
+    session.viewer.show(with_camera(900.0), {"frame": 1})
+    wait_for(lambda: peer.camera["Position"]["position"][0] > 1.3 * near[0])
+
+
+def with_camera(focal: float) -> Drawing:
+    shown = drawing()
+    corners = np.zeros((4, 3), dtype=np.float32)
+    camera = Frustum(np.array((160, 120, focal), dtype=np.float32), corners, COLOURS["camera"], 1.0, "camera")
+    return replace(shown, primitives={**shown.primitives, "camera": camera})
 
 
 def test_the_front_looks_at_the_middle_of_the_picture_from_far_away() -> None:

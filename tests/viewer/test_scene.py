@@ -5,7 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from pftrack.drawing import COLOURS, Axes, Drawing, Links, Mesh, Picture, Points, Polyline, Primitive
+from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive
 from tests.viewer.host import Peer, Session, drawing, wait_for
 
 
@@ -86,7 +86,7 @@ def test_every_primitive_has_a_node(session: Session, peer: Peer) -> None:
     """Frames, meshes and links are shown as well, and may change their kind under the same name."""
     centre = np.array((10, 20, 5), dtype=np.float32)
     shown = drawing()
-    shown = with_item(shown, "axes", Axes(centre, np.eye(3, dtype=np.float32), 10.0, "pose"))
+    shown = with_item(shown, "axes", Axes(centre, np.eye(3, dtype=np.float32), 10.0, COLOURS["estimate"], 2.0, "pose"))
     faces = np.array(((0, 1, 2),), dtype=np.int32)
     shown = with_item(shown, "mesh", Mesh(np.eye(3, dtype=np.float32), faces, COLOURS["second"], 0.5, "pose"))
     segments = np.array((((0, 0, 0), (5, 5, 5)),), dtype=np.float32)
@@ -120,3 +120,63 @@ def test_a_drawing_that_cannot_be_shown_does_not_end_the_picture(session: Sessio
     session.viewer.show(with_item(drawing(), "bad", bad), {"frame": 0})
     session.viewer.show(drawing(1, 77), {"frame": 1})
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 77)
+
+
+def triangle(side: float) -> Mesh:
+    vertices = np.array(((0, 0, 1), (side, 0, 9), (0, side, 5)), dtype=np.float32)
+    return Mesh(vertices, np.array(((0, 1, 2),), dtype=np.int32), COLOURS["estimate"], 0.5, "head")
+
+
+def test_of_a_mesh_that_moves_only_the_vertices_are_sent(session: Session, peer: Peer) -> None:
+    """Its triangles, which are most of it, stay what they were until there are others."""
+    session.viewer.show(with_item(drawing(), "mesh", triangle(3.0)), {"frame": 0})
+    wait_for(lambda: "/mesh" in peer.nodes)
+    node = peer.nodes["/mesh"]
+    faces = node["faces"]
+    session.viewer.show(with_item(drawing(1), "mesh", triangle(5.0)), {"frame": 1})
+    wait_for(lambda: np.frombuffer(node["vertices"], dtype=np.float32)[3] == 5.0)
+    assert node["faces"] is faces
+    other = replace(triangle(5.0), faces=np.array(((0, 2, 1),), dtype=np.int32), colour=COLOURS["lost"])
+    session.viewer.show(with_item(drawing(2), "mesh", other), {"frame": 2})
+    wait_for(lambda: node["faces"] is not faces and tuple(node["color"]) == COLOURS["lost"])
+
+
+def test_a_mesh_is_pressed_into_its_layer(session: Session, peer: Peer) -> None:
+    """From the front what is painted later lies before it, and its own parts keep their order; from aside it rises."""
+
+    def heights() -> np.ndarray:
+        return np.frombuffer(peer.nodes["/mesh"]["vertices"], dtype=np.float32)[2::3]
+
+    shown = drawing()
+    line = np.array((((0, 0, 2), (9, 9, 9)),), dtype=np.float32)
+    shown = with_item(with_item(shown, "mesh", triangle(9.0)), "line", Links(line, COLOURS["truth"], 1.0, "estimate"))
+    session.viewer.show(shown, {"frame": 0})
+    wait_for(lambda: {"/mesh", "/line"} <= peer.nodes.keys())
+    assert heights()[0] < heights()[2] < heights()[1] < ends(peer, "/line")[:, 2].min()
+    peer.move_view("Side")
+    wait_for(lambda: heights().max() > 8.9)
+
+
+def test_the_camera_is_seen_from_aside_only(session: Session, peer: Peer) -> None:
+    """Its rays would cross the picture from the front; from aside what is high stands on them."""
+    corners = np.array(((0, 0, 0), (320, 0, 0), (320, 240, 0), (0, 240, 0)), dtype=np.float32)
+    camera = Frustum(np.array((160, 120, 300), dtype=np.float32), corners, COLOURS["camera"], 1.0, "camera")
+    high = np.array((((40, 60, 100), (40, 60, 200)),), dtype=np.float32)
+    shown = with_item(drawing(), "camera", camera)
+    shown = with_item(shown, "high", Links(high, COLOURS["estimate"], 1.0, "estimate"))
+    session.viewer.show(shown, {"frame": 0})
+    wait_for(lambda: peer.visible.get("/high"))
+    assert not peer.visible.get("/camera")
+    np.testing.assert_allclose(ends(peer, "/high")[:, :2], [(40, -60), (40, -60)])
+    peer.move_view("Side")
+    wait_for(lambda: peer.visible.get("/camera"))
+    rays = ends(peer, "/camera").reshape(-1, 2, 3)[:4]
+    np.testing.assert_allclose(rays[:, 0], np.tile((160, -120, 300), (4, 1)), atol=1.0)
+    np.testing.assert_allclose(rays[2, 1], (320, -240, 0), atol=1.0)
+    np.testing.assert_allclose(ends(peer, "/high")[:, :2], [(80, -80), (120, -100)], atol=0.5)
+    peer.move_view("Front")
+    wait_for(lambda: not peer.visible.get("/camera"))
+
+
+def ends(peer: Peer, name: str) -> np.ndarray:
+    return np.frombuffer(peer.nodes[name]["points"], dtype=np.float32).reshape(-1, 3)

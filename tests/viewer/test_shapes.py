@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS, Axes, Ellipse, Links, Mesh, Picture, Points, Polyline, Text
+from pftrack.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Text
 from server.viewer import shapes
+from server.viewer.shapes import Stance
 
 
 def f32(*rows: object) -> np.ndarray:
@@ -13,20 +14,41 @@ def f32(*rows: object) -> np.ndarray:
 
 def test_the_picture_appears_upright() -> None:
     """A row further down the picture is lower in the scene, a column further right is further right."""
-    mapped = shapes.to_scene(f32((3, 5, 0)), relief=1.0, lift=0.0)
+    mapped = shapes.to_scene(f32((3, 5, 0)), Stance(1.0, 0.0))
     np.testing.assert_array_equal(mapped, f32((3, -5, 0)))
 
 
 def test_relief_scales_heights_and_lift_is_added() -> None:
     """Heights are flattened before the lift, which keeps painting order even when all is flat."""
-    np.testing.assert_allclose(shapes.to_scene(f32((0, 0, 20)), relief=0.5, lift=1.0)[0, 2], 11.0)
-    np.testing.assert_allclose(shapes.to_scene(f32((0, 0, 20)), relief=0.0, lift=1.0)[0, 2], 1.0)
+    np.testing.assert_allclose(shapes.to_scene(f32((0, 0, 20)), Stance(0.5, 1.0))[0, 2], 11.0)
+    np.testing.assert_allclose(shapes.to_scene(f32((0, 0, 20)), Stance(0.0, 1.0))[0, 2], 1.0)
+
+
+def test_what_is_high_leans_towards_the_camera() -> None:
+    """From aside it stands on the way from its pixel to the camera, whatever lifts it; from the front it is upright."""
+    point, camera = f32((10, 40, 25)), (50.0, 60.0, 100.0)
+    np.testing.assert_allclose(shapes.to_scene(point, Stance(1.0, 0.0, camera)), f32((20, -45, 25)))
+    np.testing.assert_allclose(shapes.to_scene(point, Stance(1.0, 25.0, camera)), f32((30, -50, 50)))
+    np.testing.assert_allclose(shapes.to_scene(point, Stance(0.0, 0.5, camera)), f32((10, -40, 0.5)))
+
+
+def test_a_frustum_goes_from_its_apex_to_the_corners() -> None:
+    """Four rays end in the picture's corners, and around these and around its own body goes a border."""
+    corners = f32((0, 0, 0), (8, 0, 0), (8, 6, 0), (0, 6, 0))
+    segments = shapes.frustum_segments(Frustum(f32(4, 3, 10), corners, (0, 0, 0), 1.0, "camera"))
+    assert segments.shape == (12, 2, 3)
+    np.testing.assert_array_equal(segments[:4, 0], np.tile(f32(4, 3, 10), (4, 1)))
+    np.testing.assert_array_equal(segments[:4, 1], corners)
+    np.testing.assert_array_equal(segments[4:8, 1], np.roll(corners, -1, axis=0))
+    own = segments[8:].reshape(-1, 3)
+    assert (own[:, 2] > 8.0).all()
+    np.testing.assert_allclose(own.mean(axis=0)[:2], (4, 3))
 
 
 def test_a_drawing_is_not_changed_by_being_mapped() -> None:
     """The arrays of a drawing belong to the run."""
     positions = f32((1, 2, 3))
-    shapes.to_scene(positions, 0.0, 0.0)
+    shapes.to_scene(positions, Stance(0.0, 0.0, (9.0, 9.0, 9.0)))
     np.testing.assert_array_equal(positions, f32((1, 2, 3)))
 
 
@@ -52,11 +74,11 @@ def test_a_dashed_ellipse_has_every_other_segment() -> None:
 
 
 def test_axes_end_where_the_columns_of_the_rotation_point() -> None:
-    """Each axis is one segment in its own colour."""
+    """Each axis is one segment from the origin."""
     turned = f32((0, -1, 0), (1, 0, 0), (0, 0, 1))
-    segments, colours = shapes.axes_segments(Axes(f32(1, 1, 0), turned, 10.0, "x"))
+    segments = shapes.axes_segments(Axes(f32(1, 1, 0), turned, 10.0, COLOURS["estimate"], 2.0, "x"))
+    np.testing.assert_allclose(segments[:, 0], f32((1, 1, 0), (1, 1, 0), (1, 1, 0)))
     np.testing.assert_allclose(segments[0, 1], (1, 11, 0))
-    assert len(np.unique(colours[:, 0], axis=0)) == 3
 
 
 def test_faces_are_turned_over() -> None:
@@ -65,13 +87,14 @@ def test_faces_are_turned_over() -> None:
 
 
 def test_depth_is_the_highest_of_all() -> None:
-    """The box that a camera fits holds clouds, trails, links, meshes and labels."""
+    """The box that a camera fits holds clouds, trails, links, meshes and labels; the camera itself is counted apart."""
     items = {
         "picture": Picture(np.zeros((4, 4, 3), dtype=np.uint8)),
         "cloud": Points(f32((0, 0, 3)), np.zeros((1, 3), dtype=np.uint8), 1.0),
         "mesh": Mesh(f32((0, 0, 4)), np.array([[0, 0, 0]], dtype=np.int32), (0, 0, 0), 1.0, "x"),
         "links": Links(f32(((0, 0, 0), (0, 0, 5))), (0, 0, 0), 1.0, "x"),
         "trail": Polyline(f32((0, 0, 0), (0, 0, 6), (0, 0, np.nan)), (0, 0, 0), 1.0, "x"),
+        "camera": Frustum(f32(0, 0, 900), f32((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), (0, 0, 0), 1.0, "x"),
     }
     assert shapes.depth(items.values()) == 6.0
     assert shapes.depth(()) == 0.0

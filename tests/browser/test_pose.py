@@ -1,0 +1,38 @@
+"""A solid in the scene: its camera from aside, and a second run beside it."""
+
+from collections.abc import Callable
+
+from tests.browser.host import Server
+from tests.browser.views import SessionPage
+
+
+def shows(view: SessionPage, node: str) -> bool:
+    """Whether a node of the scene is there and visible."""
+    return bool(view.in_scene(f"window.__viserMutable?.nodeRefFromName['/{node}']?.visible === true", otherwise=False))
+
+
+def test_a_branch_is_seen_beside_the_run_that_it_left(watch: Callable[..., SessionPage], server: Server) -> None:
+    """Where another tracker goes its own way, the solid of the run that was left is drawn as well."""
+    view = watch(experiment="prism")
+    server.seek(view.id, 30)
+    view.stands_at(30)
+    view.press("Home")
+    view.stands_at(0)
+    assert not shows(view, "second edges")
+    view.branch("alpha-1")
+    view.press("Shift+ArrowRight")
+    view.stands_at(10)
+    view.until(lambda: shows(view, "second edges"), "the second run's solid is seen")
+    assert shows(view, "estimated edges")
+    view.press("Home")
+    view.until(lambda: not shows(view, "second edges"), "where both are the same, one is drawn")
+
+
+def test_the_camera_is_seen_from_aside(watch: Callable[..., SessionPage]) -> None:
+    """From the front there is the picture and nothing across it; a click on Side shows what took it."""
+    view = watch(experiment="prism")
+    assert not shows(view, "camera")
+    view.scene.get_by_role("button", name="Side").click()
+    view.until(lambda: shows(view, "camera"), "the camera is seen")
+    view.scene.get_by_role("button", name="Front").click()
+    view.until(lambda: not shows(view, "camera"), "the camera is out of the way")
