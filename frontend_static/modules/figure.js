@@ -125,7 +125,8 @@ export class Lines {
    * @param {Figure} figure
    * @param {(history: object, from: number) => object} columns The data of the frames from one on.
    * @param {(source: object, branch: object) => {all?: object[], active?: object[]}} make Draws the glyphs of a branch:
-   *     those that are seen of all branches, and those of the active one alone.
+   *     those that are seen of all branches, and those of the active one alone. The lines of all, and areas tagged
+   *     "branch", have the branch's colour.
    * @param {string[]|null} limits The columns that `most` is the largest of; all if not given.
    */
   constructor(figure, columns, make, limits = null) {
@@ -168,6 +169,11 @@ export class Lines {
         // The active branch lies above the others, which share its past.
         one.level = active ? "guide" : "glyph";
       }
+    }
+    if (line.colour !== branch.colour) {
+      line.colour = branch.colour;
+      for (const one of line.all) one.glyph.line_color = branch.colour;
+      for (const one of line.active) if (one.tags.includes("branch")) one.glyph.fill_color = branch.colour;
     }
     if (!active && line.all.length === 0) return;
     this.#feed(line, history);

@@ -17,7 +17,7 @@ class Curve extends Figure {
     this.lines = new Lines(
       this,
       (history, from) => columns(history, from, values),
-      (source, branch) => ({ all: [this.line(source, first, { line_color: branch.colour, name: `${plot.id} ${branch.id}` })] }),
+      (source, branch) => ({ all: [this.line(source, first, { name: `${plot.id} ${branch.id}` })] }),
     );
   }
 
@@ -112,10 +112,10 @@ class BandPlot extends Figure {
     };
     const make = (source, branch) => ({
       active: [
-        this.area(source, { field: "low" }, { field: "high" }, { fill_color: branch.colour, fill_alpha: 0.22 }),
+        this.area(source, { field: "low" }, { field: "high" }, { fill_alpha: 0.22, tags: ["branch"] }),
         this.line(source, "truth", { line_color: this.ink.truth, line_dash: DASHES, line_width: 1.2, tags: ["truth"] }),
       ],
-      all: [this.line(source, "value", { line_color: branch.colour, name: `${plot.id} ${branch.id}` })],
+      all: [this.line(source, "value", { name: `${plot.id} ${branch.id}` })],
     });
     // The band may be as wide as it likes; the axis follows what is estimated and what is true.
     this.#lines = new Lines(this, (history, from) => columns(history, from, values), make, ["value", "truth"]);
@@ -150,7 +150,7 @@ class SharePlot extends Figure {
       return data;
     };
     const make = (source, branch) => ({
-      all: plot.series.map((name) => this.line(source, name, { line_color: branch.colour, name: `${plot.id} ${branch.id} ${name}` })),
+      all: plot.series.map((name) => this.line(source, name, { name: `${plot.id} ${branch.id} ${name}` })),
     });
     this.#lines = new Lines(this, percent, make);
   }

@@ -11,7 +11,7 @@ from server.sessions.history import History
 from server.sessions.listeners import Listeners
 from server.sessions.messages import State
 from server.sessions.protocol import Card, Ready, Standing
-from server.sessions.spec import Bookmark, BranchSpec, SessionSpec, as_models, colour
+from server.sessions.spec import Bookmark, BranchSpec, SessionSpec, as_models
 from server.sessions.view import branch_views, view
 
 __all__ = ["Chronicle"]
@@ -140,16 +140,15 @@ class Chronicle:
     def _new_branch(self, now: Standing) -> BranchSpec:
         """Take note of a branch that the worker made."""
         assert self.card is not None  # noqa: S101 - a worker shows its card first
-        parent, number = self.spec.branch, self.spec.branches_made
+        parent = self.spec.branch
         made = BranchSpec(
             id=now.branch,
             title=f"{self.card.trackers.get(now.tracker, now.tracker)} from frame {now.position}",
             parent=parent,
             frame=now.position,
             tracker=now.tracker,
-            colour=colour(number),
         )
-        self.spec.branches_made = number + 1
+        self.spec.branches_made += 1
         self.spec.branches[made.id] = made
         self._histories[made.id] = self._history(parent).upto(now.position)
         return made

@@ -26,8 +26,6 @@ __all__ = [
 LARGEST_SEED = 2**53 - 1
 """Largest whole number that a browser holds exactly."""
 
-BRANCH_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#D55E00")
-
 Place = Annotated[float, Field(ge=0, le=100_000, allow_inf_nan=False)]
 Extent = Annotated[float, Field(ge=1, le=100_000, allow_inf_nan=False)]
 Box = tuple[Place, Place, Extent, Extent]
@@ -53,7 +51,6 @@ class BranchSpec(BaseModel):
     tracker: str
     first_tracker: str | None = None
     first_values: dict[str, Value] = {}
-    colour: str = BRANCH_COLOURS[0]
     timeline: list[ChangeModel] = []
     head: int = 0
     position: int = 0
@@ -108,8 +105,3 @@ def as_timeline(changes: list[ChangeModel]) -> Timeline:
 def as_models(timeline: Timeline) -> list[ChangeModel]:
     """Return a timeline as the API and the store carry it."""
     return [ChangeModel(frame=change.frame, values=dict(change.values)) for change in timeline]
-
-
-def colour(number: int) -> str:
-    """Return the colour of the branch with this number."""
-    return BRANCH_COLOURS[number % len(BRANCH_COLOURS)]

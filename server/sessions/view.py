@@ -9,6 +9,9 @@ from server.sessions.spec import SessionSpec
 
 __all__ = ["branch_views", "view"]
 
+COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#D55E00")
+"""Of the branches: those of the estimate and of the second run, then what is left of the palette."""
+
 PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
 
 
@@ -57,7 +60,14 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
 
 
 def branch_views(spec: SessionSpec) -> list[BranchView]:
-    """Return the branches as the page lists them."""
+    """Return the branches as the page lists them, in the colours of the scene: the active one as the estimate.
+
+    The branch that it left, which the scene draws beside it, is the second run; without one, that is the last other.
+    """
+    others = [branch.id for branch in spec.branches.values() if branch.id != spec.branch]
+    second = spec.active.parent if spec.active.parent in others else others[-1] if others else None
+    order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != second))
+    colours = {name: COLOURS[place % len(COLOURS)] for place, name in enumerate(order)}
     return [
         BranchView(
             id=branch.id,
@@ -65,7 +75,7 @@ def branch_views(spec: SessionSpec) -> list[BranchView]:
             parent=branch.parent,
             frame=branch.frame,
             tracker=branch.tracker,
-            colour=branch.colour,
+            colour=colours[branch.id],
         )
         for branch in spec.branches.values()
     ]

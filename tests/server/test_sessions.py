@@ -318,7 +318,7 @@ class TestParameters:
 
 class TestBranches:
     def test_branch_and_return(self, client: httpx.Client, session: dict[str, Any]) -> None:
-        """A branch has a title, a colour and a tracker of its own, and one can go back to the other."""
+        """A branch has a title and a tracker of its own; the one that is shown has the estimate's colour."""
         steer(client, session["id"], "seek", frame=20)
         wish = {"frame": 8, "tracker": "condensation", "title": "What if", "parameters": {"sample_count": 100}}
         answer = client.post(f"/api/v1/sessions/{session['id']}/branch", json=wish)
@@ -327,9 +327,10 @@ class TestBranches:
         assert (branched["position"], branched["tracker"]) == (8, "condensation")
         made = branched["branches"][1]
         assert (made["title"], made["parent"], made["frame"]) == ("What if", session["branch"], 8)
-        assert made["colour"] != branched["branches"][0]["colour"]
+        assert [branch["colour"] for branch in branched["branches"]] == ["#009E73", "#0072B2"]
         back = client.post(f"/api/v1/sessions/{session['id']}/branch/{session['branch']}/activate").json()
         assert (back["branch"], back["position"], back["tracker"]) == (session["branch"], 20, session["tracker"])
+        assert [branch["colour"] for branch in back["branches"]] == ["#0072B2", "#009E73"]
 
     def test_refuses(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """A branch from a frame that has not been computed, or with a wrong value, is refused and leaves no trace."""
