@@ -29,7 +29,7 @@ from pftrack.trackers.pose import METHODS, Method
 from pftrack.trackers.pose_state import PoseState, Solid
 from pftrack.trackers.tracker import Tracker
 
-__all__ = ["TRACKERS", "start", "step"]
+__all__ = ["TRACKERS"]
 
 LEAST_SCALE = 0.02
 """Of a camera, px/mm; what is smaller shows no face."""
