@@ -40,14 +40,14 @@ def alpha_over_time(courses: list[Course]) -> "Figure":
 
     ratios = np.mean([course.ratios for course in courses], axis=0)
     frames = np.arange(1, len(ratios) + 1)
-    figure = Figure(figsize=(11.0, 6.4), layout="constrained")
+    figure = Figure(figsize=(9.6, 6.0), layout="constrained")
     panels = figure.subplots(4, 3, sharex=True, sharey=True)
     for panel, name, values in zip(panels.flat, FEATURES, ratios.T, strict=False):
         panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
         panel.plot(frames, values, color=COLOURS["individual"], linewidth=0.8)
         panel.set_title(name.capitalize(), fontsize=9)
-    for panel in panels.flat[len(FEATURES) :]:
-        panel.set_visible(False)
+    panels[3, 2].set_visible(False)
+    panels[2, 2].tick_params(labelbottom=True)
     _plain(panels.flat)
     figure.supxlabel("Frame", fontsize=10)
     figure.supylabel("alpha, share of the head's prediction", fontsize=10)
