@@ -12,13 +12,14 @@ could not be confirmed is computed all the same and reported as a known negative
 - `counts`: how many particles, ch. 3 section 3.3;
 - `maps`: the whole protocol of these sections, and its figures;
 - `motion`: learning the dynamics while tracking, ch. 3 section 4;
-- `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3.
+- `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3;
+- `head`: the same on the face of a driver who turns the head, ch. 4 section 4.
 """
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from pftrack.reproduce import counts, maps, motion, occlusion, oracle, other_scene, prism, sensitivity, signals
+from pftrack.reproduce import counts, head, maps, motion, occlusion, oracle, other_scene, prism, sensitivity, signals
 from pftrack.reproduce.finding import Finding
 from pftrack.reproduce.pool import Pool
 
@@ -40,6 +41,7 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "prism-readings": prism.readings,
     "prism-perspective": prism.perspective,
     "pose-filters": prism.pose_filters,
+    "head": head.pose,
 }
 """All results by name: functions of a pool and of whether the whole protocol is to be run."""
 

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 __all__ = ["Finding", "claim", "compare", "share"]
+
+Status: TypeAlias = Literal["pass", "fail", "known-negative"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +18,8 @@ class Finding:
         ours: What we measured.
         reference: What it should be, or None for an ordering.
         tolerance: How far ours may be from the reference; None for an ordering.
-        status: Whether it holds; `known-negative` for a claim of the document that the specification could not confirm.
+        status: Whether it holds; `known-negative` for a claim of the document that the specification could not confirm,
+            and for a figure of which it is known why it comes out otherwise.
         source: Where the reference comes from.
     """
 
@@ -24,7 +27,7 @@ class Finding:
     ours: float
     reference: float | None
     tolerance: float | None
-    status: Literal["pass", "fail", "known-negative"]
+    status: Status
     source: str
 
     def as_dict(self) -> dict[str, object]:
@@ -35,19 +38,39 @@ class Finding:
         }
 
 
-def compare(result: str, ours: float, reference: float, tolerance: float, source: str) -> Finding:
-    """Judge a figure by its distance from the reference; NaN fails."""
-    status: Literal["pass", "fail"] = "pass" if abs(ours - reference) <= tolerance else "fail"
-    return Finding(result, ours, reference, tolerance, status, source)
+def compare(
+    result: str, ours: float, reference: float, tolerance: float, source: str, *, confirmed: bool = True
+) -> Finding:
+    """Judge a figure by its distance from the reference; NaN fails.
+
+    Args:
+        result: What it is.
+        ours: What we measured.
+        reference: What it should be.
+        tolerance: How far ours may be from that.
+        source: Where the reference comes from.
+        confirmed: Whether it should hold; if it is known why not, it is a known negative unless it does.
+    """
+    holds = abs(ours - reference) <= tolerance
+    return Finding(result, ours, reference, tolerance, _status(holds=holds, confirmed=confirmed), source)
 
 
-def share(result: str, successes: int, runs: int, reference: float, reference_runs: int, source: str) -> Finding:
+def share(
+    result: str,
+    successes: int,
+    runs: int,
+    reference: float,
+    reference_runs: int,
+    source: str,
+    *,
+    confirmed: bool = True,
+) -> Finding:
     """Judge a success rate by the reference's: within three standard errors of the difference, and 0.03.
 
     The allowance is the specification's for a cell of a map (6.5); it grows as either side has fewer runs.
     """
     spread = math.sqrt(reference * (1 - reference) * (1 / runs + 1 / reference_runs))
-    return compare(result, successes / runs, reference, 3 * spread + 0.03, source)
+    return compare(result, successes / runs, reference, 3 * spread + 0.03, source, confirmed=confirmed)
 
 
 def claim(result: str, ours: float, *, holds: bool, source: str, confirmed: bool = True) -> Finding:
@@ -60,5 +83,8 @@ def claim(result: str, ours: float, *, holds: bool, source: str, confirmed: bool
         source: Where it is made.
         confirmed: Whether the specification could confirm it; if not, it is a known negative unless it holds.
     """
-    negative: Literal["fail", "known-negative"] = "fail" if confirmed else "known-negative"
-    return Finding(result, ours, None, None, "pass" if holds else negative, source)
+    return Finding(result, ours, None, None, _status(holds=holds, confirmed=confirmed), source)
+
+
+def _status(*, holds: bool, confirmed: bool) -> Status:
+    return "pass" if holds else "fail" if confirmed else "known-negative"

@@ -52,6 +52,8 @@ def test_findings_are_judged_honestly() -> None:
     nothing = compare("x", math.nan, 1.0, 0.05, "here")
     assert nothing.status == "fail"
     assert nothing.as_dict()["ours"] is None
+    assert compare("x", 1.06, 1.0, 0.05, "here", confirmed=False).status == "known-negative"
+    assert compare("x", 1.04, 1.0, 0.05, "here", confirmed=False).status == "pass"
     assert claim("x", 1.0, holds=False, source="here").status == "fail"
     assert claim("x", 1.0, holds=False, source="here", confirmed=False).status == "known-negative"
     assert claim("x", 1.0, holds=True, source="here", confirmed=False).status == "pass"
