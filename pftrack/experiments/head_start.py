@@ -22,6 +22,9 @@ __all__ = ["FINDER", "first_face"]
 CLOSELY_SEARCHED, THEN_EVERY = 50, 5
 """So many pictures are looked at one by one for a first face, and of later ones at most every so-many-th."""
 
+LOOKS_A_SECOND = 10
+"""Pictures that are looked at for a face from the front, within a second of the first one from the side."""
+
 MOST_SEARCHED = 200
 """Pictures in all, of 0.1 s each."""
 
@@ -70,20 +73,35 @@ def within(sequence: FrameSequence, frame: int, box: Box) -> Sighting:
 def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.float64]]:
     """Return the number of the first picture with a face from one on, and its features (11, 2) px.
 
+    The pose is relative to that picture and its points are those of a face from the front. So if the first face looks
+    aside, and another picture within a second shows it from the front, it is that one.
+
     Raises:
         FaceError: There is none; it says what is wrong with the picture `start`.
     """
     refused = "expected a face with two eyes, found none"
     for sighting in search(sequence, frames_to_search(start, sequence.frame_count - 1)):
         if sighting.sure:
-            return sighting.frame, np.array([sighting.points[name] for name in FEATURES])
+            return _frontal(sequence, sighting)
         if sighting.frame == start and not sighting.points:
             refused = sighting.remarks[0]
     raise FaceError("no face", f"{refused}; mark its features or its box")
 
 
+def _frontal(sequence: FrameSequence, first: Sighting) -> tuple[int, NDArray[np.float64]]:
+    """Return the first picture within a second in which the face looks into the camera, or the first of all."""
+    last = min(first.frame + round(sequence.frame_rate_hz), sequence.frame_count - 1)
+    for frame in range(first.frame, last + 1, max(1, round(sequence.frame_rate_hz / LOOKS_A_SECOND))):
+        face = spot(luma(sequence.picture(frame)))
+        if face is not None and not face.aside:
+            return frame, face.points_px
+    return first.frame, np.array([first.points[name] for name in FEATURES])
+
+
 def _sighting(frame: int, face: DetectedFace) -> Sighting:
-    return Sighting(frame, _marks(face.points_px), face.placed, face.warnings)
+    aside = "the face looks aside; a picture in which it looks into the camera is a better start"
+    remarks = (*face.warnings, aside) if face.eyes_seen == 2 and face.aside else face.warnings
+    return Sighting(frame, _marks(face.points_px), face.placed, remarks)
 
 
 def _marks(points: NDArray[np.float64]) -> Marks:

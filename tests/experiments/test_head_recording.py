@@ -269,6 +269,21 @@ def test_the_real_clip_is_followed() -> None:
     assert np.corrcoef(yaw, truth)[0, 1] > 0.9
 
 
+def test_a_face_first_seen_from_the_side_is_followed() -> None:
+    """The short sample, whose head turns by 65 degrees in half a second, is held from its first frontal picture on."""
+    if not CLIP.exists():
+        pytest.skip("the sample clips are not beside this checkout")
+    sequence = open_sequence(CLIP / "head_turn_short.gif")
+    truth = read_poses(CLIP / "head_turn_short_reference_pose.csv")
+    setup = HEAD.on_video(sequence, None, truth=truth)  # type: ignore[misc]
+    runs = [Run(HEAD, setup, seed=seed) for seed in range(3)]
+    for run in runs:
+        run.finish()
+    sequence.close()
+    assert abs(truth.poses[setup.reference["start"]][0]) < 10.0  # type: ignore[index]
+    assert np.median([HEAD.report(run.diagnostics)["tracked_share"] for run in runs]) > 0.7  # type: ignore[misc]
+
+
 def test_truth_of_another_kind_is_refused() -> None:
     """A table of boxes is no truth for a head."""
     with pytest.raises(ValueError, match="expected the truth of a head as a table of poses"):

@@ -7,6 +7,9 @@ from pftrack.detection.face import FaceError
 from pftrack.experiments import find
 from pftrack.experiments.head_start import FINDER, MOST_SEARCHED, first_face, frames_to_search
 from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
+from pftrack.parameters import revise
+from pftrack.sources.head import HeadSceneParameters, HeadSource
+from pftrack.sources.source import History
 from tests.experiments.heads import Picture, Pictures, empty, marked, pictures
 
 
@@ -49,6 +52,30 @@ def test_sightings_are_told_one_by_one() -> None:
     assert told[2].placed == ("lmc", "rmc")
     for name, place in marked().items():
         assert np.hypot(*np.subtract(told[2].points[name], place)) < 6
+
+
+def turning(*frames: int) -> list[Picture]:
+    """Return pictures of a driver who turns to the front, by the script's frames; at 104 the yaw is 6 degrees."""
+    scene = revise(HeadSceneParameters(), {"person": 101})
+    shown = [HeadSource(0, scene).frame(frame, History(((0, scene),))).image_rgb for frame in frames]
+    return [picture for picture in shown if picture is not None]
+
+
+def test_a_face_from_the_front_is_a_better_start() -> None:
+    """A face that looks aside at first is begun with where it looks into the camera, and it is said that it did not."""
+    shown = turning(96, 98, 100, 102, 104, 106)
+    first, points = first_face(Pictures(shown, frame_rate_hz=15.0), 0)
+    assert 2 <= first <= 4
+    assert points.shape == (11, 2)
+    aside, *_, frontal = FINDER.search(Pictures(shown), range(6))
+    assert "looks aside" in aside.remarks[-1]
+    assert frontal.remarks == ()
+
+
+def test_a_face_that_goes_on_looking_aside_is_taken() -> None:
+    """Nobody has to look into the camera: without such a picture within a second the first one will do."""
+    shown = turning(96)
+    assert first_face(Pictures(shown * 8 + turning(106), frame_rate_hz=6.0), 0)[0] == 0
 
 
 def test_hidden_eyes_are_not_sure() -> None:
