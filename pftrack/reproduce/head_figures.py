@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pftrack.geometry.face_model import FEATURES, TITLES
 from pftrack.reproduce.head_course import Course, Model
 from pftrack.reproduce.head_curves import AXES, success_rates
 
@@ -14,13 +15,6 @@ __all__ = ["draw"]
 
 COLOURS: dict[Model, str] = {"individual": "#0072b2", "mean": "#e69f00"}
 NAMES: dict[Model, str] = {"individual": "the driver's own face", "mean": "mean face of other people"}
-FEATURES = (
-    "nose", "left eye", "right eye", "inner corner of the left eye", "inner corner of the right eye",
-    "outer corner of the left eye", "outer corner of the right eye", "left brow", "right brow",
-    "left corner of the mouth", "right corner of the mouth",
-)  # fmt: skip
-"""In plain words, in the order of the face model."""
-
 MOST_DEG = 4.0
 HIDDEN = {"color": "#808080", "alpha": 0.2, "linewidth": 0}
 
@@ -45,7 +39,7 @@ def alpha_over_time(courses: list[Course]) -> "Figure":
     for panel, name, values in zip(panels.flat, FEATURES, ratios.T, strict=False):
         panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
         panel.plot(frames, values, color=COLOURS["individual"], linewidth=0.8)
-        panel.set_title(name.capitalize(), fontsize=9)
+        panel.set_title(TITLES[name].capitalize(), fontsize=9)
     panels[3, 2].set_visible(False)
     panels[2, 2].tick_params(labelbottom=True)
     _plain(panels.flat)
@@ -66,7 +60,7 @@ def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
         for model, colour in COLOURS.items():
             rates = success_rates(by_model[model], axis, thresholds)
             panel.plot(thresholds, rates, color=colour, linewidth=1.5, label=NAMES[model])
-        panel.set_title(name.capitalize(), fontsize=10)
+        panel.set_title(TITLES[name].capitalize(), fontsize=10)
         panel.set_xlabel("Threshold of the mean error, °")
     panels[0].set_ylabel("Success rate")
     panels[0].set_ylim(-0.02, 1.02)
