@@ -60,7 +60,7 @@ def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
         for model, colour in COLOURS.items():
             rates = success_rates(by_model[model], axis, thresholds)
             panel.plot(thresholds, rates, color=colour, linewidth=1.5, label=NAMES[model])
-        panel.set_title(TITLES[name].capitalize(), fontsize=10)
+        panel.set_title(name.capitalize(), fontsize=10)
         panel.set_xlabel("Threshold of the mean error, °")
     panels[0].set_ylabel("Success rate")
     panels[0].set_ylim(-0.02, 1.02)
