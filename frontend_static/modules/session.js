@@ -114,6 +114,7 @@ function openPreset(preset) {
 
 function header() {
   const title = h("h1", {});
+  const sweep = h("a", { class: "link", title: "The sweep that this run comes from", hidden: true }, "Sweep");
   const tool = (name, text, hint, run) =>
     h("button", { type: "button", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
   const tools = [
@@ -124,6 +125,7 @@ function header() {
   fill(
     part("header"),
     h("a", { class: "brand", href: "/" }, "pftrack"),
+    sweep,
     title,
     h("span", { class: "spring" }),
     tools,
@@ -135,6 +137,8 @@ function header() {
     if (session === null) return;
     const words = `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.seed}`;
     setText(title, words);
+    sweep.hidden = !session.sweep;
+    if (session.sweep) sweep.href = `/sweep/${encodeURIComponent(session.sweep)}`;
     document.title = `${words} · pftrack`;
     for (const element of tools) element.disabled = store.connection !== "open" || !commands.able;
   });

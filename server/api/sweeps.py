@@ -116,5 +116,5 @@ async def open_row(
 ) -> SessionView:
     """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
     tracker = wish.tracker if wish else None
-    spec = await asyncio.to_thread(opened, sweep.plan, sweep.results, run, tracker)
+    spec = await asyncio.to_thread(opened, sweep.id, sweep.plan, sweep.results, run, tracker)
     return (await manager.create(spec)).view()

@@ -94,6 +94,7 @@ class SessionView(BaseModel):
     branch: str
     branches: list[BranchView]
     bookmarks: list[Bookmark]
+    sweep: str | None = None
     upload: str | None = None
     box: tuple[float, float, float, float] | None = None
     points: dict[str, tuple[float, float]] | None = None

@@ -72,6 +72,7 @@ class SessionSpec(BaseModel):
     experiment: str
     seed: int = 0
     frames: int | None = None
+    sweep: str | None = None
     upload: str | None = None
     upload_name: str | None = None
     box: Box | None = None

@@ -46,6 +46,7 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
         branch=active.id,
         branches=branch_views(spec),
         bookmarks=spec.bookmarks,
+        sweep=spec.sweep,
         upload=spec.upload,
         box=spec.box,
         points=spec.points,

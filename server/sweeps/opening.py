@@ -13,7 +13,7 @@ __all__ = ["opened"]
 BEFORE_THE_LOSS = 10
 
 
-def opened(plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
+def opened(sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
     """Return the spec of a session with exactly one run of a sweep, or the same with another method.
 
     The session stands ten frames before the first lost frame; with another method that lost nothing, where the run of
@@ -47,6 +47,7 @@ def opened(plan: Plan, results: Results, run: int, tracker: str | None) -> Sessi
     return SessionSpec(
         id=new_name(),
         experiment=plan.experiment,
+        sweep=sweep,
         seed=single.seed,
         frames=plan.frames,
         branch=FIRST,

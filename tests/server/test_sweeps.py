@@ -209,6 +209,7 @@ class TestOpening:
         """A failed run opens paused ten frames before its loss, fails in that frame, and has the row's estimates."""
         failed = next(row for row in rows(client, sweep["id"], i=1, j=1)["rows"] if row["first_lost_frame"] > 10)
         session = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{failed['run']}/open").json()
+        assert session["sweep"] == sweep["id"]
         loss = failed["first_lost_frame"]
         assert (session["position"], session["state"], session["frames"]) == (loss - 10, "ready", 40)
         assert (session["tracker"], session["seed"]) == (failed["tracker"], failed["seed"])
