@@ -97,7 +97,7 @@ class Question:
     Attributes:
         experiment: Identifier of the experiment.
         frame: First frame of the upload to look into.
-        last: Last one, or None for that of the upload.
+        last: Last one, not before the first, or None for that of the upload.
         looked: How many of the frames worth looking into were looked into before.
         box: Around the target, px, if a person has drawn one in that frame.
     """
@@ -122,7 +122,10 @@ def find_features(path: str, index: str | None, question: Question, limits: Limi
             raise SourceError(str(error)) from None
         return _told(seen, 1, 1)
     end = sequence.frame_count - 1
-    frames = finder.frames(question.frame, end if question.last is None else min(question.last, end))
+    last = end if question.last is None else min(question.last, end)
+    if last < question.frame:
+        raise ParameterError("last", question.last, f"a frame from {question.frame} on")
+    frames = finder.frames(question.frame, last)
     until, looked = time.monotonic() + SEARCH_S, min(question.looked, len(frames) - 1)
     for seen in finder.search(sequence, frames[looked:]):
         looked += 1

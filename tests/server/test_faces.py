@@ -132,6 +132,11 @@ class TestFound:
         answer = client.post("/api/v1/sessions", json={"experiment": "head", "upload": upload}, timeout=60)
         assert words in error_of(answer, 422)["message"]
 
+    def test_no_frames_to_look_into(self, client: httpx.Client, clip: bytes) -> None:
+        """A last frame before the first is refused by its name."""
+        error = error_of(look(client, put(client, clip)["id"], frame=5, last=2), 422)
+        assert "Last must be a frame from 5 on" in error["message"]
+
     def test_two_faces(self, client: httpx.Client, shown: list[Picture]) -> None:
         """Of two faces one is proposed, and it is said how to have the other."""
         found = look(client, put(client, film([np.hstack([shown[0], shown[0]])] * 2))["id"]).json()
@@ -330,6 +335,15 @@ class TestTruth:
         put_truth(client, upload, poses())
         assert words in error_of(put_truth(client, upload, text), 422)["message"]
         assert client.get(f"/api/v1/uploads/{upload}/truth?experiment=head").json()["frames"] == FRAMES
+
+    def test_an_upload_that_was_deleted_meanwhile(self, start_server: Any, clip: bytes) -> None:
+        """Where the upload has gone while its table was read, nothing is kept, and that is said."""
+        with start_server() as (server, client):
+            upload = put(client, clip)["id"]
+            files = server.app.state.services.store.files
+            files.remove_upload(upload)
+            assert "deleted" in error_of(put_truth(client, upload, poses()), 409)["message"]
+            assert not files.truth(upload, "poses").parent.exists()
 
     def test_what_was_passed_over(self, client: httpx.Client, clip: bytes) -> None:
         """Of several objects the first is taken, and it is said that others were left out."""
