@@ -112,7 +112,7 @@ export class PointsTarget {
       const wanted = this.#frame;
       this.show(found.frame);
       this.#on.moved(found.frame);
-      found.remarks = [`The first face from frame ${wanted} on is in frame ${found.frame}.`, ...found.remarks];
+      found.remarks = [`The first suitable face from frame ${wanted} on is in frame ${found.frame}.`, ...found.remarks];
     }
     this.#stage("points");
     this.#points.set(found.points, found.placed);

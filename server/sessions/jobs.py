@@ -132,6 +132,8 @@ def find_features(path: str, index: str | None, question: Question, limits: Limi
         # What is only guessed may do where it was asked for, and is not looked for elsewhere.
         if seen.sure or (seen.points and len(frames) == 1) or time.monotonic() > until:
             break
+    if seen.sure and question.last is None:
+        seen = finder.better(sequence, seen)
     guessed = seen.points and not seen.sure and len(frames) > 1
     return _told(Sighting(seen.frame) if guessed else seen, looked, len(frames))
 

@@ -12,6 +12,7 @@ from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
 from pftrack.geometry.gaze import gaze
 from pftrack.sources.sequence import open_sequence
 from tests.experiments.heads import Picture, empty, film, marked, pictures, simulated
+from tests.experiments.test_head_start import turning
 from tests.server.host import Server, begin, error_of, steer, wait_for
 from tests.server.test_runs import estimates, save
 from tests.server.test_uploads import send
@@ -93,6 +94,17 @@ class TestFound:
         alone = look(client, upload, last=0).json()
         assert (alone["points"], alone["looked"], alone["of"]) == (None, 1, 1)
         assert "found none in the picture" in alone["remarks"][0]
+
+    def test_a_later_face_from_the_front_is_preferred(self, client: httpx.Client) -> None:
+        """A page is proposed the picture that a session without points would begin at, and told why."""
+        upload = put(client, film(turning(92, 94, 100, 102, 104, 106), 15))["id"]
+        found = look(client, upload).json()
+        assert found["frame"] in {2, 4}
+        assert found["remarks"] == ["In frame 0 the face looks aside."]
+        session = begin(client, experiment="head", upload=upload)
+        assert (session["start"], session["points"]) == (found["frame"], found["points"])
+        alone = look(client, upload, last=0).json()
+        assert (alone["frame"], "better start" in alone["remarks"][-1]) == (0, True)
 
     def test_looking_goes_on(self, client: httpx.Client, late: bytes) -> None:
         """What was looked into before is not looked into again, so that a long search can be told in parts."""
