@@ -160,6 +160,8 @@ class Finder:
         within: (sequence, frame, box) -> the target in a box that a person has drawn, if need be all of it placed.
         titles: What people call the features, by name.
         links: Pairs of features between which a line helps the eye.
+        outline: How far a box around the target reaches, to end a sentence that begins "Draw a box".
+        advice: What a person who marks the features should know, a sentence.
     """
 
     frames: Callable[[int, int], Sequence[int]]
@@ -168,6 +170,8 @@ class Finder:
     within: Callable[[FrameSequence, int, Box], Sighting]
     titles: Mapping[str, str]
     links: tuple[tuple[str, str], ...]
+    outline: str
+    advice: str
 
 
 @dataclass(frozen=True)

@@ -116,4 +116,13 @@ def _marks(points: NDArray[np.float64]) -> Marks:
     return {name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, points, strict=True)}
 
 
-FINDER = Finder(frames_to_search, search, better, within, TITLES, LINKS)
+FINDER = Finder(
+    frames_to_search,
+    search,
+    better,
+    within,
+    TITLES,
+    LINKS,
+    outline="from the hair to the chin and from ear to ear",
+    advice="Left and right are the person's own.",
+)

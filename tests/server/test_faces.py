@@ -81,6 +81,9 @@ class TestFound:
         assert found["placed"] == ["lmc", "rmc"]
         experiments = {each["id"]: each for each in client.get("/api/v1/experiments").json()}
         assert experiments["head"]["finds_target"] is True
+        assert experiments["head"]["target"] == "face"
+        assert "chin" in experiments["head"]["outline"]
+        assert "person's own" in experiments["head"]["advice"]
         assert experiments["head"]["features"] == TITLES
         assert experiments["head"]["links"] == [list(link) for link in LINKS]
         assert experiments["head"]["truth_columns"] == ["frame", "yaw_deg", "pitch_deg", "roll_deg"]
