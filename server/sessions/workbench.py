@@ -129,7 +129,7 @@ class Workbench:
 
     @property
     def second(self) -> str | None:
-        """The branch that the active one left, else the one that was active before, of those that see the same scene."""
+        """The branch that the active one left, else the one active before it, of those that see the same scene."""
         others = [name for name, run in self._runs.items() if name != self.active and run.seed == self.run.seed]
         left = self._left.get(self.active)
         return left if left in others else others[-1] if others else None
