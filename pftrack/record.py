@@ -23,6 +23,7 @@ from pftrack.experiments.experiment import Experiment, Setup
 from pftrack.parameters import ParameterError, Value
 from pftrack.run import Change, Run
 from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.truth import Truth, TruthKind
 
 __all__ = ["Record", "RecordError", "describe", "load", "read", "rebuild", "save"]
 
@@ -175,19 +176,26 @@ def _setup(experiment: Experiment, reference: Mapping[str, Any], open_sequence: 
         if reference["box"] is not None:
             x, y, width, height = (float(number) for number in reference["box"])
             box = (x, y, width, height)
-        rows = {
-            int(frame): tuple(float(number) for number in known) for frame, known in reference.get("truth", {}).items()
-        }
         points = {str(name): (float(x), float(y)) for name, (x, y) in reference.get("points", {}).items()}
         return experiment.on_video(
             sequence,
             box,
             start=int(reference["start"]),
-            truth=experiment.truth.table(rows) if rows else None,
+            truth=_truth(experiment.truth, reference.get("truth") or {}),
             points=points or None,
         )
     except (KeyError, TypeError, IndexError, ValueError) as error:
         raise RecordError(f"the saved run does not say where on {name} it began: {error}") from None
+
+
+def _truth(kind: TruthKind, rows: Mapping[str, Any]) -> Truth | None:
+    """Return a truth that was saved, held to what a file of its kind may say."""
+    form, table = kind.form, {}
+    for frame, known in rows.items():
+        table[int(frame)] = values = tuple(float(number) for number in known)
+        if len(values) != len(form.columns) - 1 or not all(abs(value) <= form.largest for value in values):
+            raise ValueError(f"frame {frame} has no {form.one} of {form.unit}")
+    return kind.table(table) if table else None
 
 
 def _columns(run: Run) -> dict[str, np.ndarray[Any, Any]]:

@@ -214,7 +214,7 @@ class Run:
     def lost_before(self, frame: int) -> int | None:
         """Return the frame in which the loss began that lasted at `frame` or was the last one before it.
 
-        Where the truth is unknown, the target is lost when the tracker itself says so.
+        It is lost where the truth or the tracker itself says so.
         """
         for index in range(min(frame, self.head), 0, -1):
             if self.diagnostics[index].gone and not self.diagnostics[index - 1].gone:

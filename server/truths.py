@@ -12,6 +12,7 @@ from typing import Any
 
 from pftrack.experiments.experiment import Experiment
 from server.api.models import TruthView
+from server.errors import ConflictError
 from server.sessions.errands import Errands
 from server.sessions.jobs import read_truth
 from server.store import Store
@@ -29,12 +30,16 @@ async def keep_truth(
 
     Raises:
         RefusedError: It is no such table, or has nothing to say of this upload.
+        ConflictError: The upload was deleted while the table was read.
     """
     try:
         read = await errands.run(read_truth, str(received.paths[0]), experiment.id, upload.frames)
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
-    await asyncio.to_thread(write_whole, _place(store, upload.id, experiment), json.dumps(read).encode())
+    try:
+        await asyncio.to_thread(write_whole, _place(store, upload.id, experiment), json.dumps(read).encode())
+    except FileNotFoundError:
+        raise ConflictError("The upload was deleted in the meantime.") from None
     return TruthView(**read)
 
 
@@ -56,10 +61,10 @@ def forget_truth(store: Store, upload: str, experiment: Experiment) -> None:
 
 
 def _kept(store: Store, upload: str, experiment: Experiment) -> dict[str, Any] | None:
-    path = _place(store, upload, experiment)
-    if not path.exists():
+    try:
+        kept: dict[str, Any] = json.loads(_place(store, upload, experiment).read_bytes())
+    except FileNotFoundError:
         return None
-    kept: dict[str, Any] = json.loads(path.read_bytes())
     return kept
 
 

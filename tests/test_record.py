@@ -12,6 +12,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.record import RecordError, load, read, save
 from pftrack.run import Change, Run
+from tests.experiments.heads import Pictures, pictures
 
 BALL = find("ball")
 CHANGES = (Change(0, {"sample_count": 150}), Change(12, {"occlusion_width_px": 80, "tracker": "s-spf"}))
@@ -127,3 +128,15 @@ def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[
     save(run, tmp_path / "a.pft")
     with pytest.raises(RecordError, match=word):
         load(_rewritten(tmp_path / "a.pft", **changes))
+
+
+@pytest.mark.parametrize("row", [[1, 2, float("nan"), 4], [1, 2, 1e300, 4], [1, 2, 3]])
+def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[float]) -> None:
+    """The truth in a saved run is held to what is asked of a table."""
+    truth = BALL.truth.table({0: (1, 2, 30, 40)})
+    setup = BALL.on_video(Pictures(pictures(2, width=160)), (1, 2, 30, 40), truth=truth)  # type: ignore[misc]
+    save(Run(BALL, setup), tmp_path / "a.pft")
+    reference = {**read(tmp_path / "a.pft").reference, "truth": {"0": row}}
+    path = _rewritten(tmp_path / "a.pft", reference=reference)
+    with pytest.raises(RecordError, match="frame 0 has no box of px"):
+        load(path, open_sequence=lambda _: Pictures(pictures(2, width=160)))

@@ -27,15 +27,15 @@ export class PointsEditor {
 
   /**
    * @param {HTMLElement} root
-   * @param {{[name: string]: string}} titles What people call the features.
-   * @param {[string, string][]} links Features between which a line helps the eye.
+   * @param {{target: string, features: {[name: string]: string}, links: [string, string][]}} experiment What is marked,
+   *     what people call its features, and between which of them a line helps the eye.
    * @param {() => void} changed Called when a person has moved a point.
    */
-  constructor(root, titles, links, changed) {
-    [this.#titles, this.#links, this.#changed] = [titles, links, changed];
+  constructor(root, { target, features, links }, changed) {
+    [this.#titles, this.#links, this.#changed] = [features, links, changed];
     this.#lines = links.map(() => ["points-halo", "points-line"].map((kind) => svg("line", { class: kind })));
-    this.#handles = new Map(Object.entries(titles).map(([name, title]) => [name, this.#handle(name, title)]));
-    const properties = { class: "points", role: "group", "aria-label": "Points of the face" };
+    this.#handles = new Map(Object.entries(features).map(([name, title]) => [name, this.#handle(name, title)]));
+    const properties = { class: "points", role: "group", "aria-label": `Points of the ${target}` };
     this.#picture = new Picture(properties, this.#lines.flat(), () => this.#draw());
     const surface = this.#picture.element;
     surface.append(...this.#handles.values(), this.#loupe.element);

@@ -31,7 +31,7 @@ export class PointsTarget {
    */
   constructor(root, upload, experiment, on) {
     [this.#upload, this.#experiment, this.#on] = [upload, experiment, on];
-    this.#points = new PointsEditor(this.#pointsRoot, experiment.features, experiment.links, () => on.changed());
+    this.#points = new PointsEditor(this.#pointsRoot, experiment, () => on.changed());
     this.#box = new BoxEditor(this.#boxRoot, (box) => box && this.#boxRoot.hidden === false && this.#offerPlacing());
     fill(root, this.#pointsRoot, this.#boxRoot, this.#status);
   }
@@ -67,7 +67,7 @@ export class PointsTarget {
     });
     if (!found) return;
     if (found.points) this.#take(found);
-    // Of the frame that was asked for it is said why there is no face, or what may be one is shown.
+    // Of the frame that was asked for it is said why there is no target, or what may be one is shown.
     else if (!alone) await this.find({ alone: true, nowhere: true });
     else this.#refuse([...found.remarks, nowhere && "None was found in later frames either."], nowhere);
   }
@@ -84,8 +84,9 @@ export class PointsTarget {
   async #ask(question) {
     const asked = (this.#asked += 1);
     const wanted = () => asked === this.#asked;
-    const meter = h("progress", { max: 1, "aria-label": "Looking for a face" });
-    const words = h("p", { class: "hint", role: "status" }, "Looking for a face");
+    const looking = `Looking for a ${this.#experiment.target}`;
+    const meter = h("progress", { max: 1, "aria-label": looking });
+    const words = h("p", { class: "hint", role: "status" }, looking);
     const stop = () => (this.leave(), this.#refuse(["The search was stopped."]));
     fill(this.#status);
     const slow = setTimeout(
@@ -95,7 +96,7 @@ export class PointsTarget {
     try {
       const answer = await question((looked, of) => {
         meter.value = looked / of;
-        setText(words, `Looking for a face, ${looked} of ${of} frames`);
+        setText(words, `${looking}, ${looked} of ${of} frames`);
         return wanted();
       });
       return wanted() ? answer : null;
@@ -112,7 +113,7 @@ export class PointsTarget {
       const wanted = this.#frame;
       this.show(found.frame);
       this.#on.moved(found.frame);
-      found.remarks = [`The first face from frame ${wanted} on is in frame ${found.frame}.`, ...found.remarks];
+      found.remarks = [`The first suitable ${this.#experiment.target} from frame ${wanted} on is in frame ${found.frame}.`, ...found.remarks];
     }
     this.#stage("points");
     this.#points.set(found.points, found.placed);
@@ -120,7 +121,7 @@ export class PointsTarget {
     fill(
       this.#status,
       found.remarks.map((remark) => h("p", { class: "note" }, remark)),
-      h("p", { class: "hint" }, "Drag a point to where it belongs, or Tab to it and use the arrows, with shift for 10 px. ", hollow, "Left and right are the person's own."),
+      h("p", { class: "hint" }, "Drag a point to where it belongs, or Tab to it and use the arrows, with shift for 10 px. ", hollow, this.#experiment.advice),
       h("div", { class: "finding-tools" }, this.#tool("Find again", () => this.find({ alone: true })), this.#tool("Draw a box instead…", () => this.#drawBox())),
     );
     this.#on.changed();
@@ -131,7 +132,7 @@ export class PointsTarget {
     fill(
       this.#status,
       h("p", { class: "wrong", role: "alert" }, remarks.filter(Boolean).join(" ")),
-      h("p", { class: "hint" }, "Mark the face by a box, or choose another frame."),
+      h("p", { class: "hint" }, `Mark the ${this.#experiment.target} by a box, or choose another frame.`),
       h(
         "div",
         { class: "finding-tools" },
@@ -147,7 +148,7 @@ export class PointsTarget {
     this.#asked += 1;
     this.#forget();
     this.#stage("box");
-    fill(this.#status, h("p", { class: "hint" }, "Draw a box from the hair to the chin and from ear to ear."), h("div", { class: "finding-tools" }, this.#tool("Find again", () => this.find({ alone: true }))));
+    fill(this.#status, h("p", { class: "hint" }, `Draw a box ${this.#experiment.outline}.`), h("div", { class: "finding-tools" }, this.#tool("Find again", () => this.find({ alone: true }))));
     this.#box.focus();
   }
 

@@ -156,16 +156,22 @@ class Finder:
     Attributes:
         frames: (first, last) -> numbers of the pictures to look into, as many as can be looked into in some seconds.
         search: Look into pictures.
+        better: (sequence, sighting) -> one soon after it that is a better start, or the same.
         within: (sequence, frame, box) -> the target in a box that a person has drawn, if need be all of it placed.
         titles: What people call the features, by name.
         links: Pairs of features between which a line helps the eye.
+        outline: How far a box around the target reaches, to end a sentence that begins "Draw a box".
+        advice: What a person who marks the features should know, a sentence.
     """
 
     frames: Callable[[int, int], Sequence[int]]
     search: Search
+    better: Callable[[FrameSequence, Sighting], Sighting]
     within: Callable[[FrameSequence, int, Box], Sighting]
     titles: Mapping[str, str]
     links: tuple[tuple[str, str], ...]
+    outline: str
+    advice: str
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ begin with the face, and the others spread evenly, since who enters late stays f
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,23 @@ def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]
             yield Sighting(frame)
 
 
+def better(sequence: FrameSequence, first: Sighting) -> Sighting:
+    """Return the first face within a second of a sighting that looks into the camera; the sighting, if none does.
+
+    A pose is relative to the picture at which it begins, and the points of that are those of a face from the front.
+    """
+    last = min(first.frame + round(sequence.frame_rate_hz), sequence.frame_count - 1)
+    for frame in range(first.frame, last + 1, max(1, round(sequence.frame_rate_hz / LOOKS_A_SECOND))):
+        grey = luma(sequence.picture(frame))
+        face = spot(grey)
+        if face is not None and not face.aside:
+            if frame == first.frame:
+                break
+            found = _sighting(frame, detect(grey))
+            return replace(found, remarks=(f"in frame {first.frame} the face looks aside", *found.remarks))
+    return first
+
+
 def within(sequence: FrameSequence, frame: int, box: Box) -> Sighting:
     """Return the face in a box that a person has drawn; if none is recognised there, a mean face that fills it.
 
@@ -73,8 +91,7 @@ def within(sequence: FrameSequence, frame: int, box: Box) -> Sighting:
 def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.float64]]:
     """Return the number of the first picture with a face from one on, and its features (11, 2) px.
 
-    The pose is relative to that picture and its points are those of a face from the front. So if the first face looks
-    aside, and another picture within a second shows it from the front, it is that one.
+    It is the first one, or a better start soon after it.
 
     Raises:
         FaceError: There is none; it says what is wrong with the picture `start`.
@@ -82,20 +99,11 @@ def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.flo
     refused = "expected a face with two eyes, found none"
     for sighting in search(sequence, frames_to_search(start, sequence.frame_count - 1)):
         if sighting.sure:
-            return _frontal(sequence, sighting)
+            found = better(sequence, sighting)
+            return found.frame, np.array([found.points[name] for name in FEATURES])
         if sighting.frame == start and not sighting.points:
             refused = sighting.remarks[0]
     raise FaceError("no face", f"{refused}; mark its features or its box")
-
-
-def _frontal(sequence: FrameSequence, first: Sighting) -> tuple[int, NDArray[np.float64]]:
-    """Return the first picture within a second in which the face looks into the camera, or the first of all."""
-    last = min(first.frame + round(sequence.frame_rate_hz), sequence.frame_count - 1)
-    for frame in range(first.frame, last + 1, max(1, round(sequence.frame_rate_hz / LOOKS_A_SECOND))):
-        face = spot(luma(sequence.picture(frame)))
-        if face is not None and not face.aside:
-            return frame, face.points_px
-    return first.frame, np.array([first.points[name] for name in FEATURES])
 
 
 def _sighting(frame: int, face: DetectedFace) -> Sighting:
@@ -108,4 +116,13 @@ def _marks(points: NDArray[np.float64]) -> Marks:
     return {name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, points, strict=True)}
 
 
-FINDER = Finder(frames_to_search, search, within, TITLES, LINKS)
+FINDER = Finder(
+    frames_to_search,
+    search,
+    better,
+    within,
+    TITLES,
+    LINKS,
+    outline="from the hair to the chin and from ear to ear",
+    advice="Left and right are the person's own.",
+)

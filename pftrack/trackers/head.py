@@ -116,12 +116,14 @@ def _formed(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     memory, form = _memory(state), _form(parameters)
     if form == memory.form:
         return state
-    bank = memory.bank
     if form.template_scale != memory.form.template_scale:
         bank = TemplateBank.begin(memory.sight.templates(form.template_scale))
+        memory = replace(memory, bank=bank, form=memory.form._replace(template_scale=form.template_scale))
+    if form == memory.form:
+        return replace(state, memory=memory)
     model = _model(memory.sight, form)
     solid, turn = _solid(memory.sight, model, form, memory.enlarged)
-    memory = replace(memory, bank=bank, form=form, model=model, turn=turn)
+    memory = replace(memory, form=form, model=model, turn=turn)
     return replace(pose.transferred(state, solid, parameters), memory=memory)
 
 

@@ -115,10 +115,11 @@ def transferred(state: PoseState, solid: Solid, parameters: PoseTrackerParameter
     The upper layer begins anew from them, at rest; it is left alone if nothing that it reads has changed.
     """
     belief, before = state.belief, state.solid
-    if isinstance(belief, RaoBlackwell):
-        joint = _joint(solid, parameters, belief.feature_means, belief.feature_covariances, belief.pose)
-        return replace(state, solid=solid, belief=joint)
     same = np.array_equal(before.points_mm, solid.points_mm) and np.array_equal(before.reference, solid.reference)
+    if isinstance(belief, RaoBlackwell):
+        if not same:
+            belief = _joint(solid, parameters, belief.feature_means, belief.feature_covariances, belief.pose)
+        return replace(state, solid=solid, belief=belief)
     if same and isinstance(belief.upper, AffineBelief) and parameters.upper_layer == "affine":
         return replace(state, solid=solid)
     upper = _upper(solid, parameters, belief.features.means, belief.pose)

@@ -61,9 +61,12 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
             {"id": name, "title": tracker.title, "description": tracker.description}
             for name, tracker in experiment.trackers.items()
         ],
+        "target": experiment.target,
         "finds_target": experiment.finds_target,
         "features": dict(experiment.finder.titles) if experiment.finder else {},
         "links": list(experiment.finder.links) if experiment.finder else [],
+        "outline": experiment.finder.outline if experiment.finder else "",
+        "advice": experiment.finder.advice if experiment.finder else "",
         "truth_columns": list(experiment.truth.form.columns),
         "presets": [
             PresetView(

@@ -66,9 +66,12 @@ class ExperimentView(BaseModel):
     document: str
     description: str
     accepts_video: bool
+    target: str = Field(description="What is tracked, one word")
     finds_target: bool
     features: dict[str, str] = Field(description="What people call the target's features, by name")
     links: list[tuple[str, str]] = Field(description="Features between which a line helps the eye")
+    outline: str = Field(description="How far a box around the target reaches")
+    advice: str = Field(description="What a person who marks the features should know")
     truth_columns: list[str] = Field(description="What a table of truth for a recording has")
     default_tracker: str
     frames: int

@@ -101,7 +101,7 @@ class Chronicle:
         changed = {name: value for name, value in now.values.items() if self.spec.values.get(name) != value}
         if branch.tracker != now.tracker and not switched:
             changed["tracker"] = now.tracker
-        self.spec.branch, self.spec.values = now.branch, now.values
+        self.spec.branch, self.spec.second, self.spec.values = now.branch, now.second, now.values
         branch.position, branch.head = now.position, now.head
         branch.first_tracker, branch.tracker = now.first_tracker, now.tracker
         branch.first_values = now.first_values

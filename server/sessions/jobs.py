@@ -97,7 +97,7 @@ class Question:
     Attributes:
         experiment: Identifier of the experiment.
         frame: First frame of the upload to look into.
-        last: Last one, or None for that of the upload.
+        last: Last one, not before the first, or None for that of the upload.
         looked: How many of the frames worth looking into were looked into before.
         box: Around the target, px, if a person has drawn one in that frame.
     """
@@ -122,13 +122,18 @@ def find_features(path: str, index: str | None, question: Question, limits: Limi
             raise SourceError(str(error)) from None
         return _told(seen, 1, 1)
     end = sequence.frame_count - 1
-    frames = finder.frames(question.frame, end if question.last is None else min(question.last, end))
+    last = end if question.last is None else min(question.last, end)
+    if last < question.frame:
+        raise ParameterError("last", question.last, f"a frame from {question.frame} on")
+    frames = finder.frames(question.frame, last)
     until, looked = time.monotonic() + SEARCH_S, min(question.looked, len(frames) - 1)
     for seen in finder.search(sequence, frames[looked:]):
         looked += 1
         # What is only guessed may do where it was asked for, and is not looked for elsewhere.
         if seen.sure or (seen.points and len(frames) == 1) or time.monotonic() > until:
             break
+    if seen.sure and question.last is None:
+        seen = finder.better(sequence, seen)
     guessed = seen.points and not seen.sure and len(frames) > 1
     return _told(Sighting(seen.frame) if guessed else seen, looked, len(frames))
 

@@ -131,6 +131,7 @@ class Standing:
         beginnings: Counts how often the branch began anew, with nothing of its past left.
         seed: Seed of run and scene.
         first_values: Parameters at frame 0.
+        second: Branch that is drawn beside the active one, if there is one.
     """
 
     branch: str
@@ -146,6 +147,7 @@ class Standing:
     beginnings: int
     seed: int = 0
     first_values: Values = field(default_factory=dict)
+    second: str | None = None
 
 
 # ---------------------------------------------------------------- commands

@@ -31,7 +31,7 @@ Extent = Annotated[float, Field(ge=1, le=100_000, allow_inf_nan=False)]
 Box = tuple[Place, Place, Extent, Extent]
 Coordinate = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False)]
 Points = Annotated[dict[Annotated[str, Field(max_length=64)], tuple[Coordinate, Coordinate]], Field(max_length=100)]
-TruthRow = tuple[float, float, float, float] | tuple[float, float, float]
+TruthRow = tuple[Coordinate, Coordinate, Coordinate, Coordinate] | tuple[Coordinate, Coordinate, Coordinate]
 
 
 class ChangeModel(BaseModel):
@@ -81,6 +81,7 @@ class SessionSpec(BaseModel):
     truth: dict[int, TruthRow] | None = None
     speed: float = 1.0
     branch: str = "b0"
+    second: str | None = None  # the branch that is drawn beside the active one
     branches: dict[str, BranchSpec] = {}
     branches_made: int = 1
     bookmarks: list[Bookmark] = []

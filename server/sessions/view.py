@@ -61,13 +61,8 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
 
 
 def branch_views(spec: SessionSpec) -> list[BranchView]:
-    """Return the branches as the page lists them, in the colours of the scene: the active one as the estimate.
-
-    The branch that it left, which the scene draws beside it, is the second run; without one, that is the last other.
-    """
-    others = [branch.id for branch in spec.branches.values() if branch.id != spec.branch]
-    second = spec.active.parent if spec.active.parent in others else others[-1] if others else None
-    order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != second))
+    """Return the branches as the page lists them, in the colours of the scene: active one, second run, the others."""
+    order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.second))
     colours = {name: COLOURS[place % len(COLOURS)] for place, name in enumerate(order)}
     return [
         BranchView(

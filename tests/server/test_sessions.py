@@ -332,6 +332,20 @@ class TestBranches:
         assert (back["branch"], back["position"], back["tracker"]) == (session["branch"], 20, session["tracker"])
         assert [branch["colour"] for branch in back["branches"]] == ["#0072B2", "#009E73"]
 
+    def test_the_second_run_has_the_colour_that_it_has_in_the_scene(
+        self, client: httpx.Client, session: dict[str, Any]
+    ) -> None:
+        """Of two other branches the one that is drawn beside the active one has the second run's colour."""
+        url = f"/api/v1/sessions/{session['id']}/branch"
+        steer(client, session["id"], "seek", frame=20)
+        for _ in range(2):
+            client.post(url, json={"frame": 8, "tracker": "condensation"})
+            client.post(f"{url}/b0/activate")
+        for before in ("b1", "b2"):
+            client.post(f"{url}/{before}/activate")
+            shown = client.post(f"{url}/b0/activate").json()["branches"]
+            assert {branch["id"]: branch["colour"] for branch in shown}[before] == "#009E73"
+
     def test_refuses(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """A branch from a frame that has not been computed, or with a wrong value, is refused and leaves no trace."""
         url = f"/api/v1/sessions/{session['id']}/branch"

@@ -117,6 +117,16 @@ class TestWorkbench:
         assert bench.other is None
         assert "second" not in bench.drawing().primitives
 
+    def test_a_branch_with_another_seed_is_not_compared(self) -> None:
+        """It sees another scene, so that what is estimated there says nothing of this one."""
+        bench = Workbench(order())
+        forward(bench, 20)
+        bench.branch("b1", 10, {"tracker": "condensation"})
+        bench.restart(seed=8)
+        forward(bench, 5)
+        assert bench.other is None
+        assert bench.standing(playing=False, speed=1).second is None
+
     def test_the_first_branch_is_compared_with_the_last_that_was_shown(self) -> None:
         """It left none, so that the one shown before it is what a person compares it with."""
         bench = Workbench(order())

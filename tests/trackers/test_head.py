@@ -5,8 +5,9 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.gaussian import Gaussian
-from pftrack.parameters import Value
+from pftrack.parameters import Value, revise
 from pftrack.run import Change, Run
+from pftrack.trackers import head
 from pftrack.trackers.head_memory import HeadMemory, around, eye_distance, widened
 
 HEAD = find("head")
@@ -97,11 +98,20 @@ def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str
     assert np.rad2deg(np.abs(after.estimate - before.estimate)).max() < (4.0 if tracker == "pf-asd" else 8.0)
 
 
-def test_a_focal_length_that_nobody_reads_changes_nothing() -> None:
-    """The affine camera has none, so that its motion is not interrupted by the slider."""
-    runs = []
-    for changes in ((), (Change(10, {"focal_widths": 1.2}),)):
-        timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3}), *changes)
-        runs.append(Run(HEAD, HEAD.simulate(), frames=15, timeline=timeline))
-        runs[-1].finish()
-    assert runs[0].estimates_sha256 == runs[1].estimates_sha256
+@pytest.mark.parametrize(
+    ("tracker", "beginning", "name", "value"),
+    [
+        ("pf-asd", {}, "focal_widths", 1.2),
+        ("rb-pf", {"joint_sample_count": 500}, "focal_widths", 1.2),
+        ("rb-pf", {"joint_sample_count": 500}, "template_scale", 0.9),
+        ("pf-asd", {"upper_layer": "perspective"}, "template_scale", 0.9),
+    ],
+)
+def test_what_the_upper_layer_does_not_read_leaves_it_alone(
+    tracker: str, beginning: dict[str, Value], name: str, value: Value
+) -> None:
+    """Its motion is not interrupted by the slider of something else."""
+    timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3, **beginning}),)
+    run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=timeline)
+    state, parameters = run.seek(10).state, run.parameters_at(10)
+    assert head._formed(state, revise(parameters, {name: value})).belief is state.belief
