@@ -169,7 +169,7 @@ def _pages() -> tuple[Status, str]:
         return "broken", "the command serve is not installed; pip install pftrack anew"
     plugin.load()
     place = Path(sys.modules["server"].__file__ or "").parents[1] / "frontend_static"
-    if not (place / "index.html").is_file():
+    if not (place / "gallery" / "gallery.html").is_file():
         return "broken", "the pages are missing; pip install pftrack anew"
     return "ok", f"{sum(1 for it in islice(place.rglob('*'), 10_000) if it.is_file())} files"
 

@@ -10,7 +10,7 @@ from tests.browser.host import Server
 from tests.browser.views import PARTICLES, Gallery, SessionPage
 
 Watch = Callable[..., SessionPage]
-MODULES = Path(__file__).parents[2] / "frontend_static" / "modules"
+PAGES = Path(__file__).parents[2] / "frontend_static"
 
 PLACES = "[...document.querySelectorAll('.plot, .deck')].map((it) => it.getBoundingClientRect().toJSON())"
 NAMED = "[...document.querySelectorAll('link[rel=modulepreload]')].map((it) => new URL(it.href).pathname)"
@@ -114,17 +114,18 @@ def test_the_scene_takes_over_where_the_picture_was(
 
 
 def test_all_modules_of_the_page_are_asked_for_at_once(watch: Watch) -> None:
-    """What the page imports is named in it, so that no import has to be found out from another one."""
+    """What the page imports is named in it as it is served, so that no import is found only in another one."""
     page = watch().page
     used = set(page.evaluate("performance.getEntriesByType('resource').map((it) => new URL(it.name).pathname)"))
     named = set(page.evaluate(NAMED))
-    assert {path for path in used if path.startswith("/static/modules/")} == named
-    assert {Path(path).name for path in named} <= {path.name for path in MODULES.glob("*.js")}
+    modules = {f"/static/{path.relative_to(PAGES).as_posix()}" for path in PAGES.rglob("*.js")}
+    assert used & modules - {"/static/shared/early.js"} == named
 
 
 def test_the_gallery_fetches_ahead(gallery: Gallery) -> None:
     """Script of the session's page is there before somebody clicks."""
     page = gallery.page
     fetched = "[...document.querySelectorAll('link[rel=prefetch]')].map((it) => new URL(it.href).pathname)"
-    gallery.until(lambda: "/static/modules/begin.js" in page.evaluate(fetched), "the page's first module is fetched")
+    first = "/static/session/session_start.js"
+    gallery.until(lambda: first in page.evaluate(fetched), "the page's first module is fetched")
     assert "/static/bokeh/bokeh.min.js" in page.evaluate(fetched)

@@ -1,5 +1,8 @@
 """Pages, experiments, health and metrics."""
 
+import re
+from pathlib import Path
+
 import httpx
 import pytest
 
@@ -17,7 +20,10 @@ def test_pages(client: httpx.Client, path: str) -> None:
     assert "http://" not in answer.text.replace("http://www.w3.org", "")
 
 
-@pytest.mark.parametrize("path", ["/static/style.css", "/static/modules/api.js", "/static/bokeh/bokeh.min.js"])
+PAGES = Path(__file__).parents[2] / "frontend_static"
+
+
+@pytest.mark.parametrize("path", ["/static/shared/style.css", "/static/shared/api.js", "/static/bokeh/bokeh.min.js"])
 def test_files(client: httpx.Client, path: str) -> None:
     """Pages' files and BokehJS are served, to be asked for again each time."""
     answer = client.get(path)
@@ -25,6 +31,22 @@ def test_files(client: httpx.Client, path: str) -> None:
     assert answer.headers["cache-control"] == "no-cache"
     again = client.get(path, headers={"if-none-match": answer.headers["etag"]})
     assert again.status_code == 304
+
+
+@pytest.mark.parametrize("path", ["/", "/session/new", "/sweep/new", "/sweep/x", "/sweep/x/run/y"])
+def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
+    """A page names every module that its scripts import, however deep, once; each of them is served."""
+    text = client.get(path).text
+    named = re.findall(r'<link rel="modulepreload" href="(.+?)">', text)
+    scripts = re.findall(r'<script type="module".*? src="(.+?)">', text)
+    assert len(named) == len(set(named))
+    assert set(scripts) <= set(named)
+    for address in named:
+        file = PAGES / address.removeprefix("/static/")
+        for line in file.read_text().splitlines():
+            if found := re.match(r'(?:import|export|\}).* from "(\..+)";', line):
+                other = (file.parent / found[1]).resolve().relative_to(PAGES)
+                assert f"/static/{other.as_posix()}" in named, f"{address} imports {found[1]}"
 
 
 def test_experiments(client: httpx.Client) -> None:

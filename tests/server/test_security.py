@@ -91,7 +91,8 @@ class TestToken:
         """Where a token is asked for, nothing but the health checks answers without it."""
         with start_server(token=TOKEN) as (server, client):
             assert client.get("/healthz").status_code == 200
-            for path in ["/", "/api/v1/sessions", "/metrics", "/docs", "/static/style.css", "/viz/x/", "/?token=wrong"]:
+            style = "/static/shared/style.css"
+            for path in ["/", "/api/v1/sessions", "/metrics", "/docs", style, "/viz/x/", "/?token=wrong"]:
                 error_of(client.get(path), 401)
             error_of(client.post("/api/v1/sessions", json={"experiment": "ball"}), 401)
             for path in ["/api/v1/sessions/x/stream", "/viz/x"]:

@@ -1,0 +1,49 @@
+/** The experiments as cards. */
+
+import { h } from "../shared/dom.js";
+import { newSweep } from "../sweep/api.js";
+import { linkTo } from "../shared/share_link.js";
+
+/** @param {object} experiment */
+export function experimentCard(experiment) {
+  const open = linkTo({ experiment: experiment.id, tracker: experiment.default_tracker, seed: 0, play: true });
+  return h(
+    "article",
+    { class: "card", data: { experiment: experiment.id } },
+    h("a", { href: open, class: "thumb", tabindex: -1, "aria-hidden": "true" }, thumbnail(experiment.thumbnail)),
+    h("h3", {}, h("a", { href: open }, experiment.title)),
+    h("p", { class: "question" }, experiment.question),
+    h(
+      "ul",
+      { class: "presets", "aria-label": "Presets" },
+      experiment.presets.map((preset) =>
+        h(
+          "li",
+          {},
+          h(
+            "a",
+            {
+              class: "button",
+              href: linkTo({ experiment: experiment.id, tracker: preset.tracker, seed: preset.seed, parameters: preset.parameters, play: true }),
+              data: { preset: preset.name },
+            },
+            preset.title,
+          ),
+        ),
+      ),
+    ),
+    h("p", { class: "document" }, experiment.document, " · ", h("a", { href: newSweep({ experiment: experiment.id }) }, "Sweep over conditions")),
+  );
+}
+
+/** A picture that keeps its place while it loads, and a plain field if it cannot. */
+export function thumbnail(address) {
+  const image = h("img", { src: address, alt: "", loading: "lazy", width: 320, height: 240 });
+  image.addEventListener("error", () => image.classList.add("missing"));
+  return image;
+}
+
+/** Grey shapes where cards will be. */
+export function skeletonCard() {
+  return h("div", { class: "card skeleton", "aria-hidden": "true" }, h("div", { class: "thumb shimmer" }), h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" }));
+}

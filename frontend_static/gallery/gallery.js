@@ -1,0 +1,97 @@
+/** The gallery: what there is to try, a place for one's own video, what is running, what was saved, and the sweeps. */
+
+import { ahead } from "./prefetch.js";
+import { api } from "../shared/api.js";
+import { experimentCard, skeletonCard } from "./cards.js";
+import { fill, h } from "../shared/dom.js";
+import { runList, sessionList } from "./lists.js";
+import { sweepList } from "../sweep/list.js";
+import { targetForm } from "../upload/target.js";
+import { themeButton } from "../shared/theme.js";
+import { attempt, toast } from "../shared/toast.js";
+import { dropZone } from "../upload/upload.js";
+
+const SKELETON_AFTER_MS = 200;
+const UPLOAD = /^#upload\/(.+)$/;
+
+const part = (name) => document.querySelector(`[data-part="${name}"]`);
+let experiments = null;
+
+part("tools").append(themeButton());
+dropZone(part("drop"), {
+  uploaded: (upload) => {
+    location.hash = `upload/${encodeURIComponent(upload.id)}`;
+  },
+  imported: async (run) => {
+    toast(`${run.title} is among the saved runs`);
+    const session = await attempt(() => api.open(run.id));
+    if (session) location.assign(session.page);
+  },
+});
+addEventListener("hashchange", target);
+// A page that comes back from the browser's cache shows what was; ask again.
+addEventListener("pageshow", (event) => event.persisted && load());
+load();
+
+async function load() {
+  const cards = part("experiments");
+  const slow = setTimeout(() => experiments === null && fill(cards, skeletonCard(), skeletonCard()), SKELETON_AFTER_MS);
+  try {
+    experiments = await api.experiments();
+    fill(cards, experiments.map(experimentCard));
+  } catch (error) {
+    fill(cards, failure("The experiments could not be listed", error.message));
+    return;
+  } finally {
+    clearTimeout(slow);
+  }
+  await Promise.all([section("sessions", sessionList), section("runs", runList), section("sweeps", sweepList), target()]);
+  await ahead();
+}
+
+async function section(name, list) {
+  try {
+    await list(part(name));
+  } catch (error) {
+    fill(part(name), failure("This list could not be read", error.message));
+  }
+}
+
+/** With an upload in the address, ask what shall be followed in it; so a reload keeps the place. */
+async function target() {
+  const id = UPLOAD.exec(location.hash)?.[1];
+  const form = part("target");
+  if (!id) {
+    show(false);
+    fill(form);
+    return;
+  }
+  try {
+    const upload = await api.upload(decodeURIComponent(id));
+    targetForm(form, upload, experiments ?? [], leave);
+    show(true);
+  } catch (error) {
+    toast(error.message, { kind: "error" });
+    leave();
+  }
+}
+
+function leave() {
+  history.replaceState(null, "", location.pathname);
+  target();
+}
+
+function show(asking) {
+  part("target").hidden = !asking;
+  for (const name of ["drop", "browse"]) part(name).hidden = asking;
+}
+
+function failure(title, message) {
+  return h(
+    "div",
+    { class: "notice inline", role: "alert" },
+    h("h2", {}, title),
+    h("p", {}, message),
+    h("button", { type: "button", class: "primary", on: { click: load } }, "Try again"),
+  );
+}

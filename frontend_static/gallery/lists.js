@@ -1,0 +1,104 @@
+/** The running sessions and the saved runs. */
+
+import { api } from "../shared/api.js";
+import { thumbnail } from "./cards.js";
+import { confirmLoss } from "../shared/dialog.js";
+import { fill, h } from "../shared/dom.js";
+import { moment } from "../shared/format.js";
+import { icon } from "../shared/icons.js";
+import { trackerTitle } from "../session/timeline.js";
+import { attempt } from "../shared/toast.js";
+
+const STATES = { starting: "starting", ready: "paused", playing: "playing", ended: "at the end", suspended: "sleeping", crashed: "stopped, can be restarted" };
+
+/** List the sessions; nothing at all when there is none. */
+export async function sessionList(root) {
+  const sessions = await api.sessions();
+  const again = () => attempt(() => sessionList(root));
+  root.hidden = sessions.length === 0;
+  fill(
+    root,
+    h("h2", {}, "Running sessions"),
+    h(
+      "ul",
+      { class: "rows" },
+      sessions.map((session) =>
+        h(
+          "li",
+          { class: "row", data: { session: session.id } },
+          h("a", { class: "row-title", href: session.page }, `${session.title} · ${trackerTitle(session, session.tracker)}`),
+          h("span", { class: "hint" }, `seed ${session.seed}, frame ${session.position} / ${session.frames}, ${STATES[session.state] ?? session.state}`),
+          h(
+            "div",
+            { class: "row-actions" },
+            h("a", { class: "button", href: session.page }, "Open"),
+            removal(`End ${session.title}`, {
+              title: "End this session?",
+              text: "What was not saved of it is lost for good.",
+              action: "End it",
+            }, () => api.end(session.id).then(again)),
+          ),
+        ),
+      ),
+    ),
+  );
+}
+
+/** List the saved runs, newest first. */
+export async function runList(root) {
+  const runs = await api.runs();
+  const again = () => attempt(() => runList(root));
+  fill(
+    root,
+    h("h2", {}, "Saved runs"),
+    runs.length === 0
+      ? h("p", { class: "empty" }, "No runs are saved yet. Save one on a session's page, and it is listed here.")
+      : h("ul", { class: "rows" }, runs.map((run) => row(run, again))),
+  );
+}
+
+function row(run, again) {
+  const open = async () => {
+    const session = await attempt(() => api.open(run.id));
+    if (session) location.assign(session.page);
+  };
+  return h(
+    "li",
+    { class: "row", data: { run: run.id } },
+    h("div", { class: "row-thumb" }, thumbnail(run.thumbnail ?? api.thumbnailAddress(run.id))),
+    h(
+      "div",
+      { class: "row-words" },
+      h("span", { class: "row-title" }, run.title),
+      h("span", { class: "hint" }, [outcome(run.outcome), reproduced(run.summary), `seed ${run.seed}`, moment(run.created)].filter(Boolean).join(", ")),
+    ),
+    h(
+      "div",
+      { class: "row-actions" },
+      h("button", { type: "button", on: { click: open } }, "Open"),
+      h("a", { class: "button", href: api.downloadAddress(run.id), download: "" }, "Download"),
+      removal(`Delete ${run.title}`, {
+        title: "Delete this run?",
+        text: `${run.title} is lost for good, unless you downloaded it.`,
+        action: "Delete it",
+      }, () => api.remove(run.id).then(again)),
+    ),
+  );
+}
+
+/** Whether a run that was brought in came to the numbers here that it had where it was saved. */
+function reproduced(summary) {
+  if (typeof summary?.reproduced !== "boolean") return "";
+  return summary.reproduced ? "same numbers as in its file" : "other numbers than in its file";
+}
+
+function outcome(value) {
+  return typeof value === "string" ? value : "";
+}
+
+function removal(label, question, remove) {
+  const press = async () => {
+    if (await confirmLoss(question)) await attempt(remove);
+  };
+  return h("button", { type: "button", class: "quiet icon-only", "aria-label": label, title: label, on: { click: press } }, icon("trash"));
+}

@@ -1,0 +1,66 @@
+/** Bookmarks: a button with a list under it; each entry goes to its frame. */
+
+import { api } from "../shared/api.js";
+import { fill, h, setText } from "../shared/dom.js";
+import { icon } from "../shared/icons.js";
+import { attempt } from "../shared/toast.js";
+
+/**
+ * @param {import("./store.js").Store} store
+ * @param {import("./commands.js").Commands} commands
+ * @returns {HTMLElement}
+ */
+export function bookmarkMenu(store, commands) {
+  const label = h("span", { class: "wide-only" }, "Bookmarks");
+  const amount = h("span", { class: "amount" });
+  const list = h("ul", { class: "menu-list" });
+  const note = h("input", { type: "text", maxlength: 200, placeholder: "Note for this frame", "aria-label": "Note" });
+  const form = h(
+    "form",
+    {
+      class: "menu-form",
+      on: {
+        submit: (event) => {
+          event.preventDefault();
+          commands.bookmark(note.value.trim());
+          note.value = "";
+        },
+      },
+    },
+    note,
+    h("button", { type: "submit", title: "Bookmark this frame (B)" }, "Add"),
+  );
+  const menu = h("div", { class: "menu", popover: "auto", id: "bookmark-menu" }, form, list);
+  const button = h("button", { type: "button", popovertarget: "bookmark-menu", title: "Bookmarks (B adds one)", "aria-label": "Bookmarks" }, icon("bookmark"), label, amount);
+  menu.addEventListener("toggle", (event) => {
+    if (event.newState !== "open") return;
+    const from = button.getBoundingClientRect();
+    menu.style.left = `${Math.max(8, Math.min(from.left, innerWidth - menu.offsetWidth - 8))}px`;
+    menu.style.bottom = `${innerHeight - from.top + 6}px`;
+  });
+  const draw = () => {
+    const marks = store.session?.bookmarks ?? [];
+    setText(amount, marks.length > 0 ? String(marks.length) : "");
+    fill(
+      list,
+      marks.length === 0 && h("li", { class: "hint" }, "None yet. B marks the frame that is shown."),
+      [...marks].sort((a, b) => a.frame - b.frame).map((mark) => entry(mark, store, commands)),
+    );
+  };
+  store.on("bookmarks session", draw);
+  return h("div", { class: "menu-root" }, button, menu);
+}
+
+function entry(mark, store, commands) {
+  const go = async () => {
+    if (mark.branch && mark.branch !== store.session.branch) await commands.activate(mark.branch);
+    await commands.seek(mark.frame);
+  };
+  const remove = () => attempt(() => api.unbookmark(store.session.id, mark.id));
+  return h(
+    "li",
+    {},
+    h("button", { type: "button", class: "quiet grow", on: { click: go } }, `frame ${mark.frame}`, mark.note && h("span", { class: "hint" }, mark.note)),
+    h("button", { type: "button", class: "quiet icon-only", "aria-label": `Remove the bookmark at frame ${mark.frame}`, on: { click: remove } }, icon("trash")),
+  );
+}

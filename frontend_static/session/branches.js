@@ -1,0 +1,92 @@
+/** Branches: the legend of the plots, which switches between them, and the dialog that makes a new one. */
+
+import { openDialog } from "../shared/dialog.js";
+import { fill, h } from "../shared/dom.js";
+import { coalesce } from "../shared/timing.js";
+
+/**
+ * @param {HTMLElement} root
+ * @param {import("./store.js").Store} store
+ * @param {import("./commands.js").Commands} commands
+ */
+export function branchLegend(root, store, commands) {
+  let shown = "";
+  const draw = coalesce(() => {
+    const { session } = store;
+    if (session === null) return;
+    const branches = session.branches ?? [];
+    const now = JSON.stringify([session.branch, branches]);
+    if (now === shown) return;
+    shown = now;
+    root.hidden = branches.length < 2;
+    fill(
+      root,
+      branches.map((branch) => {
+        const swatch = h("span", { class: "swatch" });
+        swatch.style.background = branch.colour;
+        const active = branch.id === session.branch;
+        return h(
+          "button",
+          {
+            type: "button",
+            class: "chip",
+            "aria-pressed": String(active),
+            title: branch.parent ? `Branched from frame ${branch.frame}` : "The run as it began",
+            on: { click: () => active || commands.activate(branch.id) },
+          },
+          swatch,
+          h("span", {}, branch.title),
+        );
+      }),
+    );
+  });
+  store.on("branches session", draw);
+}
+
+/**
+ * Ask with which tracker to go on from the frame that is shown.
+ *
+ * @param {import("./store.js").Store} store
+ * @param {import("./commands.js").Commands} commands
+ * @param {string|undefined} preferred The tracker to offer first, unless it is the one in charge.
+ */
+export function branchDialog(store, commands, preferred) {
+  const { session } = store;
+  if (session === null || !commands.able) return;
+  commands.pause();
+  const frame = session.position;
+  const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
+  const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];
+  openDialog(`Branch from frame ${frame}`, (close) => {
+    const tracker = h(
+      "select",
+      { id: "branch-tracker", autofocus: true },
+      session.trackers.map(({ id, title }) => h("option", { value: id, selected: id === other.id }, id === session.tracker ? `${title} (as now)` : title)),
+    );
+    const title = h("input", { id: "branch-title", type: "text", maxlength: 60, placeholder: "made from the tracker and the frame" });
+    const go = h("button", { type: "submit", class: "primary" }, "Branch here");
+    return [
+      h(
+        "form",
+        {
+          method: "dialog",
+          on: {
+            submit: async (event) => {
+              event.preventDefault();
+              go.disabled = true;
+              const made = await commands.branch({ frame, tracker: tracker.value, ...(title.value.trim() && { title: title.value.trim() }) });
+              go.disabled = false;
+              if (made) close();
+            },
+          },
+        },
+        h("p", {}, "The past up to this frame is shared. From the next frame on the branch goes its own way, with the same random numbers."),
+        h("label", { for: "branch-tracker" }, "Tracker"),
+        tracker,
+        h("label", { for: "branch-title" }, "Name (optional)"),
+        title,
+        h("footer", {}, h("button", { type: "button", on: { click: close } }, "Cancel"), go),
+      ),
+    ];
+  });
+}

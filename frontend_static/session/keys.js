@@ -1,0 +1,88 @@
+/**
+ * The keyboard, one table. The keys work in the page and, forwarded as messages, in the scene's frame.
+ */
+
+import { dialogIsOpen } from "../shared/dialog.js";
+
+/** @typedef {{keys: string, what: string}} Line what the help shows */
+
+/** @type {Line[]} */
+export const HELP = [
+  { keys: "space", what: "Play or pause" },
+  { keys: "← →", what: "One frame back or on" },
+  { keys: "shift ← →", what: "Ten frames back or on" },
+  { keys: "home end", what: "First frame, newest frame" },
+  { keys: "L", what: "Go to before the loss" },
+  { keys: "B", what: "Bookmark this frame" },
+  { keys: "N", what: "Branch from this frame" },
+  { keys: "[ ]", what: "Slower, faster" },
+  { keys: "1 – 9", what: "Start a preset" },
+  { keys: "?", what: "This help" },
+];
+
+/**
+ * @param {object} actions Functions by name: toggle, step, jump, first, newest, beforeLoss, bookmark, branch, faster,
+ *     preset, help.
+ * @param {() => Window|null} sceneWindow Where forwarded keys may come from.
+ */
+export function listen(actions, sceneWindow) {
+  const press = (key, shiftKey) => {
+    const action = find(actions, key, shiftKey);
+    if (action === null || dialogIsOpen()) return false;
+    action();
+    return true;
+  };
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || takesKeys(event.target, event.key)) return;
+    if (press(event.key, event.shiftKey)) event.preventDefault();
+  });
+  // Who clicks in the page has left the scene's text boxes, even if what was clicked takes no focus.
+  document.addEventListener("pointerdown", () => {
+    if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
+  });
+  globalThis.addEventListener("message", (event) => {
+    if (event.origin !== location.origin || event.source !== sceneWindow()) return;
+    const { source, key, shiftKey } = event.data ?? {};
+    if (source === "pftrack-viser" && typeof key === "string") press(key, shiftKey === true);
+  });
+}
+
+function find(actions, key, shiftKey) {
+  switch (key) {
+    case " ":
+      return actions.toggle;
+    case "ArrowLeft":
+      return () => (shiftKey ? actions.jump(-10) : actions.step(-1));
+    case "ArrowRight":
+      return () => (shiftKey ? actions.jump(10) : actions.step(1));
+    case "Home":
+      return actions.first;
+    case "End":
+      return actions.newest;
+    case "[":
+      return () => actions.faster(-1);
+    case "]":
+      return () => actions.faster(1);
+    case "?":
+      return actions.help;
+    default:
+      break;
+  }
+  switch (key.toLowerCase()) {
+    case "b":
+      return actions.bookmark;
+    case "n":
+      return actions.branch;
+    case "l":
+      return actions.beforeLoss;
+    default:
+      return /^[1-9]$/.test(key) ? () => actions.preset(Number(key)) : null;
+  }
+}
+
+/** Whether the element that has the focus needs this key itself. */
+function takesKeys(target, key) {
+  if (!(target instanceof Element)) return false;
+  if (target.closest("input:not([type=checkbox]):not([type=radio]), textarea, select, [contenteditable]")) return true;
+  return (key === " " || key === "Enter") && target.closest("button, a, summary") !== null;
+}

@@ -1,0 +1,112 @@
+/**
+ * The live plots, drawn by BokehJS: what the experiment declares, one panel each, over one shared axis of frames. Data
+ * comes in about ten times a second at the most.
+ */
+
+import { loadBokeh } from "./bokeh.js";
+import { h, setText } from "../../shared/dom.js";
+import { curve } from "../history.js";
+import { after, idle, throttle } from "../../shared/timing.js";
+import { KINDS } from "./plot_kinds.js";
+import { heading, reading } from "./plot_labels.js";
+import { onTheme, tokens } from "../../shared/theme.js";
+
+const REDRAW_MS = 100;
+const PATIENCE_MS = 8000;
+const INKS = ["ink", "muted", "line", "lost", "hidden", "truth", "prediction", "observation"];
+
+/**
+ * @param {HTMLElement} root
+ * @param {import("../store.js").Store} store
+ * @param {Promise<void>} picture Resolves when the scene is drawn: it goes first, then come the plots, into the place
+ *     that is kept for them.
+ */
+export async function plots(root, store, picture) {
+  await declared(store);
+  const panels = store.session.plots.map((plot) => panel(root, plot, store.session));
+  const label = throttle(() => {
+    for (const each of panels) write(each, store);
+  }, REDRAW_MS);
+  store.on("session position history branches", label);
+  label();
+
+  await Promise.race([picture, after(PATIENCE_MS)]);
+  await idle();
+  let Bokeh;
+  try {
+    Bokeh = await loadBokeh();
+  } catch {
+    root.append(h("p", { class: "hint" }, "The plots could not be loaded; the scrubber below shows the same curves."));
+    return;
+  }
+  Bokeh.set_log_level("error");
+  const axis = new Bokeh.Range1d({ start: 0, end: 1 });
+  const drawings = panels.map(({ plot }) => new KINDS[plot.kind](Bokeh, axis, plot, store.session));
+  await show(Bokeh, drawings, panels);
+  // There may be more plots than there is room for; what is out of sight is drawn when it comes into sight.
+  const inSight = new Set();
+  const draw = throttle(() => {
+    if (document.hidden) return;
+    axis.end = Math.max(1, store.session.frames - 1);
+    for (const drawing of inSight) drawing.draw(store);
+  }, REDRAW_MS);
+  const narrow = matchMedia("(max-width: 999px)");
+  const dress = () => {
+    const ink = tokens(...INKS);
+    for (const drawing of drawings) drawing.dress(ink, narrow.matches);
+  };
+  // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
+  for (const drawing of drawings) drawing.showsFrames = drawing === drawings.at(-1) || drawing.rows > 1;
+  store.on("session position history branches", draw);
+  document.addEventListener("visibilitychange", draw);
+  narrow.addEventListener("change", dress);
+  onTheme(dress);
+  dress();
+  const sight = new IntersectionObserver((changes) => {
+    for (const { target, isIntersecting } of changes) {
+      const drawing = drawings[panels.findIndex(({ place }) => place === target)];
+      if (isIntersecting) inSight.add(drawing);
+      else inSight.delete(drawing);
+    }
+    draw();
+  });
+  for (const { place } of panels) sight.observe(place);
+}
+
+/** Resolves when it is known what there is to plot. */
+function declared(store) {
+  return new Promise((resolve) => {
+    const look = () => store.session?.plots?.length > 0 && resolve();
+    store.on("session", look);
+    look();
+  });
+}
+
+function panel(root, plot, session) {
+  const title = h("span", {});
+  const value = h("output", {});
+  const place = h("div", { class: "plot", role: "img", "aria-label": plot.description });
+  const missing = h("p", { class: "missing", hidden: true }, "the truth is not known");
+  const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", { title: plot.description }, title, value), place, missing);
+  if (plot.kind === "features") {
+    section.classList.add("tall");
+    section.style.setProperty("--rows", session.features.length);
+  }
+  root.append(section);
+  return { plot, title, value, place, missing };
+}
+
+function write({ plot, title, value, missing }, { session, history }) {
+  setText(value, reading(plot, session, history));
+  const words = heading(plot, session, history);
+  const text = words.map((word) => (typeof word === "string" ? word : word.textContent)).join("");
+  if (title.textContent !== text) title.replaceChildren(...words);
+  missing.hidden = !plot.needs_truth || history.length === 0 || history.most(curve.error) !== null;
+}
+
+async function show(Bokeh, drawings, panels) {
+  // One document, since the figures share their axis of frames; each figure in its own panel.
+  const book = new Bokeh.Document();
+  for (const { model } of drawings) book.add_root(model);
+  await Bokeh.embed.add_document_standalone(book, document.body, panels.map(({ place }) => place));
+}

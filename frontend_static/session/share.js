@@ -1,0 +1,48 @@
+/**
+ * Links that hold a whole run: experiment, seed, tracker and timeline travel in the fragment, which no server logs. Who
+ * opens one gets the same numbers.
+ */
+
+import { openDialog } from "../shared/dialog.js";
+import { h } from "../shared/dom.js";
+import { toast } from "../shared/toast.js";
+import { linkTo, targetOf } from "../shared/share_link.js";
+
+/** What makes this session again, up to the frame that is shown. */
+export function wishOf(session) {
+  return {
+    ...targetOf(session),
+    experiment: session.experiment,
+    tracker: session.first_tracker ?? session.tracker,
+    seed: session.seed,
+    frames: session.frames,
+    timeline: session.timeline ?? [],
+    position: session.position,
+  };
+}
+
+/** Show the link of a session, ready to be copied. */
+export function shareDialog(session) {
+  const address = new URL(linkTo(wishOf(session)), location.href).href;
+  openDialog("Share this run", (close) => {
+    const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
+    field.addEventListener("focus", () => field.select());
+    const copy = async () => {
+      try {
+        await navigator.clipboard.writeText(address);
+        toast("Link copied");
+        close();
+      } catch {
+        field.focus();
+        field.select();
+        toast("The browser does not let pages copy here; the link is selected, copy it by keyboard", { kind: "error" });
+      }
+    };
+    return [
+      h("p", {}, `The link holds the experiment, seed, tracker, all changes of parameters, and frame ${session.position}. It gives the same numbers to everyone who can reach this server.`),
+      session.upload && h("p", { class: "hint" }, "The video itself stays on this server."),
+      field,
+      h("footer", {}, h("button", { type: "button", on: { click: close } }, "Close"), h("button", { type: "button", class: "primary", on: { click: copy } }, "Copy link")),
+    ].filter(Boolean);
+  }, { wide: true });
+}

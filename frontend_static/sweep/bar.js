@@ -1,0 +1,97 @@
+/** How far a sweep is, and what can be done with it. */
+
+import { confirmLoss } from "../shared/dialog.js";
+import { fill, h } from "../shared/dom.js";
+import { count } from "../shared/format.js";
+import { icon } from "../shared/icons.js";
+import { newSweep, sweeps } from "./api.js";
+import { attempt } from "../shared/toast.js";
+
+const FORMATS = [
+  ["parquet", "All runs, Parquet"],
+  ["csv", "All runs, CSV"],
+  ["html", "Report, one HTML page"],
+  ["png", "Maps, PNG in an archive"],
+];
+
+export function bar(root, store) {
+  const meter = h("progress", { max: 1, "aria-label": "Runs done" });
+  const words = h("p", { class: "bar-words", role: "status" });
+  const reason = h("p", { class: "note", hidden: true });
+  const actions = h("div", { class: "row-actions" });
+  const downloads = downloadMenu(store);
+  fill(root, h("div", { class: "bar-line" }, h("div", { class: "bar-grow" }, meter, words), actions), reason);
+  let state = "";
+  store.on("sweep", () => {
+    const { sweep } = store;
+    meter.value = sweep.done / sweep.runs;
+    meter.hidden = sweep.state === "done";
+    fill(words, sentence(sweep));
+    reason.hidden = !(sweep.state === "stopped" && sweep.message);
+    reason.textContent = sweep.message ?? "";
+    if (state !== `${sweep.state} ${sweep.done > 0}`) {
+      state = `${sweep.state} ${sweep.done > 0}`;
+      fill(actions, buttons(store, downloads));
+    }
+  });
+}
+
+function sentence(sweep) {
+  const all = count(sweep.runs, "run");
+  if (sweep.state === "done") return [h("strong", {}, "Complete"), `, ${all} in ${duration(sweep.seconds)}`];
+  const done = `${sweep.done.toLocaleString("en-GB")} of ${all}`;
+  if (sweep.state === "stopped") return [h("strong", {}, "Stopped"), `, ${done} are there`];
+  if (sweep.rate === null) return [h("strong", {}, sweep.done === 0 ? "Starting" : "Running"), `, ${done}`];
+  return [h("strong", {}, done), `, ${rate(sweep.rate)}, about ${duration(sweep.seconds_left)} left`];
+}
+
+function buttons(store, downloads) {
+  const { sweep } = store;
+  const act = (work) => async () => {
+    const answer = await attempt(work);
+    if (answer) store.take(answer);
+  };
+  const again = { experiment: sweep.experiment, axes: sweep.axes.map(({ name, values }) => ({ name, values })), trackers: sweep.trackers.map(({ id }) => id) };
+  for (const name of ["trials", "frames", "seed", "parameters"]) again[name] = sweep[name];
+  return [
+    sweep.state === "running" && h("button", { type: "button", data: { role: "cancel" }, on: { click: act(() => sweeps.cancel(sweep.id)) } }, "Cancel"),
+    sweep.state === "stopped" && h("button", { type: "button", class: "primary", data: { role: "resume" }, on: { click: act(() => sweeps.resume(sweep.id)) } }, "Resume"),
+    sweep.done > 0 && downloads,
+    h("a", { class: "button", href: newSweep(again), title: "Fill the form with this plan" }, "Change and repeat"),
+    h("button", { type: "button", class: "quiet icon-only", title: "Delete this sweep", "aria-label": "Delete this sweep", on: { click: () => remove(sweep) } }, icon("trash")),
+  ];
+}
+
+async function remove(sweep) {
+  const question = { title: "Delete this sweep?", text: `${sweep.title} and its ${count(sweep.done, "run")} are lost for good, unless you downloaded them.`, action: "Delete it" };
+  if (!(await confirmLoss(question))) return;
+  if ((await attempt(() => sweeps.remove(sweep.id).then(() => true))) === true) location.assign("/");
+}
+
+function downloadMenu(store) {
+  const menu = h("div", { class: "menu", popover: "auto", id: "downloads" });
+  const button = h("button", { type: "button", popovertarget: "downloads", data: { role: "download" } }, icon("save"), "Download");
+  menu.addEventListener("toggle", (event) => {
+    if (event.newState !== "open") return;
+    const { right, bottom } = button.getBoundingClientRect();
+    Object.assign(menu.style, { left: `${Math.max(8, right - 240)}px`, top: `${bottom + 4}px`, width: "240px" });
+    fill(menu, h("ul", { class: "menu-list" }, FORMATS.map(([format, words]) => h("li", {}, h("a", { class: "button quiet grow", href: sweeps.downloadAddress(store.sweep.id, format), download: "", on: { click: () => menu.hidePopover() } }, words)))));
+  });
+  return [button, menu];
+}
+
+/** 83.2 -> "83 runs a second". */
+export function rate(value) {
+  return value >= 10 ? `${Math.round(value).toLocaleString("en-GB")} runs/s` : `${value.toFixed(1)} runs/s`;
+}
+
+/** 75 -> "1 min 15 s". */
+export function duration(seconds) {
+  if (seconds === null || seconds === undefined) return "–";
+  if (seconds < 9.5) return `${Math.max(1, Math.round(seconds))} s`;
+  if (seconds < 60) return `${Math.round(seconds)} s`;
+  const minutes = Math.floor(Math.round(seconds) / 60);
+  if (minutes < 10) return `${minutes} min ${Math.round(seconds) % 60} s`;
+  if (minutes < 120) return `${minutes} min`;
+  return `${(seconds / 3600).toFixed(1)} h`;
+}

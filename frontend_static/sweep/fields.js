@@ -1,0 +1,91 @@
+/** Fields of a plan: inputs by the kind of a parameter, and errors beside the field that they are about. */
+
+import { fill, h } from "../shared/dom.js";
+
+/** A labelled field with a place for its error. */
+export function field(name, title, input) {
+  return h("label", { class: "field", data: { field: name } }, h("span", {}, title), input, wrong());
+}
+
+/** Where an error will be written. */
+export function wrong() {
+  return h("p", { class: "wrong", role: "alert", hidden: true });
+}
+
+/** Choose a parameter, under the headings of its group. */
+export function parameterSelect(label, declarations, chosen, choose) {
+  const groups = new Map();
+  for (const declaration of declarations) {
+    if (!groups.has(declaration.group)) groups.set(declaration.group, []);
+    groups.get(declaration.group).push(declaration);
+  }
+  const option = ({ name, title, unit }) => h("option", { value: name, selected: name === chosen }, unit ? `${title}, ${unit}` : title);
+  return h(
+    "select",
+    { "aria-label": label, on: { change: (event) => choose(event.target.value) } },
+    [...groups].map(([group, members]) => (group ? h("optgroup", { label: group }, members.map(option)) : members.map(option))),
+  );
+}
+
+/** An input for one value of a parameter. */
+export function valueInput(declaration, value, changed) {
+  const { kind, minimum, maximum, step, unit, choices } = declaration;
+  const given = value ?? declaration.default;
+  if (kind === "choice" || kind === "boolean") {
+    const options = kind === "choice" ? choices : ["true", "false"];
+    const input = h("select", { "aria-label": declaration.title, on: { change: changed } }, options.map((option) => h("option", { value: option, selected: option === String(given) }, option)));
+    return { element: input, read: () => (kind === "boolean" ? input.value === "true" : input.value) };
+  }
+  if (kind === "colour") {
+    const input = h("input", { type: "text", value: given, "aria-label": declaration.title, on: { input: changed } });
+    return { element: input, read: () => input.value.trim() };
+  }
+  const input = h("input", { type: "number", value: given, min: minimum, max: maximum, step: step ?? "any", "aria-label": declaration.title, on: { input: changed } });
+  const element = h("span", { class: "axis-values" }, input, unit, h("span", { class: "hint" }, bounds(declaration)));
+  return { element, read: () => numberOf(input) };
+}
+
+/** "0 to 640 px" */
+export function bounds({ minimum, maximum, unit }) {
+  if (minimum === null || maximum === null) return "";
+  return `${minimum} to ${maximum.toLocaleString("en-GB")}${unit ? ` ${unit}` : ""}`;
+}
+
+/** What is in a number field; null when it is empty. */
+export function numberOf(input) {
+  return input.value.trim() === "" ? null : Number(input.value);
+}
+
+/** Take all errors away. */
+export function clearErrors(form) {
+  for (const place of form.querySelectorAll(".wrong")) place.hidden = true;
+  for (const input of form.querySelectorAll('[aria-invalid="true"]')) input.removeAttribute("aria-invalid");
+}
+
+/**
+ * Write an error beside the field that it names, or beside the nearest one around it.
+ *
+ * @returns {boolean} Whether there is such a field.
+ */
+export function showError(form, error) {
+  clearErrors(form);
+  const parts = (error.field ?? "").split(".");
+  for (let length = parts.length; length > 0; length -= 1) {
+    const place = form.querySelector(`[data-field="${CSS.escape(parts.slice(0, length).join("."))}"]`);
+    if (place === null) continue;
+    const words = place.querySelector(".wrong") ?? place.closest("[data-field]:has(.wrong)")?.querySelector(".wrong") ?? place.parentElement.closest(":has(.wrong)")?.querySelector(".wrong");
+    if (!words) continue;
+    words.hidden = false;
+    fill(words, sentence(error));
+    const input = place.matches("input, select") ? place : parts.length === length && parts.length !== 1 ? place.querySelector("input, select") : null;
+    input?.setAttribute("aria-invalid", "true");
+    return true;
+  }
+  return false;
+}
+
+/** An error's words without the name of its field in the code. */
+function sentence({ field: name, message }) {
+  const words = name && message.startsWith(`${name}: `) ? message.slice(name.length + 2) : message;
+  return words.slice(0, 1).toUpperCase() + words.slice(1);
+}

@@ -1,0 +1,25 @@
+/** Opens a run of a sweep as a session, and goes there. A page of its own, so that a plain link can open it in a tab. */
+
+import { fill, h } from "../shared/dom.js";
+import { sweeps } from "./api.js";
+
+const [, sweep, , run] = location.pathname.split("/").filter(Boolean).map(decodeURIComponent);
+const root = document.querySelector('[data-part="wait"]');
+
+fill(root, h("div", { class: "notice", role: "status" }, h("h2", {}, `Opening run ${run}`), h("p", {}, "It is computed up to ten frames before it lost the target."), h("div", { class: "bone shimmer" })));
+try {
+  const session = await sweeps.open(sweep, run, new URLSearchParams(location.search).get("tracker"));
+  location.replace(session.page);
+} catch (error) {
+  fill(
+    root,
+    h(
+      "div",
+      { class: "notice", role: "alert" },
+      h("h2", {}, "This run could not be opened"),
+      h("p", {}, error.message),
+      h("button", { type: "button", class: "primary", on: { click: () => location.reload() } }, "Try again"),
+      h("a", { href: `/sweep/${encodeURIComponent(sweep)}` }, "Back to the sweep"),
+    ),
+  );
+}

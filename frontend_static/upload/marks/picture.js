@@ -1,0 +1,61 @@
+/**
+ * A picture of a recording that something is marked in: shown as large as there is room, with an overlay whose unit is
+ * the picture's pixel. Pixels count from the middle of the first one.
+ */
+
+import { h, svg } from "../../shared/dom.js";
+
+export class Picture {
+  #image = h("img", { alt: "", draggable: "false" });
+  #overlay;
+  #wanted = "";
+  width = 1;
+  height = 1;
+
+  /**
+   * @param {object} properties Of the element, which takes the focus and the pointer.
+   * @param {Element[]} marks What is drawn over the picture, in its pixels.
+   * @param {() => void} resized
+   */
+  constructor(properties, marks, resized) {
+    this.#overlay = svg("svg", { class: "picture-overlay", preserveAspectRatio: "none", "aria-hidden": "true" }, marks);
+    this.element = h("div", properties, this.#image, this.#overlay);
+    this.element.classList.add("picture");
+    new ResizeObserver(resized).observe(this.element);
+  }
+
+  get address() {
+    return this.#wanted;
+  }
+
+  /** Show a picture of this size. */
+  show(address, width, height) {
+    if (address !== this.#wanted) this.#image.src = address;
+    this.#wanted = address;
+    [this.width, this.height] = [width, height];
+    [this.#image.width, this.#image.height] = [width, height];
+    this.element.style.setProperty("--ratio", String(width / height));
+    this.#overlay.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  }
+
+  /** How many pixels of the picture one of the page is. */
+  get scale() {
+    return this.width / (this.element.clientWidth || this.width);
+  }
+
+  /** Where a pointer is, from the left upper edge of the picture, and never beyond it. */
+  at(event) {
+    const area = this.element.getBoundingClientRect();
+    const within = (value, most) => Math.min(Math.max(0, value), most);
+    return [
+      within(((event.clientX - area.left) / area.width) * this.width, this.width),
+      within(((event.clientY - area.top) / area.height) * this.height, this.height),
+    ];
+  }
+}
+
+/** How far an arrow key goes: [right, down], or null for any other key. */
+export function arrow(event) {
+  const directions = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+  return event.ctrlKey || event.metaKey || event.altKey ? null : (directions[event.key] ?? null);
+}
