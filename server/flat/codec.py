@@ -1,0 +1,237 @@
+"""The codec of drawings: one binary message a frame, which a page can paint without copying its arrays.
+
+A message is, in this order and with all numbers little-endian:
+
+====================  ==================================================================================================
+4 bytes               `pfd` and the version of this form
+uint32                length of the head in bytes, a multiple of 4
+head                  JSON in UTF-8, padded with spaces
+arrays                each begins at a multiple of 4 bytes; `arrays` in the head is their length altogether
+pictures, any number  uint32 key, uint32 length of the file, the file, padded to a multiple of 4 bytes
+====================  ==================================================================================================
+
+The head is `{"frame", "width", "height", "caption", "arrays", "primitives"}`. Each primitive has `name`, `kind` (the
+class of `pftrack.drawing` in lower case) and that class's fields. An array stands there as `{"type", "at", "shape"}`:
+`f4`, `i4` or `u1`, its first byte counted from the end of the head, and its extents. One array may be named by
+several primitives. A picture stands there as `{"key", "shape"}`, its pixels in the picture of that key. A page keeps
+the pictures that the newest drawing names, and is not sent the file of a key that it keeps; a file that comes
+replaces what was kept under its key.
+
+Pictures are JPEG of quality 92 with colours at full resolution: on the experiments' scenes the mean error is below
+two levels of 255 and an edge stays where it is, at 0.2 to 1 ms a frame; PNG takes 1 to 16 ms for the same pictures.
+Encoding in the worker costs less than carrying the raw picture to the web process, where it would have to be encoded
+for the page.
+"""
+
+import dataclasses
+import json
+import struct
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, get_args
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import Drawing, Picture, Primitive
+
+__all__ = ["VERSION", "DrawingEncoder", "EncodedDrawing", "EncodedPicture", "decode"]
+
+VERSION: Final = 1
+MAGIC: Final = b"pfd" + bytes([VERSION])
+START = struct.Struct("<4sI")
+RECORD = struct.Struct("<II")
+ALIGNMENT = 4
+TYPES = {"f": "f4", "i": "i4", "u": "u1", "b": "u1"}
+"""How an array travels, by its NumPy kind."""
+JPEG = (
+    cv2.IMWRITE_JPEG_QUALITY,
+    92,
+    # A thin line of one colour on another would bleed over two pixels at half the resolution.
+    cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
+    cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+)
+KINDS: dict[str, type[Primitive]] = {kind.__name__.lower(): kind for kind in get_args(Primitive)}
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedPicture:
+    """A picture of a drawing.
+
+    Attributes:
+        key: Tells it from the other pictures of the same session.
+        record: What a message carries of it.
+    """
+
+    key: int
+    record: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedDrawing:
+    """A drawing as it travels to pages.
+
+    Attributes:
+        body: The message without its pictures.
+        pictures: The pictures that the drawing names.
+    """
+
+    body: bytes
+    pictures: tuple[EncodedPicture, ...]
+
+    def message(self, known: Iterable[int] = ()) -> bytes:
+        """Return the message for a page that has the pictures of these keys already."""
+        held = set(known)
+        return b"".join((self.body, *(picture.record for picture in self.pictures if picture.key not in held)))
+
+
+class DrawingEncoder:
+    """Encodes the drawings of one run; a picture that stays as it was is encoded once."""
+
+    def __init__(self) -> None:
+        self._next_key = 0
+        self._known: dict[str, tuple[NDArray[np.uint8], EncodedPicture]] = {}
+
+    def encode(self, drawing: Drawing, frame: int) -> EncodedDrawing:
+        """Return a drawing as it travels.
+
+        Args:
+            drawing: What is to be seen.
+            frame: The frame that it shows.
+        """
+        arrays = _Arrays()
+        pictures: dict[str, tuple[NDArray[np.uint8], EncodedPicture]] = {}
+        described = []
+        for name, item in drawing.primitives.items():
+            head: dict[str, Any] = {"name": name, "kind": type(item).__name__.lower()}
+            for field in dataclasses.fields(item):
+                value = getattr(item, field.name)
+                if isinstance(item, Picture) and field.name == "image_rgb":
+                    pictures[name] = known = self._picture(name, value)
+                    head[field.name] = {"key": known[1].key, "shape": value.shape}
+                else:
+                    head[field.name] = arrays.add(value) if isinstance(value, np.ndarray) else value
+            described.append(head)
+        self._known = pictures
+        body = arrays.bytes()
+        head = {
+            "frame": frame,
+            "width": drawing.width,
+            "height": drawing.height,
+            "caption": drawing.caption,
+            "arrays": len(body),
+            "primitives": described,
+        }
+        text = json.dumps(head, separators=(",", ":"), ensure_ascii=False, allow_nan=False, default=_number).encode()
+        text += b" " * (-len(text) % ALIGNMENT)
+        start = START.pack(MAGIC, len(text))
+        return EncodedDrawing(b"".join((start, text, body)), tuple(known for _, known in pictures.values()))
+
+    def _picture(self, name: str, image_rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], EncodedPicture]:
+        known = self._known.get(name)
+        if known is not None and (known[0] is image_rgb or np.array_equal(known[0], image_rgb)):
+            return known
+        done, encoded = cv2.imencode(".jpg", cv2.cvtColor(image_rgb, cv2.COLOR_RGB2BGR), JPEG)
+        if not done:
+            raise ValueError(f"a picture of shape {image_rgb.shape} cannot be encoded as JPEG")
+        file = encoded.tobytes()
+        record = RECORD.pack(self._next_key, len(file)) + file + bytes(-len(file) % ALIGNMENT)
+        picture = EncodedPicture(self._next_key, record)
+        self._next_key += 1
+        return image_rgb, picture
+
+
+def _number(value: object) -> object:
+    """Return a NumPy scalar as the Python number that JSON knows."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"a drawing holds arrays, numbers and texts, got a {type(value).__name__}")
+
+
+class _Arrays:
+    """The arrays of a message, each of them once."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._length = 0
+        self._known: dict[int, tuple[NDArray[Any], dict[str, Any]]] = {}
+
+    def add(self, array: NDArray[Any]) -> dict[str, Any]:
+        """Take an array along and return how the head names it."""
+        known = self._known.get(id(array))
+        if known is not None:
+            return known[1]
+        kind = TYPES[array.dtype.kind]
+        data = np.ascontiguousarray(array, dtype=f"<{kind}").tobytes()
+        reference = {"type": kind, "at": self._length, "shape": array.shape}
+        padding = bytes(-len(data) % ALIGNMENT)
+        self._parts += (data, padding)
+        self._length += len(data) + len(padding)
+        # The array is kept so that no other one gets its identity meanwhile.
+        self._known[id(array)] = array, reference
+        return reference
+
+    def bytes(self) -> bytes:
+        """Return all of them."""
+        return b"".join(self._parts)
+
+
+def decode(message: bytes, pictures: Mapping[int, bytes] | None = None) -> tuple[int, Drawing, dict[int, bytes]]:
+    """Read a message, as a page does.
+
+    Args:
+        message: What came.
+        pictures: Files by key, as the message before has left them.
+
+    Returns:
+        The frame; the drawing, its pictures as JPEG has left them; the files by key for reading the next message.
+
+    Raises:
+        ValueError: The message is of another version, cut short, or names a picture that never came.
+    """
+    try:
+        magic, length = START.unpack_from(message)
+        if magic != MAGIC:
+            raise ValueError(f"expected a drawing that begins with {MAGIC!r}, got {magic!r}")
+        base = START.size + length
+        head = json.loads(message[START.size : base])
+        held = dict(pictures or {}) | _records(message, base + head["arrays"])
+        shown = {item.pop("name"): _primitive(item, message, base, held) for item in head["primitives"]}
+        keys = {item["image_rgb"]["key"] for item in head["primitives"] if item["kind"] == "picture"}
+    except (struct.error, KeyError) as error:
+        raise ValueError(f"expected a whole drawing, got {len(message)} bytes that lack {error}") from None
+    result = Drawing(head["width"], head["height"], shown, head["caption"])
+    return head["frame"], result, {key: held[key] for key in keys}
+
+
+def _records(message: bytes, at: int) -> dict[int, bytes]:
+    found: dict[int, bytes] = {}
+    while at < len(message):
+        key, length = RECORD.unpack_from(message, at)
+        at += RECORD.size
+        found[key] = message[at : at + length]
+        if len(found[key]) < length:
+            raise ValueError(f"expected {length} bytes of picture {key}, got {len(found[key])}")
+        at += length + -length % ALIGNMENT
+    return found
+
+
+def _primitive(head: Mapping[str, Any], message: bytes, base: int, pictures: Mapping[int, bytes]) -> Primitive:
+    values: dict[str, Any] = {}
+    for name, value in head.items():
+        match value:
+            case {"key": key}:
+                file = np.frombuffer(pictures[key], np.uint8)
+                image = cv2.imdecode(file, cv2.IMREAD_COLOR)
+                if image is None:
+                    raise ValueError(f"picture {key} is no picture")
+                values[name] = cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+            case {"type": kind, "at": at, "shape": shape}:
+                count = int(np.prod(shape, dtype=np.int64))
+                values[name] = np.frombuffer(message, f"<{kind}", count, base + at).reshape(shape)
+            case list():
+                values[name] = tuple(value)
+            case _:
+                values[name] = value
+    return KINDS[values.pop("kind")](**values)

@@ -1,0 +1,161 @@
+"""The codec of drawings: what a page reads is what an experiment drew."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+
+from pftrack.drawing import Axes, Drawing, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive, Text
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.run import Run
+from server.flat.codec import DrawingEncoder, decode
+
+anything = st.floats(width=32)  # a lost tracker draws what is not finite
+extent = st.floats(0, 1e3)
+byte = st.integers(0, 255)
+colour = st.tuples(byte, byte, byte)
+layer = st.text(max_size=20)
+
+
+def floats(*shape: int) -> st.SearchStrategy[Any]:
+    return arrays(np.float32, shape, elements=anything)
+
+
+def placed(rows: int) -> st.SearchStrategy[Primitive]:
+    """All primitives whose number of points may vary, with so many."""
+    faces = arrays(np.int32, (rows, 3), elements=st.integers(0, max(rows - 1, 0)))
+    return st.one_of(
+        st.builds(Points, floats(rows, 3), arrays(np.uint8, (rows, 3)), extent, layer),
+        st.builds(Polyline, floats(rows, 3), colour, extent, layer),
+        st.builds(Links, floats(rows, 2, 3), colour, extent, layer),
+        st.builds(Mesh, floats(rows, 3), faces, colour, st.floats(0, 1), layer),
+    )
+
+
+single = st.one_of(
+    st.builds(Ellipse, floats(3), floats(2, 2), colour, extent, layer, st.booleans()),
+    st.builds(Axes, floats(3), floats(3, 3), extent, colour, extent, layer),
+    st.builds(Text, floats(3), st.text(max_size=20), colour, layer, st.sampled_from(["start", "middle"])),
+    st.builds(Frustum, floats(3), floats(4, 3), colour, extent, layer),
+)
+drawings = st.builds(
+    Drawing,
+    st.integers(1, 4000),
+    st.integers(1, 4000),
+    st.dictionaries(st.text(max_size=10), st.one_of(single, st.integers(0, 40).flatmap(placed)), max_size=8),
+    st.text(max_size=60),
+)
+
+
+def assert_same(first: Primitive, second: Primitive) -> None:
+    assert type(first) is type(second)
+    for field in dataclasses.fields(first):
+        one, other = getattr(first, field.name), getattr(second, field.name)
+        if isinstance(one, np.ndarray):
+            assert one.dtype == other.dtype
+            np.testing.assert_array_equal(one, other)
+        else:
+            assert one == other
+
+
+@given(drawings, st.integers(0, 100_000))
+def test_a_drawing_comes_back_as_it_was(drawing: Drawing, frame: int) -> None:
+    """Every primitive arrives with its name, its order and the bits of its arrays, whatever they hold."""
+    number, read, pictures = decode(DrawingEncoder().encode(drawing, frame).message())
+    assert (number, read.width, read.height, read.caption) == (frame, drawing.width, drawing.height, drawing.caption)
+    assert list(read.primitives) == list(drawing.primitives)
+    for name, item in drawing.primitives.items():
+        assert_same(item, read.primitives[name])
+    assert pictures == {}
+
+
+def picture(seed: int) -> NDArray[np.uint8]:
+    """A disc on a ground of another colour."""
+    rows, columns = np.indices((60, 80))
+    inside = np.hypot(columns - 30 - seed, rows - 25) < 12
+    return np.where(inside[..., None], (213, 94, 0), (90, 140, 200)).astype(np.uint8)
+
+
+def test_a_picture_keeps_its_colours_and_edges() -> None:
+    """JPEG leaves flat colours within two levels, and the centre of a shape within a twentieth of a pixel."""
+    shown = picture(0)
+    _, read, _ = decode(DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(shown)}), 0).message())
+    item = read.primitives["picture"]
+    assert isinstance(item, Picture)
+    assert abs(item.image_rgb[25, 30].astype(int) - shown[25, 30]).max() <= 2
+    assert abs(item.image_rgb[5, 5].astype(int) - shown[5, 5]).max() <= 2
+
+    def centre(image: NDArray[np.uint8]) -> NDArray[np.float64]:
+        weights = image[..., 0].astype(float) - 90
+        rows, columns = np.indices(weights.shape)
+        return np.array([(columns * weights).sum(), (rows * weights).sum()]) / weights.sum()
+
+    np.testing.assert_allclose(centre(item.image_rgb), centre(shown), atol=0.05)
+
+
+def test_a_picture_that_stays_is_sent_once() -> None:
+    """Whoever has the picture gets the rest alone; another picture has another key."""
+    encoder = DrawingEncoder()
+    first = encoder.encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 0)
+    same = encoder.encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 1)
+    other = encoder.encode(Drawing(80, 60, {"picture": Picture(picture(9))}), 2)
+    keys = [[it.key for it in each.pictures] for each in (first, same, other)]
+    assert keys[0] == keys[1] != keys[2]
+    assert len(same.message(keys[0])) < 300 < len(same.message())
+    _, before, held = decode(first.message())
+    _, after, still_held = decode(same.message(keys[0]), held)
+    assert_same(before.primitives["picture"], after.primitives["picture"])
+    assert list(still_held) == keys[0]
+    assert list(decode(other.message(keys[0]), still_held)[2]) == keys[2]
+
+
+def test_an_array_that_two_primitives_share_travels_once() -> None:
+    """A cloud that is drawn in two colourings has its places sent once."""
+    places = np.zeros((1000, 3), np.float32)
+    colours = np.zeros((1000, 3), np.uint8)
+    one = Drawing(9, 9, {"a": Points(places, colours, 2.0)})
+    two = Drawing(9, 9, {"a": Points(places, colours, 2.0), "b": Points(places, colours + 1, 2.0)})
+    sizes = [len(DrawingEncoder().encode(each, 0).message()) for each in (one, two)]
+    assert 3000 <= sizes[1] - sizes[0] < 3500
+
+
+@pytest.mark.parametrize("experiment_id", EXPERIMENTS)
+def test_what_experiments_draw_is_small_and_whole(experiment_id: str) -> None:
+    """Frames of every experiment arrive whole, in less than a tenth of what their picture takes raw."""
+    experiment = find(experiment_id)
+    run = Run(experiment, experiment.simulate(), seed=5)
+    run.seek(3)
+    drawing = experiment.draw(run.current, run.diagnostics)
+    message = DrawingEncoder().encode(drawing, 3).message()
+    _, read, _ = decode(message)
+    assert {name: type(item) for name, item in read.primitives.items()} == {
+        name: type(item) for name, item in drawing.primitives.items()
+    }
+    assert len(message) < 0.15 * 3 * drawing.width * drawing.height
+
+
+@pytest.mark.parametrize("cut", [0, 3, 7, 40, -9, -300])
+def test_what_is_cut_short_is_refused(cut: int) -> None:
+    """Half a message is an error that says so, never half a drawing."""
+    message = DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 0).message()
+    with pytest.raises(ValueError, match=r"expected|Expecting|Unterminated"):
+        decode(message[:cut])
+
+
+def test_another_version_is_refused() -> None:
+    """A page that was loaded before an update says so, and does not paint nonsense."""
+    message = DrawingEncoder().encode(Drawing(8, 6), 0).message()
+    with pytest.raises(ValueError, match="expected a drawing that begins with"):
+        decode(b"pfd\x09" + message[4:])
+
+
+def test_a_picture_that_never_came_is_missed() -> None:
+    """A page that was wrongly thought to have a picture does not go on without it."""
+    encoded = DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 0)
+    with pytest.raises(ValueError, match="lack"):
+        decode(encoded.body)
