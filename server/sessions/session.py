@@ -7,7 +7,7 @@ one at a time.
 import asyncio
 import time
 from collections.abc import Callable, Coroutine
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from pftrack.parameters import ParameterError
 from pftrack.run import EndOfRun, PastError
@@ -20,6 +20,9 @@ from server.sessions.messages import State
 from server.sessions.spec import LARGEST_SEED, Bookmark, SessionSpec, as_timeline
 from server.sessions.stage import Stage
 from server.settings import Settings
+
+if TYPE_CHECKING:
+    from server.viewer import Endpoint
 
 __all__ = ["Session"]
 
@@ -140,8 +143,8 @@ class Session:
                 "Resume it to go on where it was."
             )
 
-    async def open_stage(self) -> int:
-        """Make the scene unless there is one, and return the port of its viser server."""
+    async def open_stage(self) -> "Endpoint":
+        """Make the scene unless there is one, and return where the bridge connects to it."""
         return await self.stage.open(self.card, self.spec.values, self.spec.active.tracker, self.spec.seed)
 
     # ------------------------------------------------------------ commands

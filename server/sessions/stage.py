@@ -17,7 +17,7 @@ from pftrack.parameters import Declaration, Value
 from server.sessions.protocol import Card
 
 if TYPE_CHECKING:
-    from server.viewer import Viewer
+    from server.viewer import Endpoint, Viewer
 
 __all__ = ["Stage"]
 
@@ -47,12 +47,12 @@ class Stage:
         self._refusals: list[str] = []
         self.watchers = 0
 
-    async def open(self, card: Card, values: Values, tracker: str, seed: int) -> int:
-        """Make the viewer unless there is one, and return its port on the loopback interface."""
+    async def open(self, card: Card, values: Values, tracker: str, seed: int) -> "Endpoint":
+        """Make the viewer unless there is one, and return where the bridge connects to it."""
         async with self._opening:
             if self._viewer is None:
                 self._viewer = await asyncio.to_thread(self._made, card, values, tracker, seed)
-            return self._viewer.port
+            return self._viewer.endpoint
 
     @contextmanager
     def watch(self) -> Iterator[None]:

@@ -1,24 +1,21 @@
-"""A session's viewer: one viser server on the loopback interface, kept at the newest drawing.
+"""A session's viewer: one viser server, kept at the newest drawing.
 
 `show` never waits: it leaves the newest drawing for one thread that encodes the picture and changes the scene, as often
 as the browsers can follow. Drawings that were overtaken are never sent.
 """
 
-import contextlib
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
-import rich
 import viser
-from viser import _messages
 
 from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration, Value
+from server.viewer import viser_adapter
 from server.viewer.camera import Cameras
-from server.viewer.haste import hasten
 from server.viewer.pacing import FASTEST_S, Pacer
 from server.viewer.panel import Panel
 from server.viewer.scene import Scene
@@ -36,7 +33,6 @@ BRAND = (0, 76, 118)
 """viser takes this as the darkest of a ramp; its middle, which the controls wear, is then the blue of the estimate."""
 
 logger = logging.getLogger(__name__)
-_console = threading.Lock()
 
 
 class Viewer:
@@ -57,7 +53,7 @@ class Viewer:
         on_transport: Takes a transport command, such as `{"action": "speed", "speed": 2.0}`.
 
     Attributes:
-        port: Where the viser server listens on 127.0.0.1.
+        endpoint: Where `bridge` connects to the viser server.
     """
 
     def __init__(
@@ -74,17 +70,14 @@ class Viewer:
         on_tracker: Callable[[str], None],
         on_transport: Callable[[dict[str, Any]], None],
     ) -> None:
-        hasten()
-        with _quiet():
-            self._server = server = viser.ViserServer("127.0.0.1", 0, label=title, verbose=False)
-        self.port = server.get_port()
+        server, self.endpoint = viser_adapter.start(title)
+        self._server = server
         self._closed = threading.Event()
         self._changed = threading.Condition()
         self._newest: tuple[Drawing, dict[str, Any]] | None = None
         self._shown: tuple[Drawing, dict[str, Any]] | None = None
         self._redraw = self._woken = False
         self._due = 0.0
-        _close_side_doors(server)
         with server.atomic():
             server.gui.configure_theme(
                 show_logo=False, show_share_button=False, control_width="small", brand_color=BRAND
@@ -112,7 +105,7 @@ class Viewer:
             )
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
-        self._thread = threading.Thread(target=self._work, name=f"viewer-{self.port}", daemon=True)
+        self._thread = threading.Thread(target=self._work, name="viewer", daemon=True)
         self._thread.start()
 
     @property
@@ -148,7 +141,7 @@ class Viewer:
         self._panel.refuse(message)
 
     def close(self) -> None:
-        """Disconnect all browsers and free the port; a second call does nothing."""
+        """Disconnect all browsers and end the viser server; a second call does nothing."""
         with self._changed:
             if self._closed.is_set():
                 return
@@ -157,8 +150,7 @@ class Viewer:
         self._panel.close()
         self._pacer.close()
         self._thread.join(timeout=5.0)
-        with _quiet():
-            self._server.stop()
+        viser_adapter.stop(self._server)
         self._pacer.join()
 
     def _join(self, client: viser.ClientHandle) -> None:
@@ -237,27 +229,3 @@ class Viewer:
         except Exception:
             # One drawing that cannot be shown must not end the picture for good.
             logger.exception("a drawing could not be shown")
-
-
-def _close_side_doors(server: viser.ViserServer) -> None:
-    # viser lets any browser open a public tunnel to this server and upload files into its memory. Neither is wanted,
-    # and there is no public way to refuse; `bridge` drops these messages as well.
-    for message in (
-        _messages.ShareUrlRequest,
-        _messages.ShareUrlDisconnect,
-        _messages.FileTransferStartUpload,
-        _messages.FileTransferPart,
-    ):
-        server._websock_server.unregister_handler(message)  # noqa: SLF001 - see above
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep viser's banner off standard output, which belongs to the command."""
-    console = rich.get_console()
-    with _console:
-        before, console.quiet = console.quiet, True
-        try:
-            yield
-        finally:
-            console.quiet = before

@@ -11,9 +11,12 @@ import server.viewer
 from pftrack.drawing import Drawing
 from server.sessions.protocol import Card
 from server.sessions.stage import Stage
+from server.viewer import Endpoint
 from tests.server.apart import run
 
 CARD = Card("ball", "Ball", [], {"apf": "APF"}, {}, 320, 240, 30.0, 100)
+
+ENDPOINT = Endpoint()
 
 
 class Puppet:
@@ -21,7 +24,7 @@ class Puppet:
 
     def __init__(self, **wishes: Any) -> None:
         self.wishes = wishes
-        self.port = 4711
+        self.endpoint = ENDPOINT
         self.shown: list[int] = []
         self.told: list[tuple[Any, ...]] = []
         self.closed = False
@@ -61,7 +64,7 @@ class Theatre:
         self.credits += 1
 
     async def open(self) -> Puppet:
-        assert await self.stage.open(CARD, {"n": 1}, "apf", 7) == 4711
+        assert await self.stage.open(CARD, {"n": 1}, "apf", 7) is ENDPOINT
         puppet: Any = self.stage._viewer
         return puppet
 

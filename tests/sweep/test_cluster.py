@@ -63,6 +63,22 @@ def wait_for(cluster: Cluster, workers: int) -> None:
         client.wait_for_workers(workers, timeout=START_S)
 
 
+def test_who_sends_work_to_a_cluster_listens_nowhere(cluster: Cluster) -> None:
+    """The scheduler's answers come back on the connection that was made to it, so nobody can connect to the sweep."""
+    from pftrack.sweep.cluster import ClusterWorkers
+
+    wait_for(cluster, 1)
+    before = listening()
+    workers = ClusterWorkers(cluster.address)
+    assert listening() == before
+    workers.close()
+
+
+def listening() -> set[object]:
+    connections = psutil.Process().net_connections("inet")
+    return {each.laddr for each in connections if each.status == psutil.CONN_LISTEN}
+
+
 def begun(plan: Plan, out: Path) -> Path:
     begin(plan, out).cut(Chunks.of(plan, 4))
     return out

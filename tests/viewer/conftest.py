@@ -38,7 +38,7 @@ def site(session: Session) -> Iterator[Site]:
 
 
 @pytest.fixture
-def peer(session: Session) -> Iterator[Peer]:
-    with Peer(f"ws://127.0.0.1:{session.viewer.port}") as made:
+def peer(session: Session, site: Site) -> Iterator[Peer]:
+    with Peer(site.scene) as made:
         wait_for(lambda: session.viewer.clients == 1)
         yield made

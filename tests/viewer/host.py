@@ -154,6 +154,10 @@ class Site:
         self._thread.start()
         wait_for(lambda: self._server.started)
 
+    @property
+    def scene(self) -> str:
+        return f"ws://127.0.0.1:{self.port}/viz/one"
+
     def close(self) -> None:
         self._server.should_exit = True
         self._thread.join(timeout=10)
@@ -177,7 +181,7 @@ class Site:
     async def _bridge(self, websocket: WebSocket) -> None:
         self.bridges += 1
         try:
-            await bridge(websocket, self.session.viewer.port)
+            await bridge(websocket, self.session.viewer.endpoint)
         finally:
             self.bridges -= 1
 

@@ -11,17 +11,14 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from server.viewer.bridge import MAXIMUM_BYTES, _is_welcome
+from server.viewer.bridge import MAXIMUM_BYTES
+from server.viewer.viser_adapter import is_welcome
 from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing, wait_for
-
-
-def address(site: Site) -> str:
-    return f"ws://127.0.0.1:{site.port}/viz/one"
 
 
 def test_scene_and_panel_pass_in_both_directions(session: Session, site: Site) -> None:
     """Through the bridge a browser sees the same as without it."""
-    with Peer(address(site)) as peer:
+    with Peer(site.scene) as peer:
         assert peer.socket.subprotocol == PROTOCOL
         session.viewer.show(drawing(), {"frame": 0})
         wait_for(lambda: "/particles" in peer.nodes)
@@ -31,13 +28,13 @@ def test_scene_and_panel_pass_in_both_directions(session: Session, site: Site) -
 
 def test_neither_leg_compresses(session: Session, site: Site) -> None:
     """A browser that offers deflate is not taken up on it."""
-    with connect(address(site), subprotocols=[PROTOCOL], proxy=None) as browser:
+    with connect(site.scene, subprotocols=[PROTOCOL], proxy=None) as browser:
         assert "Sec-WebSocket-Extensions" not in browser.response.headers  # type: ignore[union-attr]
 
 
 def test_a_message_that_is_too_big_ends_the_connection(session: Session, site: Site) -> None:
     """It is refused with the right code and a sentence that names the limit, and never reaches viser."""
-    with Peer(address(site)) as peer:
+    with Peer(site.scene) as peer:
         wait_for(lambda: session.viewer.clients == 1)
         peer.move("Layout", "x" * (MAXIMUM_BYTES + 1))
         wait_for(lambda: peer.socket.close_code == 1009)
@@ -48,7 +45,7 @@ def test_a_message_that_is_too_big_ends_the_connection(session: Session, site: S
 
 def test_text_ends_the_connection(session: Session, site: Site) -> None:
     """The protocol is binary only."""
-    with Peer(address(site)) as peer:
+    with Peer(site.scene) as peer:
         peer.socket.send("hello")
         wait_for(lambda: peer.socket.close_code == 1003)
 
@@ -69,18 +66,18 @@ def test_text_ends_the_connection(session: Session, site: Site) -> None:
 )
 def test_only_what_the_scene_needs_is_let_through(message: object, welcome: bool) -> None:
     """Uploads, tunnels and attributes of controls are not for browsers."""
-    assert _is_welcome(msgspec.msgpack.encode(message)) is welcome
+    assert is_welcome(msgspec.msgpack.encode(message)) is welcome
 
 
 @pytest.mark.parametrize("data", [b"", b"\xc1", b"\x81", b"not msgpack at all", b"\x81\xa4type" + b"\x91" * 9000])
 def test_rubbish_is_dropped(data: bytes) -> None:
     """What is no message is not forwarded."""
-    assert not _is_welcome(data)
+    assert not is_welcome(data)
 
 
 def test_a_message_from_nowhere_does_not_end_the_connection(session: Session, site: Site) -> None:
     """Unwelcome messages are dropped; the panel still works after them."""
-    with Peer(address(site)) as peer:
+    with Peer(site.scene) as peer:
         peer.send("ShareUrlRequest")
         peer.socket.send(b"rubbish")
         peer.move("Particles", 55)
@@ -89,7 +86,7 @@ def test_a_message_from_nowhere_does_not_end_the_connection(session: Session, si
 
 def test_a_browser_that_vanishes_leaves_nothing(session: Session, site: Site) -> None:
     """A connection that is cut without a word ends its bridge and its place in the scene."""
-    peer = Peer(address(site))
+    peer = Peer(site.scene)
     wait_for(lambda: session.viewer.clients == 1)
     peer.socket.socket.shutdown(socket.SHUT_RDWR)
     wait_for(lambda: site.bridges == 0 and session.viewer.clients == 0)
@@ -98,7 +95,7 @@ def test_a_browser_that_vanishes_leaves_nothing(session: Session, site: Site) ->
 
 def test_a_scene_that_ends_closes_its_browsers(session: Session, site: Site) -> None:
     """The browser is told that it need not wait."""
-    with Peer(address(site)) as peer:
+    with Peer(site.scene) as peer:
         wait_for(lambda: session.viewer.clients == 1)
         session.viewer.close()
         wait_for(lambda: peer.socket.close_code == 1001)
@@ -110,7 +107,7 @@ def test_a_scene_that_ends_closes_its_browsers(session: Session, site: Site) -> 
 def test_a_scene_that_is_not_there_refuses_the_upgrade(session: Session, site: Site) -> None:
     """Before the upgrade nothing has been promised."""
     session.viewer.close()
-    with pytest.raises(InvalidStatus), connect(address(site), subprotocols=[PROTOCOL], proxy=None):
+    with pytest.raises(InvalidStatus), connect(site.scene, subprotocols=[PROTOCOL], proxy=None):
         pass
     assert site.bridges == 0
 
@@ -118,7 +115,7 @@ def test_a_scene_that_is_not_there_refuses_the_upgrade(session: Session, site: S
 def test_a_client_of_another_version_is_turned_away(session: Session, site: Site) -> None:
     """The version is checked by viser from the subprotocol, so it has to pass through."""
     old = Subprotocol("viser-v0.0.1")
-    with connect(address(site), subprotocols=[old], proxy=None) as browser, pytest.raises(ConnectionClosed):
+    with connect(site.scene, subprotocols=[old], proxy=None) as browser, pytest.raises(ConnectionClosed):
         browser.recv(timeout=5)
     wait_for(lambda: site.bridges == 0)
 
@@ -127,7 +124,7 @@ def test_opening_and_closing_fifty_times_leaves_nothing_behind(session: Session,
     """Neither threads nor descriptors nor tasks add up, for browsers and for sessions."""
 
     def once() -> None:
-        with Peer(address(site)) as peer:
+        with Peer(site.scene) as peer:
             peer.uuid("Particles")
         wait_for(lambda: site.bridges == 0)
 

@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.parameters import Value
 from server.viewer.controls import working_range
-from tests.viewer.host import DECLARATIONS, Peer, Session, declare, drawing, wait_for
+from tests.viewer.host import DECLARATIONS, Peer, Session, Site, declare, drawing, wait_for
 
 
 def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer) -> None:
@@ -166,9 +166,9 @@ def test_the_caption_of_the_frame_is_shown(session: Session, peer: Peer) -> None
     wait_for(lambda: any("ESS &lt; 3 &amp; lost" in str(item.get("content")) for item in list(peer.controls.values())))
 
 
-def test_a_second_browser_sees_what_the_first_one_does(session: Session, peer: Peer) -> None:
+def test_a_second_browser_sees_what_the_first_one_does(session: Session, site: Site, peer: Peer) -> None:
     """All browsers on a session show one panel."""
-    with Peer(f"ws://127.0.0.1:{session.viewer.port}") as other:
+    with Peer(site.scene) as other:
         other.uuid("Particles")
         peer.move("Particles", 123)
         wait_for(lambda: other.control("Particles")["value"] == 123)

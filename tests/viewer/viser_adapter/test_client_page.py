@@ -6,8 +6,8 @@ import re
 import viser
 
 from server.viewer import CONTENT_SECURITY_POLICY, client_asset, client_page
-from server.viewer.client import ASSETS
-from server.viewer.unpacking import take_apart
+from server.viewer.viser_adapter.client_bundle import take_apart
+from server.viewer.viser_adapter.client_page import ASSETS
 
 
 def test_our_script_runs_before_visers() -> None:

@@ -9,7 +9,7 @@ import time
 
 from viser.infra import _infra
 
-__all__ = ["hasten"]
+__all__ = ["install"]
 
 FAST = 1e6
 """Messages that leave a microsecond apart seem a second apart, and viser does not smooth from 100 ms on."""
@@ -24,6 +24,6 @@ class _FastClock:
         return FAST * time.perf_counter()
 
 
-def hasten() -> None:
+def install() -> None:
     """Make the clock of viser's sender run fast; there is no public way to have no smoothing."""
     _infra.time = _FastClock  # type: ignore[attr-defined,assignment]  # a module of viser's own

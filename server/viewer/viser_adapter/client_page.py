@@ -13,7 +13,7 @@ from pathlib import Path
 
 import viser
 
-from server.viewer.unpacking import Asset, Parts, take_apart
+from server.viewer.viser_adapter.client_bundle import Asset, Parts, take_apart
 
 __all__ = ["ASSETS", "CONTENT_SECURITY_POLICY", "client_asset", "client_page"]
 

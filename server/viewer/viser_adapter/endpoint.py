@@ -1,0 +1,220 @@
+"""Connections to a viser server within this process: no port, no socket, nothing that anybody else could reach.
+
+viser listens on a TCP port and checks neither Origin nor identity of whoever connects. A port on the loopback interface
+is open to every page of every site in the user's own browser, and to every other user of the machine. So here it never
+listens: where viser would open its port it is given an `Endpoint`, and the bridge connects through that, after the web
+application has checked who is asking. A Unix socket would keep browsers out as well, but it leaves a file behind when
+the process is killed, and it copies each frame twice through the kernel.
+
+viser runs a loop of its own in a thread of its own. A `Connection` stands between that loop and the caller's. It has no
+buffer towards the browser: viser's sender waits until the caller has taken a message, and meanwhile viser replaces what
+it has not sent yet by what is newer.
+"""
+
+import asyncio
+import inspect
+import logging
+import threading
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from types import SimpleNamespace
+from typing import Any, Self
+
+import viser
+import websockets
+import websockets.asyncio.server
+import websockets.datastructures
+from viser.infra import _infra
+from websockets.exceptions import ConnectionClosedError, ConnectionClosedOK
+
+__all__ = ["Connection", "Endpoint", "install"]
+
+CLOSE_GOING_AWAY = 1001
+CLOSE_INTERNAL_ERROR = 1011
+OPENING = "websockets.asyncio.server.serve("
+"""How viser opens its port; it is looked up at each start of a server."""
+
+Work = Coroutine[Any, Any, None]
+Handler = Callable[[Any], Work]
+
+logger = logging.getLogger(__name__)
+
+
+class Connection:
+    """One connection to a viser server, made by `Endpoint.connect`.
+
+    viser is given it in place of a `websockets.asyncio.server.ServerConnection`, of which it uses `subprotocol`,
+    `send`, `recv` and `close`. These run in viser's loop; the other methods belong to the loop that has made the
+    connection.
+
+    Attributes:
+        subprotocol: What the client and viser speak, or None if the client has offered nothing known.
+    """
+
+    def __init__(
+        self, viser_loop: asyncio.AbstractEventLoop, subprotocol: str | None, take: Callable[[bytes], Work]
+    ) -> None:
+        self.subprotocol = subprotocol
+        self._take = take
+        self._viser_loop = viser_loop
+        self._loop = asyncio.get_running_loop()
+        self._inbox: asyncio.Queue[bytes | None] = asyncio.Queue()
+        self._is_closing = False
+        self._closing = CLOSE_GOING_AWAY, "The scene has ended"
+        self._ended = asyncio.Event()
+
+    # ------------------------------------------------------------ for whoever has connected
+
+    def deliver(self, message: bytes) -> None:
+        """Hand viser a message; one that comes after the end is dropped."""
+        self._put(message)
+
+    async def ended(self) -> tuple[int, str]:
+        """Wait until viser has dealt with the end of the connection; return its closing code and reason."""
+        await self._ended.wait()
+        return self._closing
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        self._put(None)
+        await self._ended.wait()
+
+    def _put(self, message: bytes | None) -> None:
+        with suppress(RuntimeError):  # viser's loop has been closed, after all connections had ended
+            self._viser_loop.call_soon_threadsafe(self._inbox.put_nowait, message)
+
+    # ------------------------------------------------------------ for viser
+
+    async def send(self, message: bytes) -> None:
+        """Hand a message to whoever has connected, and wait until it has been taken.
+
+        Raises:
+            ConnectionClosed: The connection has ended.
+        """
+        if self._is_closing:
+            raise ConnectionClosedOK(None, None)
+        taking = self._take(message)
+        try:
+            await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(taking, self._loop))
+        except Exception:  # noqa: BLE001 - whatever it was, the message cannot be taken
+            taking.close()
+            raise ConnectionClosedError(None, None) from None
+
+    async def recv(self) -> bytes:
+        """Return the next message.
+
+        Raises:
+            ConnectionClosed: The connection has ended.
+        """
+        message = None if self._is_closing else await self._inbox.get()
+        if message is None:
+            self._is_closing = True
+            raise ConnectionClosedOK(None, None)
+        return message
+
+    async def close(self, code: int = CLOSE_GOING_AWAY, reason: str = "The scene has ended") -> None:
+        """End the connection; the first to close it says why."""
+        if not self._is_closing:
+            self._is_closing, self._closing = True, (code, reason)
+            self._inbox.put_nowait(None)
+
+    def has_ended(self) -> None:
+        """Tell whoever has connected that viser has dealt with the end."""
+        with suppress(RuntimeError):  # their loop has been closed, so nobody waits
+            self._loop.call_soon_threadsafe(self._ended.set)
+
+
+class Endpoint:
+    """Where one viser server is reached, in place of a host and a port.
+
+    Give it to `viser.ViserServer` as its host, after `install`.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._handler: Handler | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._handling: dict[asyncio.Task[None], Connection] = {}
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the server runs."""
+        return self._loop is not None
+
+    def connect(self, subprotocol: str | None, take: Callable[[bytes], Work]) -> Connection:
+        """Connect to the server; leaving the connection's context ends it.
+
+        Args:
+            subprotocol: The one of those offered by the client that viser is to see.
+            take: Takes a message from viser; it runs in the caller's loop, and viser's next message waits for it.
+
+        Raises:
+            ConnectionRefusedError: The server does not run.
+        """
+        with self._lock:
+            if self._loop is None:
+                raise ConnectionRefusedError("the viser server of this scene does not run")
+            connection = Connection(self._loop, subprotocol, take)
+            self._loop.call_soon_threadsafe(self._begin, connection)
+            return connection
+
+    def serving(self, handler: Handler) -> Self:
+        """Return a context, entered and left in viser's loop, in which a handler is called for each connection."""
+        self._handler = handler
+        return self
+
+    async def __aenter__(self) -> SimpleNamespace:
+        with self._lock:
+            self._loop = asyncio.get_running_loop()
+        # viser asks a server for its sockets, to learn its port; there are none.
+        return SimpleNamespace(server=SimpleNamespace(sockets=()))
+
+    async def __aexit__(self, *_: object) -> None:
+        with self._lock:
+            self._loop = None
+        await asyncio.sleep(0.0)  # so that connections made just before have begun
+        for connection in self._handling.values():
+            await connection.close()
+        await asyncio.gather(*self._handling, return_exceptions=True)
+
+    def _begin(self, connection: Connection) -> None:
+        task = asyncio.ensure_future(self._handle(connection))
+        self._handling[task] = connection
+        task.add_done_callback(self._handling.pop)
+
+    async def _handle(self, connection: Connection) -> None:
+        assert self._handler is not None  # noqa: S101 - for mypy: it is given before the loop is known
+        try:
+            await self._handler(connection)
+        except Exception:
+            logger.exception("a connection to the scene failed")
+            await connection.close(CLOSE_INTERNAL_ERROR, "The scene has failed")
+        finally:
+            connection.has_ended()
+
+
+def install() -> None:
+    """Make viser serve an `Endpoint` where it is given one in place of a host.
+
+    Raises:
+        RuntimeError: This version of viser opens its port in another way. It must not be started then.
+    """
+    if OPENING not in inspect.getsource(_infra.WebsockServer._background_worker):  # noqa: SLF001 - all this is private
+        raise RuntimeError(
+            f"viser {viser.__version__} does not open its port by {OPENING}...), so it cannot be kept from "
+            "listening; install a version that this server knows"
+        )
+    _infra.websockets = SimpleNamespace(  # type: ignore[attr-defined,assignment]  # a module of viser's own
+        asyncio=SimpleNamespace(server=SimpleNamespace(serve=_serve)),
+        datastructures=websockets.datastructures,
+        exceptions=websockets.exceptions,
+    )
+
+
+def _serve(handler: Handler, host: object, port: int, **options: Any) -> Any:  # noqa: ANN401 - as websockets' own
+    """Stand in for `websockets.asyncio.server.serve`."""
+    if isinstance(host, Endpoint):
+        return host.serving(handler)
+    return websockets.asyncio.server.serve(handler, host, port, **options)  # type: ignore[arg-type]

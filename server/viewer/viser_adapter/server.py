@@ -1,0 +1,52 @@
+"""A viser server, reached by its endpoint alone, that has no smoothing, no public tunnel, no uploads and no banner."""
+
+import contextlib
+import threading
+from collections.abc import Iterator
+from typing import cast
+
+import rich
+import viser
+
+from server.viewer.viser_adapter import clock, endpoint, messages
+from server.viewer.viser_adapter.endpoint import Endpoint
+
+__all__ = ["start", "stop"]
+
+_console = threading.Lock()
+
+
+def start(title: str) -> tuple[viser.ViserServer, Endpoint]:
+    """Start a server, and return it with the only place where it is reached.
+
+    Args:
+        title: Heading of its panel.
+
+    Raises:
+        RuntimeError: The installed viser cannot be kept from opening a port.
+    """
+    endpoint.install()
+    clock.install()
+    reached = Endpoint()
+    with _quiet():
+        server = viser.ViserServer(cast("str", reached), 0, label=title, verbose=False)
+    messages.remove_handlers(server)
+    return server, reached
+
+
+def stop(server: viser.ViserServer) -> None:
+    """Disconnect all browsers and end the server."""
+    with _quiet():
+        server.stop()
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep viser's banner off standard output, which belongs to the command."""
+    console = rich.get_console()
+    with _console:
+        before, console.quiet = console.quiet, True
+        try:
+            yield
+        finally:
+            console.quiet = before

@@ -1,0 +1,142 @@
+"""A server listens on one port: its own, where everybody is asked who they are."""
+
+import stat
+import threading
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+import viser
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+from tests.browser.host import Server, descendants, until
+from tests.conftest import CHROMIUM
+
+PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+SWEEP = {
+    "experiment": "ball",
+    "axes": [{"name": "occlusion_width_px", "start": 5, "stop": 105, "step": 1}],
+    "trackers": ["condensation"],
+    "trials": 200,
+}
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    server = Server(tmp_path_factory.mktemp("ports"))
+    yield server
+    server.stop()
+
+
+@pytest.fixture(scope="module")
+def watched(served: Server) -> Iterator[str]:
+    """The websocket's address of a session's scene, which somebody looks at, while a sweep is computed."""
+    session = served.start_session()["id"]
+    sweep = served.post("sweeps", SWEEP)["id"]
+    address = f"{served.url.replace('http', 'ws')}/viz/{session}"
+    with connect(address, subprotocols=[PROTOCOL], max_size=None, proxy=None) as browser:
+        browser.recv(timeout=30)
+        until(lambda: served.get(f"sweeps/{sweep}")["done"] > 0, "the sweep is computed", 60)
+        yield address
+
+
+def processes(served: Server) -> list[psutil.Process]:
+    assert served.pid is not None
+    return [psutil.Process(pid) for pid in (served.pid, *descendants(served.pid))]
+
+
+def test_nothing_else_listens(served: Server, watched: str) -> None:
+    """Neither scene, worker, forkserver nor sweep opens a port of its own, of any kind."""
+    family = processes(served)
+    assert len(family) >= 5  # server, forkserver, worker, sweep and its workers
+    connections = [each for process in family for each in process.net_connections("inet")]
+    tcp = {each.laddr for each in connections if each.status == psutil.CONN_LISTEN}
+    assert {(place.ip, place.port) for place in tcp} == {("127.0.0.1", int(served.url.rsplit(":", 1)[1]))}
+    assert [each for each in connections if each.status == psutil.CONN_NONE] == []  # datagrams
+
+
+def test_sockets_in_the_file_system_are_in_private_directories(served: Server, watched: str) -> None:
+    """The forkserver has one; nobody but the user of the server may reach it."""
+    inodes = {
+        link.removeprefix("socket:[").removesuffix("]") for process in processes(served) for link in _links(process.pid)
+    }
+    for line in Path("/proc/net/unix").read_text().splitlines()[1:]:
+        _, _, _, flags, _, _, inode, *path = line.split()
+        if inode in inodes and int(flags, 16) & 0x10000:  # it listens
+            assert path, "a listening socket without a name can be connected to by nobody"
+            assert not path[0].startswith("@"), f"{path[0]} has no permissions"
+            assert stat.S_IMODE(Path(path[0]).parent.stat().st_mode) == 0o700
+
+
+def _links(pid: int) -> list[str]:
+    try:
+        return [str(each.readlink()) for each in Path(f"/proc/{pid}/fd").iterdir()]
+    except OSError:  # one of the sweep's has just ended
+        return []
+
+
+def test_a_program_that_claims_to_be_a_page_of_another_site_is_refused(watched: str) -> None:
+    """The bridge is asked before the upgrade."""
+    with pytest.raises(InvalidStatus) as refused:
+        connect(watched, subprotocols=[PROTOCOL], origin=Origin("http://elsewhere.example"), proxy=None)
+    assert refused.value.response.status_code == 403
+
+
+ATTACK = """async ([ports, path, protocol]) => {
+    const attempts = ports.flatMap((port) => [`ws://127.0.0.1:${port}`, `ws://127.0.0.1:${port}${path}`]);
+    const outcomes = await Promise.all(attempts.map((address) => new Promise((resolve) => {
+        const socket = new WebSocket(address, [protocol]);
+        socket.binaryType = "arraybuffer";
+        socket.onmessage = (event) => resolve(`read ${event.data.byteLength} bytes from ${address}`);
+        socket.onerror = () => resolve("refused");
+        setTimeout(() => resolve("silent"), 5000);
+    })));
+    const reads = await Promise.all(ports.map((port) => fetch(`http://127.0.0.1:${port}${path}/`).then(
+        (answer) => answer.text().then((text) => `read ${text.length} characters`), () => "refused")));
+    return [...outcomes, ...reads];
+}"""
+
+
+class _Page(BaseHTTPRequestHandler):
+    """A page of a stranger, without any policy."""
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html")
+        self.end_headers()
+        self.wfile.write(b"<!doctype html><title>Elsewhere</title>")
+
+    def log_request(self, code: int | str = "-", size: int | str = "-") -> None:
+        """Say nothing."""
+
+
+@pytest.fixture
+def elsewhere() -> Iterator[str]:
+    """Another origin: a little server on another port of this machine, as near to the user's own page as one can be."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), _Page) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(not CHROMIUM.exists(), reason="needs Debian's chromium at /usr/bin/chromium")
+def test_a_page_of_another_site_that_knows_every_port_reads_nothing(
+    served: Server, watched: str, elsewhere: str, chromium: Any
+) -> None:
+    """A page of a foreign origin, in a real browser that has the scene open as well, gets no byte of it."""
+    path = watched.partition("//")[2].partition("/")[2]
+    context = chromium.new_context()
+    own = context.new_page()
+    own.goto(f"{served.url}/{path}/")
+    ports = {each.laddr.port for process in processes(served) for each in process.net_connections("tcp") if each.laddr}
+    page = context.new_page()
+    page.goto(elsewhere)
+    outcomes = page.evaluate(ATTACK, [sorted(ports), f"/{path}", PROTOCOL])
+    context.close()
+    assert set(outcomes) == {"refused"}
