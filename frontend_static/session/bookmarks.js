@@ -6,11 +6,11 @@ import { icon } from "../shared/icons.js";
 import { attempt } from "../shared/toast.js";
 
 /**
- * @param {import("./store.js").Store} store
- * @param {import("./commands.js").Commands} commands
+ * @param {import("./mount.js").Mounted} view
  * @returns {HTMLElement}
  */
-export function bookmarkMenu(store, commands) {
+export function bookmarkMenu(view) {
+  const { store, commands } = view;
   const label = h("span", { class: "wide-only" }, "Bookmarks");
   const amount = h("span", { class: "amount" });
   const list = h("ul", { class: "menu-list" });
@@ -30,8 +30,9 @@ export function bookmarkMenu(store, commands) {
     note,
     h("button", { type: "submit", title: "Bookmark this frame (B)" }, "Add"),
   );
-  const menu = h("div", { class: "menu", popover: "auto", id: "bookmark-menu" }, form, list);
-  const button = h("button", { type: "button", popovertarget: "bookmark-menu", title: "Bookmarks (B adds one)", "aria-label": "Bookmarks" }, icon("bookmark"), label, amount);
+  const menu = h("div", { class: "menu", popover: "auto" }, form, list);
+  const button = h("button", { type: "button", title: "Bookmarks (B adds one)", "aria-label": "Bookmarks" }, icon("bookmark"), label, amount);
+  button.popoverTargetElement = menu;
   menu.addEventListener("toggle", (event) => {
     if (event.newState !== "open") return;
     const from = button.getBoundingClientRect();
@@ -44,17 +45,17 @@ export function bookmarkMenu(store, commands) {
     fill(
       list,
       marks.length === 0 && h("li", { class: "hint" }, "None yet. B marks the frame that is shown."),
-      [...marks].sort((a, b) => a.frame - b.frame).map((mark) => entry(mark, store, commands)),
+      [...marks].sort((a, b) => a.frame - b.frame).map((mark) => entry(mark, view)),
     );
   };
   store.on("bookmarks session", draw);
   return h("div", { class: "menu-root" }, button, menu);
 }
 
-function entry(mark, store, commands) {
+function entry(mark, { store, commands, steering }) {
   const go = async () => {
     if (mark.branch && mark.branch !== store.session.branch) await commands.activate(mark.branch);
-    await commands.seek(mark.frame);
+    await steering.seek(mark.frame);
   };
   const remove = () => attempt(() => api.unbookmark(store.session.id, mark.id));
   return h(

@@ -6,10 +6,9 @@ import { coalesce } from "../shared/timing.js";
 
 /**
  * @param {HTMLElement} root
- * @param {import("./store.js").Store} store
- * @param {import("./commands.js").Commands} commands
+ * @param {import("./mount.js").Mounted} view
  */
-export function branchLegend(root, store, commands) {
+export function branchLegend(root, { store, commands, signal }) {
   let shown = "";
   const draw = coalesce(() => {
     const { session } = store;
@@ -39,21 +38,20 @@ export function branchLegend(root, store, commands) {
         );
       }),
     );
-  });
+  }, signal);
   store.on("branches session", draw);
 }
 
 /**
  * Ask with which tracker to go on from the frame that is shown.
  *
- * @param {import("./store.js").Store} store
- * @param {import("./commands.js").Commands} commands
+ * @param {import("./mount.js").Mounted} view
  * @param {string|undefined} preferred The tracker to offer first, unless it is the one in charge.
  */
-export function branchDialog(store, commands, preferred) {
+export function branchDialog({ store, commands, steering }, preferred) {
   const { session } = store;
-  if (session === null || !commands.able) return;
-  commands.pause();
+  if (session === null) return;
+  steering.pause();
   const frame = session.position;
   const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
   const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];

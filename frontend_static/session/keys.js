@@ -6,6 +6,28 @@ import { dialogIsOpen } from "../shared/dialog.js";
 
 /** @typedef {{keys: string, what: string}} Line what the help shows */
 
+/**
+ * @typedef {object} Actions
+ * @property {() => void} toggle
+ * @property {(direction: number) => void} step
+ * @property {(frames: number) => void} jump
+ * @property {() => void} first
+ * @property {() => void} newest
+ * @property {() => void} beforeLoss
+ * @property {() => void} bookmark
+ * @property {() => void} branch
+ * @property {(direction: number) => void} faster
+ * @property {(which: number) => void} preset
+ * @property {() => void} help
+ */
+
+/**
+ * The sessions that listen in this page.
+ *
+ * @type {Set<HTMLElement>}
+ */
+const listening = new Set();
+
 /** @type {Line[]} */
 export const HELP = [
   { keys: "space", what: "Play or pause" },
@@ -21,30 +43,37 @@ export const HELP = [
 ];
 
 /**
- * @param {object} actions Functions by name: toggle, step, jump, first, newest, beforeLoss, bookmark, branch, faster,
- *     preset, help.
+ * Listen to the keys for a session. Where there are several in a page, each has those that are pressed within it; where
+ * it is alone, all are its own.
+ *
+ * @param {HTMLElement} element What holds the session.
+ * @param {Partial<Actions>} actions
  * @param {() => Window|null} sceneWindow Where forwarded keys may come from.
+ * @param {AbortSignal} signal Ends the listening.
  */
-export function listen(actions, sceneWindow) {
+export function listen(element, actions, sceneWindow, signal) {
+  listening.add(element);
+  signal.addEventListener("abort", () => listening.delete(element));
+  const isMine = (target) => listening.size === 1 || (target instanceof Node && element.contains(target));
   const press = (key, shiftKey) => {
     const action = find(actions, key, shiftKey);
-    if (action === null || dialogIsOpen()) return false;
+    if (!action || dialogIsOpen()) return false;
     action();
     return true;
   };
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || takesKeys(event.target, event.key)) return;
+    if (!isMine(event.target) || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || takesKeys(event.target, event.key)) return;
     if (press(event.key, event.shiftKey)) event.preventDefault();
-  });
+  }, { signal });
   // Who clicks in the page has left the scene's text boxes, even if what was clicked takes no focus.
   document.addEventListener("pointerdown", () => {
     if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
-  });
+  }, { signal });
   globalThis.addEventListener("message", (event) => {
     if (event.origin !== location.origin || event.source !== sceneWindow()) return;
     const { source, key, shiftKey } = event.data ?? {};
     if (source === "pftrack-viser" && typeof key === "string") press(key, shiftKey === true);
-  });
+  }, { signal });
 }
 
 function find(actions, key, shiftKey) {
@@ -52,17 +81,17 @@ function find(actions, key, shiftKey) {
     case " ":
       return actions.toggle;
     case "ArrowLeft":
-      return () => (shiftKey ? actions.jump(-10) : actions.step(-1));
+      return () => (shiftKey ? actions.jump?.(-10) : actions.step?.(-1));
     case "ArrowRight":
-      return () => (shiftKey ? actions.jump(10) : actions.step(1));
+      return () => (shiftKey ? actions.jump?.(10) : actions.step?.(1));
     case "Home":
       return actions.first;
     case "End":
       return actions.newest;
     case "[":
-      return () => actions.faster(-1);
+      return () => actions.faster?.(-1);
     case "]":
-      return () => actions.faster(1);
+      return () => actions.faster?.(1);
     case "?":
       return actions.help;
     default:
@@ -76,7 +105,7 @@ function find(actions, key, shiftKey) {
     case "l":
       return actions.beforeLoss;
     default:
-      return /^[1-9]$/.test(key) ? () => actions.preset(Number(key)) : null;
+      return /^[1-9]$/.test(key) ? () => actions.preset?.(Number(key)) : undefined;
   }
 }
 

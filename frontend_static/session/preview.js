@@ -5,13 +5,15 @@
 
 import { api } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
-import { throttle } from "../shared/timing.js";
+import { later, throttle } from "../shared/timing.js";
 
 const EVERY_MS = 200;
 const SETTLED_MS = 250;
 
-export class Still {
+export class Preview {
   #id;
+  #signal;
+  #often;
   #asked = 0;
   #busy = false;
 
@@ -29,9 +31,12 @@ export class Still {
   /**
    * @param {string} id The session.
    * @param {boolean} isFresh Whether it stands still at its beginning, so that its picture can be asked for at once.
+   * @param {AbortSignal} signal
    */
-  constructor(id, isFresh) {
+  constructor(id, isFresh, signal) {
     this.#id = id;
+    this.#signal = signal;
+    this.#often = throttle(() => this.#again(), EVERY_MS, signal);
     if (isFresh) this.#ask();
   }
 
@@ -40,13 +45,12 @@ export class Still {
    * it stands, because asking for a picture would end a seek that is under way.
    */
   refresh(isPlaying) {
-    clearTimeout(this.#settling);
+    this.#unsettle();
     if (isPlaying) this.#often();
-    else this.#settling = setTimeout(() => this.#again(), SETTLED_MS);
+    else this.#unsettle = later(() => this.#again(), SETTLED_MS, this.#signal);
   }
 
-  #settling = 0;
-  #often = throttle(() => this.#again(), EVERY_MS);
+  #unsettle = () => {};
 
   #again() {
     if (this.element.isConnected && !this.#busy && !this.stopped) this.#ask();

@@ -2,15 +2,15 @@
 
 import { fill, h, setText } from "../shared/dom.js";
 import { number, quantity, unitOf } from "../shared/format.js";
-import { curve, valueOf } from "./history.js";
 import { coalesce } from "../shared/timing.js";
+import { curve, valueOf } from "./history.js";
 import { estimate } from "./plots/plot_labels.js";
 
 /**
  * @param {HTMLElement} root
- * @param {import("./store.js").Store} store
+ * @param {import("./mount.js").Mounted} view
  */
-export function readout(root, store) {
+export function readout(root, { store, signal }) {
   const verdict = h("p", { class: "verdict" });
   const list = h("dl", {});
   fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, list);
@@ -27,7 +27,7 @@ export function readout(root, store) {
     const [text, kind] = state(history, session);
     setText(verdict, text);
     verdict.dataset.kind = kind;
-  });
+  }, signal);
   store.on("session position history branches", draw);
 }
 

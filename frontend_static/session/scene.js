@@ -5,34 +5,38 @@
 
 import { api } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
-import { drawn } from "./viewer_ready.js";
-import { after, throttle } from "../shared/timing.js";
-import { Still } from "./preview.js";
+import { notice } from "../shared/notice.js";
 import { isDark, onTheme } from "../shared/theme.js";
+import { after, later, throttle } from "../shared/timing.js";
+import { Preview } from "./preview.js";
+import { viewerReady } from "./viewer_ready.js";
 
 /** Later than elsewhere: a skeleton just before the picture would only make it flicker. */
 const SKELETON_AFTER_MS = 500;
 const PICTURES_EVERY_MS = 200;
 /** How long the scene's script, which keeps the browser busy, waits for the picture that shall be seen before it. */
-const STILL_FIRST_MS = 400;
+const PREVIEW_FIRST_MS = 400;
 
 export class Scene {
   #root;
+  #signal;
   #cover = h("div", { class: "cover", hidden: true });
   #frame = null;
-  #still = null;
+  #preview = null;
   #pictures = null;
   #id = null;
   #shows = false;
 
-  /** @param {HTMLElement} root */
-  constructor(root) {
+  /**
+   * @param {HTMLElement} root
+   * @param {AbortSignal} signal Aborted when the scene is taken from the page.
+   */
+  constructor(root, signal) {
     this.#root = root;
+    this.#signal = signal;
     fill(root, this.#cover);
-    setTimeout(() => {
-      if (!this.#shows && this.#cover.hidden) this.#show(skeleton());
-    }, SKELETON_AFTER_MS);
-    onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin));
+    later(() => !this.#shows && this.#cover.hidden && this.#show(skeleton()), SKELETON_AFTER_MS, signal);
+    onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
   }
 
   /** Resolves when there is a picture of the run to see, or will be none before the scene. */
@@ -55,8 +59,12 @@ export class Scene {
     this.#load(isFresh);
   }
 
-  /** Follow what becomes of the session. */
-  follow(store, commands) {
+  /**
+   * Follow what becomes of the session.
+   *
+   * @param {import("./mount.js").Mounted} view
+   */
+  follow({ store, commands }) {
     let down = false;
     let alive = true;
     store.on("session connection", () => {
@@ -66,12 +74,12 @@ export class Scene {
       // A frame without focus does not look for its server again, and a revived worker has a new one: load it anew.
       if (serves && (down || !alive)) this.#load();
       alive = serves;
-      if (this.#still) this.#still.stopped = !serves;
+      if (this.#preview) this.#preview.stopped = !serves;
       if (serves) down = false;
       this.#state(store.session, commands);
     });
     store.on("position branches", () => {
-      this.#still?.refresh(store.session.playing);
+      this.#preview?.refresh(store.session.playing);
       this.#pictures?.(store.session);
     });
   }
@@ -104,13 +112,13 @@ export class Scene {
 
   async #load(isFresh = false) {
     if (this.#pictures) return;
-    const still = new Still(this.#id, isFresh);
-    const isNewest = () => this.#still === still;
-    this.#still?.element.remove();
-    this.#still = still;
-    this.#cover.before(still.element);
-    const first = still.first.then(() => isNewest() && this.#seeing());
-    await Promise.race([first, after(STILL_FIRST_MS)]);
+    const preview = new Preview(this.#id, isFresh, this.#signal);
+    const isNewest = () => this.#preview === preview && !this.#signal.aborted;
+    this.#preview?.element.remove();
+    this.#preview = preview;
+    this.#cover.before(preview.element);
+    const first = preview.first.then(() => isNewest() && this.#seeing());
+    await Promise.race([first, after(PREVIEW_FIRST_MS, this.#signal)]);
     this.resolveSeen();
     if (!isNewest()) return;
     if (!hasWebGl()) {
@@ -121,7 +129,7 @@ export class Scene {
     if (this.#frame) this.#frame.replaceWith(frame);
     else this.#root.prepend(frame);
     this.#frame = frame;
-    if (await drawn(frame, isNewest)) {
+    if (await viewerReady(frame, isNewest, this.#signal)) {
       this.#seeing();
       this.#settle();
     }
@@ -133,11 +141,11 @@ export class Scene {
     if (!this.#cover.querySelector(".notice")) this.#cover.hidden = true;
   }
 
-  /** No still is needed any more. */
+  /** No preview is needed any more. */
   #settle() {
     this.#shows = true;
-    this.#still?.element.remove();
-    this.#still = null;
+    this.#preview?.element.remove();
+    this.#preview = null;
     this.resolveSeen();
     this.resolveDrawn();
   }
@@ -149,7 +157,7 @@ export class Scene {
       image.src = `${api.frameAddress(this.#id)}?${query}`;
     };
     let now = null;
-    const refresh = throttle(() => ask(`frame=${now.position}&branch=${now.branch}`), PICTURES_EVERY_MS);
+    const refresh = throttle(() => ask(`frame=${now.position}&branch=${now.branch}`), PICTURES_EVERY_MS, this.#signal);
     this.#pictures = (session) => {
       now = session;
       refresh();
@@ -171,18 +179,6 @@ export class Scene {
 
 function skeleton() {
   return h("div", { class: "skeleton-scene", "aria-label": "Loading the scene", data: { said: "loading" } }, h("div", { class: "shimmer" }));
-}
-
-function notice(title, message, action) {
-  return h(
-    "div",
-    { class: "notice", role: "alert", data: { said: `${title} ${message}` } },
-    h("h2", {}, title),
-    h("p", {}, message),
-    action.href
-      ? h("a", { class: "button primary", href: action.href }, action.label)
-      : h("button", { type: "button", class: "primary", on: { click: action.run } }, action.label),
-  );
 }
 
 function theme() {

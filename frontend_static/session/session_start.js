@@ -1,41 +1,60 @@
 /**
- * The first thing that runs on a session's page: it finds or starts the session and has its picture shown, before the
- * rest of the page is there. Hence few imports, all of them named in `session.html` so that they come at once.
+ * The beginning of a session on a page: it finds or starts the session and has its picture shown, before the rest of what
+ * belongs to it has been loaded. Hence few imports.
  */
 
 import { api } from "../shared/api.js";
+import { PARTS, arrange } from "./layout.js";
 import { Scene } from "./scene.js";
-import { decode } from "../shared/share_link.js";
 
-const NEW = "new";
-const id = decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1));
+/**
+ * @typedef {object} Beginning
+ * @property {string} [session] Id of a session that there is.
+ * @property {object|Promise<object>} [recipe] Otherwise what to start one with: the body of POST sessions, and whether
+ *     it shall `play`.
+ * @property {readonly import("./layout.js").Part[]} [parts] What of it to show; everything if not given.
+ */
 
-export const isNew = id === NEW;
-export const scene = new Scene(document.querySelector('[data-part="scene"]'));
+export class SessionStart {
+  #end = new AbortController();
 
-/** The session, and the wish that it was started with, if this page started it. */
-export const begun = isNew ? start() : find();
-// Whoever waits for it says what was wrong; until somebody does, it is no accident.
-begun.catch(() => {});
+  /**
+   * @param {HTMLElement} element What holds the session.
+   * @param {Beginning} beginning
+   */
+  constructor(element, { session, recipe, parts = PARTS }) {
+    this.element = element;
+    this.places = arrange(element, parts);
+    this.isNew = recipe !== undefined;
+    /** The scene, if it is among the parts. */
+    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal) : null;
+    /** The session, and the recipe that it was started with, if it was started here. */
+    this.begun = this.isNew ? this.#start(recipe) : this.#find(session);
+    // Whoever waits for it says what was wrong; until somebody does, it is no accident.
+    this.begun.catch(() => {});
+  }
 
-async function start() {
-  const wish = readWish();
-  const { play, ...rest } = wish;
-  const session = await api.start(rest);
-  history.replaceState(null, "", session.page);
-  scene.open(session.id, !wish.position);
-  return { session, wish };
-}
+  /** Aborted when the session is taken from the page. */
+  get signal() {
+    return this.#end.signal;
+  }
 
-async function find() {
-  scene.open(id, false);
-  return { session: await api.session(id), wish: null };
-}
+  /** Take the session from the page. What it is on the server stays. */
+  end() {
+    this.#end.abort();
+    this.element.replaceChildren();
+  }
 
-function readWish() {
-  try {
-    return decode(location.hash);
-  } catch {
-    throw new Error("The link is incomplete; it must hold an experiment after the # sign");
+  async #start(given) {
+    const recipe = await given;
+    const { play, ...body } = recipe;
+    const session = await api.start(body);
+    if (!this.signal.aborted) this.scene?.open(session.id, !recipe.position);
+    return { session, recipe };
+  }
+
+  async #find(id) {
+    this.scene?.open(id, false);
+    return { session: await api.session(id), recipe: null };
   }
 }

@@ -48,6 +48,16 @@ export class Store {
     return this.session?.branches?.find((branch) => branch.id === this.session.branch);
   }
 
+  /** Whether there is a session that listens. */
+  get isAwake() {
+    return this.session !== null && !["starting", "suspended", "crashed"].includes(this.session.state);
+  }
+
+  /** Have the views of a topic drawn again, since something that they show beside the session has changed. */
+  touch(topic) {
+    if (this.session !== null) this.#tell(topic);
+  }
+
   /** Take over a message of the stream. */
   receive(message) {
     if (message.type === "hello") {

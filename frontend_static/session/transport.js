@@ -1,53 +1,55 @@
 /** The row of buttons above the scrubber: where the run is, and how fast it goes. */
 
-import { SPEEDS } from "./commands.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { speed as speedText } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
-import { beforeLoss } from "./history.js";
 import { coalesce } from "../shared/timing.js";
+import { beforeLoss } from "./history.js";
+import { SPEEDS } from "./steering.js";
 
 /**
  * @param {HTMLElement} root
- * @param {import("./store.js").Store} store
- * @param {import("./commands.js").Commands} commands
+ * @param {import("./mount.js").Mounted} view
  * @param {Node[]} extras Further controls, at the right.
  */
-export function transport(root, store, commands, extras) {
+export function transport(root, view, extras) {
+  const { store } = view;
   const button = (name, label, run) => {
     const element = h("button", { type: "button", class: "icon-only", title: label, "aria-label": label, on: { click: run } }, icon(name));
     return element;
   };
-  const play = h("button", { type: "button", class: "primary play", on: { click: () => commands.toggle() } });
+  const play = h("button", { type: "button", class: "primary play", on: { click: () => view.steering.toggle() } });
   const moves = [
-    button("first", "First frame (home)", () => commands.first()),
-    button("previous", "One frame back (left arrow)", () => commands.step(-1)),
+    button("first", "First frame (home)", () => view.steering.first()),
+    button("previous", "One frame back (left arrow)", () => view.steering.step(-1)),
     play,
-    button("next", "One frame on (right arrow)", () => commands.step(1)),
-    button("last", "Newest frame (end)", () => commands.newest()),
+    button("next", "One frame on (right arrow)", () => view.steering.step(1)),
+    button("last", "Newest frame (end)", () => view.steering.newest()),
   ];
   const speed = h(
     "select",
-    { "aria-label": "Speed", title: "Speed ([ and ])", on: { change: () => commands.speed(Number(speed.value)) } },
+    { "aria-label": "Speed", title: "Speed ([ and ])", on: { change: () => view.steering.setSpeed(Number(speed.value)) } },
     SPEEDS.map((value) => h("option", { value }, speedText(value))),
   );
   const counter = h("output", { class: "counter", "aria-label": "Frame" });
   const loss = h(
     "button",
-    { type: "button", title: "Go to before the target was lost (L)", on: { click: () => commands.beforeLoss() } },
+    { type: "button", title: "Go to before the target was lost (L)", on: { click: () => view.steering.beforeLoss() } },
     "Before the loss",
   );
   fill(root, h("div", { class: "group" }, moves), speed, counter, h("span", { class: "spring" }), extras, loss);
   // A click must not leave the focus on a button, where the space bar would press it again instead of playing.
   root.addEventListener("mousedown", (event) => {
-    if (event.target.closest("button")) event.preventDefault();
+    if (!event.target.closest("button")) return;
+    event.preventDefault();
+    root.closest(".session-view").focus({ preventScroll: true });
   });
 
   let shown = "";
   const draw = coalesce(() => {
-    const session = store.session;
-    const able = session !== null && commands.able && store.connection === "open";
-    const look = session === null ? "play" : session.playing ? "pause" : session.position >= session.frames - 1 ? "replay" : "play";
+    const { session } = store;
+    const { able, steering } = view;
+    const look = steering.isPlaying ? "pause" : steering.isAtEnd ? "replay" : "play";
     if (look !== shown) {
       shown = look;
       const label = { pause: "Pause", replay: "Play again", play: "Play" }[look];
@@ -56,10 +58,10 @@ export function transport(root, store, commands, extras) {
     }
     for (const element of [...moves, speed]) element.disabled = !able;
     loss.disabled = !able || beforeLoss(store.history, session.position) === null;
-    if (document.activeElement !== speed) choose(speed, session?.speed ?? 1);
+    if (document.activeElement !== speed) choose(speed, steering.speed);
     if (session === null) return;
     setText(counter, `frame ${session.position} / ${session.frames}`);
-  });
+  }, view.signal);
   store.on("session position connection history", draw);
   draw();
 }

@@ -15,9 +15,10 @@ const EXACT = 0.02;
  *
  * @param {HTMLIFrameElement} frame
  * @param {() => boolean} isWanted Looking goes on as long as this holds.
+ * @param {AbortSignal} signal Ends the looking, without an answer.
  * @returns {Promise<boolean>} False when it is not wanted any more.
  */
-export async function drawn(frame, isWanted) {
+export async function viewerReady(frame, isWanted, signal) {
   let since = null;
   while (isWanted()) {
     const found = look(frame.contentWindow);
@@ -26,7 +27,7 @@ export async function drawn(frame, isWanted) {
     if (found === "in place" || (since !== null && performance.now() - since > PATIENCE_MS)) {
       return isWanted();
     }
-    await after(LOOK_EVERY_MS);
+    await after(LOOK_EVERY_MS, signal);
   }
   return false;
 }

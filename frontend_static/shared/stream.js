@@ -20,39 +20,40 @@ export class Stream {
   #timer = 0;
   #pings = 0;
   #unanswered = 0;
-  #stopped = false;
+  #end = new AbortController();
 
   /**
    * @param {string} id The session.
    * @param {{message: (message: object) => void, lost: () => void, gone: (error: Error) => void}} on `gone`: the
    *     server answers, but has no such session any more.
-   * @param {{address?: () => string, look?: () => Promise<object>}} [what] Another stream than a session's: where it is,
-   *     and how to find out whether there still is one.
+   * @param {{address?: () => string, look?: () => Promise<object>, signal?: AbortSignal}} [what] Another stream than a session's: where it is,
+   *     and how to find out whether there still is one; `signal` stops it.
    */
-  constructor(id, on, { address = () => streamAddress(id), look = () => api.session(id) } = {}) {
+  constructor(id, on, { address = () => streamAddress(id), look = () => api.session(id), signal } = {}) {
     this.#address = address;
     this.#look = look;
     this.#on = on;
-    globalThis.addEventListener("online", () => this.#soon(0));
-    document.addEventListener("visibilitychange", () => {
-      if (!document.hidden && this.#socket === null) this.#soon(0);
-    });
+    signal?.addEventListener("abort", () => this.stop());
+    const until = { signal: this.#end.signal };
+    globalThis.addEventListener("online", () => this.#soon(0), until);
+    document.addEventListener("visibilitychange", () => !document.hidden && this.#socket === null && this.#soon(0), until);
     this.#connect();
   }
 
   stop() {
-    this.#stopped = true;
+    this.#end.abort();
     clearTimeout(this.#timer);
     clearInterval(this.#pings);
     this.#socket?.close();
   }
 
   #connect() {
-    if (this.#stopped || this.#socket !== null) return;
+    if (this.#end.signal.aborted || this.#socket !== null) return;
     const socket = new WebSocket(this.#address());
     this.#socket = socket;
     let greeted = false;
     socket.addEventListener("message", (event) => {
+      if (this.#end.signal.aborted) return;
       const message = JSON.parse(event.data);
       if (message.type === "pong") {
         this.#unanswered = 0;
@@ -89,7 +90,7 @@ export class Stream {
     if (socket !== this.#socket) return;
     this.#socket = null;
     clearInterval(this.#pings);
-    if (this.#stopped) return;
+    if (this.#end.signal.aborted) return;
     this.#on.lost();
     if (!greeted) {
       const error = await this.#look().then(() => null, (failure) => failure);
@@ -105,6 +106,7 @@ export class Stream {
 
   #soon(milliseconds) {
     clearTimeout(this.#timer);
+    if (this.#end.signal.aborted) return;
     this.#timer = setTimeout(() => this.#connect(), milliseconds);
   }
 }

@@ -8,27 +8,29 @@ const NEXT = { auto: "light", light: "dark", dark: "auto" };
 const LOOK = { auto: "auto", light: "sun", dark: "moon" };
 const WORDS = { auto: "as the system", light: "light", dark: "dark" };
 
-const system = matchMedia("(prefers-color-scheme: dark)");
-const listeners = new Set();
+/** Told to the document when a person has chosen other colours. */
+const CHANGED = "pftrack-theme";
+
+const system = () => matchMedia("(prefers-color-scheme: dark)");
 
 function chosen() {
   return document.documentElement.dataset.theme ?? "auto";
 }
 
-function tell() {
-  for (const listener of listeners) listener();
-}
-
-system.addEventListener("change", tell);
-
 /** Whether the page is dark now. */
 export function isDark() {
-  return chosen() === "auto" ? system.matches : chosen() === "dark";
+  return chosen() === "auto" ? system().matches : chosen() === "dark";
 }
 
-/** Call `listener` whenever the colours changed. */
-export function onTheme(listener) {
-  listeners.add(listener);
+/**
+ * Call `listener` whenever the colours changed.
+ *
+ * @param {() => void} listener
+ * @param {AbortSignal} [signal] Until then.
+ */
+export function onTheme(listener, signal) {
+  system().addEventListener("change", listener, { signal });
+  document.addEventListener(CHANGED, listener, { signal });
 }
 
 /** The button that goes round light, dark and the system's choice. */
@@ -49,7 +51,7 @@ export function themeButton() {
       // Without storage the choice lasts as long as the page.
     }
     show();
-    tell();
+    document.dispatchEvent(new Event(CHANGED));
   });
   show();
   return button;

@@ -1,20 +1,36 @@
-/** Doing less: several ways of not doing the same thing too often. */
+/**
+ * Doing less: several ways of not doing the same thing too often. Whatever waits here ends with its signal, so that a part
+ * of a page that is taken away leaves no timer behind.
+ */
 
-/** Run `work` at most once a frame of the display, however often it is asked for. */
-export function coalesce(work) {
-  let asked = false;
+/**
+ * Run `work` at most once a frame of the display, however often it is asked for.
+ *
+ * @param {() => void} work
+ * @param {AbortSignal} [signal] Nothing is run after it.
+ * @returns {() => void}
+ */
+export function coalesce(work, signal) {
+  let asked = 0;
+  signal?.addEventListener("abort", () => cancelAnimationFrame(asked));
   return () => {
-    if (asked) return;
-    asked = true;
-    requestAnimationFrame(() => {
-      asked = false;
+    if (asked !== 0 || signal?.aborted) return;
+    asked = requestAnimationFrame(() => {
+      asked = 0;
       work();
     });
   };
 }
 
-/** Run `work` at most every `milliseconds`, the last request always being served. */
-export function throttle(work, milliseconds) {
+/**
+ * Run `work` at most every `milliseconds`, the last request always being served.
+ *
+ * @param {() => void} work
+ * @param {number} milliseconds
+ * @param {AbortSignal} [signal] Nothing is run after it.
+ * @returns {() => void}
+ */
+export function throttle(work, milliseconds, signal) {
   let last = 0;
   let timer = 0;
   const now = () => {
@@ -22,40 +38,84 @@ export function throttle(work, milliseconds) {
     last = performance.now();
     work();
   };
+  signal?.addEventListener("abort", () => clearTimeout(timer));
   return () => {
-    if (timer !== 0) return;
+    if (timer !== 0 || signal?.aborted) return;
     timer = setTimeout(now, Math.max(0, last + milliseconds - performance.now()));
   };
 }
 
-/** Send one request at a time; of those asked for meanwhile only the newest is sent. */
+/**
+ * Send one request at a time; of those asked for meanwhile only the newest is sent.
+ *
+ * @template T
+ * @param {(wanted: T) => Promise<unknown>} send
+ * @returns {(wanted: T) => Promise<void>}
+ */
 export function latest(send) {
   let busy = false;
+  /** @type {{wanted: T}|null} */
   let waiting = null;
-  return async function ask(...wish) {
+  return async function ask(wanted) {
     if (busy) {
-      waiting = wish;
+      waiting = { wanted };
       return;
     }
     busy = true;
     try {
-      await send(...wish);
+      await send(wanted);
     } finally {
       busy = false;
       const next = waiting;
       waiting = null;
-      if (next !== null) ask(...next);
+      if (next !== null) ask(next.wanted);
     }
   };
 }
 
-/** Resolves after a while. */
-export function after(milliseconds) {
-  return new Promise((resolve) => setTimeout(resolve, milliseconds));
+/**
+ * Run `work` after a while, unless the signal ends the waiting.
+ *
+ * @param {() => void} work
+ * @param {number} milliseconds
+ * @param {AbortSignal} [signal]
+ * @returns {() => void} Ends the waiting, too.
+ */
+export function later(work, milliseconds, signal) {
+  if (signal?.aborted) return () => {};
+  const stop = () => {
+    clearTimeout(timer);
+    signal?.removeEventListener("abort", stop);
+  };
+  const timer = setTimeout(() => {
+    stop();
+    work();
+  }, milliseconds);
+  signal?.addEventListener("abort", stop);
+  return stop;
 }
 
-/** Resolves when the browser has nothing better to do, or after a while. */
+/**
+ * Resolves after a while; never after the signal.
+ *
+ * @param {number} milliseconds
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<void>}
+ */
+export function after(milliseconds, signal) {
+  return new Promise((resolve) => {
+    later(resolve, milliseconds, signal);
+  });
+}
+
+/**
+ * Resolves when the browser has nothing better to do, or after a while.
+ *
+ * @returns {Promise<void>}
+ */
 export function idle() {
-  const wait = globalThis.requestIdleCallback ?? setTimeout;
-  return new Promise((resolve) => wait(() => resolve(), globalThis.requestIdleCallback ? { timeout: 1000 } : 0));
+  return new Promise((resolve) => {
+    if ("requestIdleCallback" in globalThis) requestIdleCallback(() => resolve(), { timeout: 1000 });
+    else setTimeout(resolve, 0);
+  });
 }

@@ -4,9 +4,20 @@ import { h } from "../../shared/dom.js";
 
 export const SCRIPTS = ["/static/bokeh/bokeh.min.js", "/static/bokeh/bokeh-api.min.js"];
 
-/** Load BokehJS. */
-export async function loadBokeh() {
+/** @type {Promise<any>|null} */
+let loading = null;
+
+/** Load BokehJS, once for all sessions of the page. */
+export function loadBokeh() {
+  loading ??= load();
+  // Who asks again after a failure gets another try.
+  loading.catch(() => (loading = null));
+  return loading;
+}
+
+async function load() {
   for (const source of SCRIPTS) await script(source);
+  globalThis.Bokeh.set_log_level("error");
   return globalThis.Bokeh;
 }
 

@@ -3,34 +3,37 @@
  * comes in about ten times a second at the most.
  */
 
-import { loadBokeh } from "./bokeh.js";
 import { h, setText } from "../../shared/dom.js";
-import { curve } from "../history.js";
+import { onTheme, tokens } from "../../shared/theme.js";
 import { after, idle, throttle } from "../../shared/timing.js";
+import { curve } from "../history.js";
+import { loadBokeh } from "./bokeh.js";
 import { KINDS } from "./plot_kinds.js";
 import { heading, reading } from "./plot_labels.js";
-import { onTheme, tokens } from "../../shared/theme.js";
 
 const REDRAW_MS = 100;
 const PATIENCE_MS = 8000;
+/** In a narrower session the plots are a row of sparklines. */
+const WIDE_PX = 1000;
 const INKS = ["ink", "muted", "line", "lost", "hidden", "truth", "prediction", "observation"];
 
 /**
+ * The scene goes first; then come the plots, into the place that is kept for them.
+ *
  * @param {HTMLElement} root
- * @param {import("../store.js").Store} store
- * @param {Promise<void>} picture Resolves when the scene is drawn: it goes first, then come the plots, into the place
- *     that is kept for them.
+ * @param {import("../mount.js").Mounted} view
  */
-export async function plots(root, store, picture) {
+export async function plots(root, view) {
+  const { store, scene, signal } = view;
   await declared(store);
   const panels = store.session.plots.map((plot) => panel(root, plot, store.session));
   const label = throttle(() => {
     for (const each of panels) write(each, store);
-  }, REDRAW_MS);
+  }, REDRAW_MS, signal);
   store.on("session position history branches", label);
   label();
 
-  await Promise.race([picture, after(PATIENCE_MS)]);
+  if (scene !== null) await Promise.race([scene.drawn, after(PATIENCE_MS, signal)]);
   await idle();
   let Bokeh;
   try {
@@ -39,29 +42,40 @@ export async function plots(root, store, picture) {
     root.append(h("p", { class: "hint" }, "The plots could not be loaded; the scrubber below shows the same curves."));
     return;
   }
-  Bokeh.set_log_level("error");
+  if (signal.aborted) return;
   const axis = new Bokeh.Range1d({ start: 0, end: 1 });
   const drawings = panels.map(({ plot }) => new KINDS[plot.kind](Bokeh, axis, plot, store.session));
-  await show(Bokeh, drawings, panels);
-  // There may be more plots than there is room for; what is out of sight is drawn when it comes into sight.
+  // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
+  for (const drawing of drawings) drawing.showsFrames = drawing === drawings.at(-1) || drawing.rows > 1;
+  await show(Bokeh, drawings, panels, signal);
+  if (!signal.aborted) keepDrawn(root, view, axis, drawings, panels);
+}
+
+/** Draw what is in sight whenever something of it changes. */
+function keepDrawn(root, { store, signal }, axis, drawings, panels) {
   const inSight = new Set();
   const draw = throttle(() => {
     if (document.hidden) return;
     axis.end = Math.max(1, store.session.frames - 1);
     for (const drawing of inSight) drawing.draw(store);
-  }, REDRAW_MS);
-  const narrow = matchMedia("(max-width: 999px)");
+  }, REDRAW_MS, signal);
+  const view = root.closest(".session-view");
+  let isNarrow = view.clientWidth < WIDE_PX;
   const dress = () => {
     const ink = tokens(...INKS);
-    for (const drawing of drawings) drawing.dress(ink, narrow.matches);
+    for (const drawing of drawings) drawing.dress(ink, isNarrow);
   };
-  // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
-  for (const drawing of drawings) drawing.showsFrames = drawing === drawings.at(-1) || drawing.rows > 1;
   store.on("session position history branches", draw);
-  document.addEventListener("visibilitychange", draw);
-  narrow.addEventListener("change", dress);
-  onTheme(dress);
+  document.addEventListener("visibilitychange", draw, { signal });
+  onTheme(dress, signal);
   dress();
+  const sizes = new ResizeObserver(() => {
+    if (view.clientWidth < WIDE_PX === isNarrow) return;
+    isNarrow = !isNarrow;
+    dress();
+  });
+  sizes.observe(view);
+  // There may be more plots than there is room for; what is out of sight is drawn when it comes into sight.
   const sight = new IntersectionObserver((changes) => {
     for (const { target, isIntersecting } of changes) {
       const drawing = drawings[panels.findIndex(({ place }) => place === target)];
@@ -71,12 +85,16 @@ export async function plots(root, store, picture) {
     draw();
   });
   for (const { place } of panels) sight.observe(place);
+  signal.addEventListener("abort", () => {
+    sizes.disconnect();
+    sight.disconnect();
+  });
 }
 
 /** Resolves when it is known what there is to plot. */
 function declared(store) {
   return new Promise((resolve) => {
-    const look = () => store.session?.plots?.length > 0 && resolve();
+    const look = () => store.session?.plots.length > 0 && resolve();
     store.on("session", look);
     look();
   });
@@ -104,9 +122,18 @@ function write({ plot, title, value, missing }, { session, history }) {
   missing.hidden = !plot.needs_truth || history.length === 0 || history.most(curve.error) !== null;
 }
 
-async function show(Bokeh, drawings, panels) {
-  // One document, since the figures share their axis of frames; each figure in its own panel.
+/** Draw all figures as one document, since they share their axis of frames; each in its own panel. */
+async function show(Bokeh, drawings, panels, signal) {
   const book = new Bokeh.Document();
   for (const { model } of drawings) book.add_root(model);
-  await Bokeh.embed.add_document_standalone(book, document.body, panels.map(({ place }) => place));
+  const views = await Bokeh.embed.add_document_standalone(book, document.body, panels.map(({ place }) => place));
+  const close = () => {
+    for (const view of [...views]) view.remove();
+    views.clear();
+    book.clear();
+    const known = Bokeh.documents.indexOf(book);
+    if (known >= 0) Bokeh.documents.splice(known, 1);
+  };
+  if (signal.aborted) close();
+  else signal.addEventListener("abort", close);
 }

@@ -4,180 +4,179 @@
  */
 
 import { fill, h } from "../../shared/dom.js";
-import { quantity, smallestSpan, unitOf } from "../../shared/format.js";
-import { curve } from "../history.js";
-import { coalesce, throttle } from "../../shared/timing.js";
-import { Axis, HEIGHT, ROWS, paint, playhead } from "./paint.js";
+import { smallestSpan, unitOf } from "../../shared/format.js";
 import { onTheme, tokens } from "../../shared/theme.js";
+import { coalesce, later, throttle } from "../../shared/timing.js";
 import { marks, thresholds } from "../timeline.js";
+import { Axis, HEIGHT, ROWS, paint, playhead } from "./paint.js";
+import { describe, mixtureOf } from "./words.js";
 
 const REPAINT_MS = 100;
 const SETTLE_MS = 1000;
 const NEAR_PX = 7;
 const INKS = ["ink", "muted", "well", "surface", "accent", "ramp", "hidden", "lost", "prediction", "observation"];
 
-/**
- * @param {HTMLElement} root
- * @param {import("../store.js").Store} store
- * @param {import("../commands.js").Commands} commands
- */
-export function scrubber(root, store, commands) {
-  const canvas = h("canvas", { class: "scrubber-canvas" });
-  const tip = h("div", { class: "tip", hidden: true });
-  const slider = h(
+export class Scrubber {
+  #view;
+  #canvas = h("canvas", { class: "scrubber-canvas" });
+  #tip = h("div", { class: "tip", hidden: true });
+  #slider = h(
     "div",
     { class: "scrubber", role: "slider", tabindex: 0, "aria-label": "Position in the run", "aria-valuemin": 0 },
-    canvas,
-    tip,
+    this.#canvas,
+    this.#tip,
   );
-  fill(root, slider);
-  const still = document.createElement("canvas");
-  let ink = tokens(...INKS);
-  let axis = new Axis(600, 2);
-  let dragged = null;
-  let settling = null;
-  let diamonds = [];
+  /** All but the playhead, which moves more often than the rest changes. */
+  #background = document.createElement("canvas");
+  #ink = tokens(...INKS);
+  #axis = new Axis(600, 2);
+  #marks = [];
+  /** The frame under the finger; then the one where it was let go, until the session is there. */
+  #dragged = null;
+  #settling = null;
+  #drawPlayhead;
+  #drawAll;
 
-  const top = coalesce(() => {
-    const session = store.session;
+  /**
+   * @param {HTMLElement} root
+   * @param {import("../mount.js").Mounted} view
+   */
+  constructor(root, view) {
+    this.#view = view;
+    fill(root, this.#slider);
+    this.#drawPlayhead = coalesce(() => this.#paintPlayhead(), view.signal);
+    this.#drawAll = throttle(() => this.#paintAll(), REPAINT_MS, view.signal);
+    view.store.on("position", () => {
+      if (view.store.session.position === this.#settling) this.#settling = null;
+      this.#drawPlayhead();
+    });
+    view.store.on("session history branches bookmarks", this.#drawAll);
+    const sizes = new ResizeObserver(this.#drawAll);
+    sizes.observe(this.#slider);
+    view.signal.addEventListener("abort", () => sizes.disconnect());
+    onTheme(() => {
+      this.#ink = tokens(...INKS);
+      this.#drawAll();
+    }, view.signal);
+    this.#listen();
+  }
+
+  #listen() {
+    const slider = this.#slider;
+    slider.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0 || !this.#view.able) return;
+      slider.setPointerCapture(event.pointerId);
+      this.#drag(event);
+    });
+    slider.addEventListener("pointermove", (event) => {
+      if (this.#dragged !== null) this.#drag(event);
+      this.#hint(...this.#at(event));
+    });
+    for (const end of ["pointerup", "pointercancel"]) slider.addEventListener(end, () => this.#release());
+    slider.addEventListener("pointerleave", () => {
+      this.#tip.hidden = true;
+    });
+  }
+
+  /** @returns {[number, number]} Where an event happened, px from the slider's corner. */
+  #at(event) {
+    const box = this.#slider.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  #drag(event) {
+    const frame = this.#axis.frame(this.#at(event)[0]);
+    if (frame === this.#dragged) return;
+    this.#dragged = frame;
+    this.#view.steering.seek(frame);
+    this.#drawPlayhead();
+  }
+
+  #release() {
+    if (this.#dragged === null) return;
+    const { steering, signal } = this.#view;
+    this.#settling = this.#dragged;
+    this.#dragged = null;
+    const settle = () => {
+      this.#settling = null;
+      this.#drawPlayhead();
+    };
+    steering.seek(this.#settling).finally(() => later(settle, SETTLE_MS, signal));
+    this.#drawPlayhead();
+  }
+
+  #paintPlayhead() {
+    const { store } = this.#view;
+    const { session } = store;
     if (session === null) return;
-    const context = canvas.getContext("2d");
+    const context = this.#canvas.getContext("2d");
     context.setTransform(1, 0, 0, 1, 0, 0);
-    context.clearRect(0, 0, canvas.width, canvas.height);
-    context.drawImage(still, 0, 0);
-    const ratio = canvas.width / (slider.clientWidth || 1);
+    context.clearRect(0, 0, this.#canvas.width, this.#canvas.height);
+    context.drawImage(this.#background, 0, 0);
+    const ratio = this.#canvas.width / (this.#slider.clientWidth || 1);
     context.scale(ratio, ratio);
-    const position = dragged ?? settling ?? session.position;
-    playhead(context, axis, position, session.head, ink);
-    slider.setAttribute("aria-valuemax", String(session.frames - 1));
-    slider.setAttribute("aria-valuenow", String(position));
-    slider.setAttribute("aria-valuetext", words(store, position).join(", "));
-  });
+    const position = this.#dragged ?? this.#settling ?? session.position;
+    playhead(context, this.#axis, position, session.head, this.#ink);
+    this.#slider.setAttribute("aria-valuemax", String(session.frames - 1));
+    this.#slider.setAttribute("aria-valuenow", String(position));
+    this.#slider.setAttribute("aria-valuetext", describe(store, position).join(", "));
+  }
 
-  const repaint = throttle(() => {
-    const session = store.session;
-    const width = slider.clientWidth;
+  #paintAll() {
+    const { session } = this.#view.store;
+    const width = this.#slider.clientWidth;
     if (session === null || width === 0) return;
     const ratio = globalThis.devicePixelRatio || 1;
-    for (const one of [canvas, still]) {
+    for (const one of [this.#canvas, this.#background]) {
       if (one.width !== Math.round(width * ratio)) one.width = Math.round(width * ratio);
       if (one.height !== Math.round(HEIGHT * ratio)) one.height = Math.round(HEIGHT * ratio);
     }
-    axis = new Axis(width, session.frames);
-    diamonds = marks(session);
-    const context = still.getContext("2d");
+    this.#axis = new Axis(width, session.frames);
+    this.#marks = marks(session);
+    const context = this.#background.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    paint(
-      context,
-      axis,
-      {
-        lines: store.branches.map((branch) => ({
-          history: store.historyOf(branch.id),
-          colour: branch.colour,
-          active: branch.id === session.branch,
-        })),
-        thresholds: thresholds(session),
-        bookmarks: (session.bookmarks ?? []).filter((mark) => !mark.branch || mark.branch === session.branch),
-        marks: diamonds,
-        smallest: smallestSpan(unitOf(session)),
-        mixture: mixtureOf(session),
-      },
-      ink,
-    );
-    top();
-  }, REPAINT_MS);
-
-  store.on("position", () => {
-    if (store.session.position === settling) settling = null;
-    top();
-  });
-  store.on("session history branches bookmarks", repaint);
-  new ResizeObserver(repaint).observe(slider);
-  onTheme(() => {
-    ink = tokens(...INKS);
-    repaint();
-  });
-
-  const at = (event) => {
-    const box = slider.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  };
-  const drag = (event) => {
-    const frame = axis.frame(at(event)[0]);
-    if (frame === dragged) return;
-    dragged = frame;
-    commands.seek(frame);
-    top();
-  };
-  slider.addEventListener("pointerdown", (event) => {
-    if (event.button !== 0 || !commands.able) return;
-    slider.setPointerCapture(event.pointerId);
-    drag(event);
-  });
-  slider.addEventListener("pointermove", (event) => {
-    if (dragged !== null) drag(event);
-    hint(...at(event));
-  });
-  for (const end of ["pointerup", "pointercancel"]) {
-    slider.addEventListener(end, () => {
-      if (dragged === null) return;
-      // Until the server is there the playhead stays where it was let go.
-      settling = dragged;
-      dragged = null;
-      commands.seek(settling).finally(() => setTimeout(() => ((settling = null), top()), SETTLE_MS));
-      top();
-    });
+    paint(context, this.#axis, this.#content(session), this.#ink);
+    this.#drawPlayhead();
   }
-  slider.addEventListener("pointerleave", () => {
-    tip.hidden = true;
-  });
 
-  function hint(x, y) {
-    const session = store.session;
-    if (session === null || x < axis.left - NEAR_PX) {
+  #content(session) {
+    const { store } = this.#view;
+    return {
+      lines: store.branches.map((branch) => ({
+        history: store.historyOf(branch.id),
+        colour: branch.colour,
+        active: branch.id === session.branch,
+      })),
+      thresholds: thresholds(session),
+      bookmarks: session.bookmarks.filter((mark) => !mark.branch || mark.branch === session.branch),
+      marks: this.#marks,
+      smallest: smallestSpan(unitOf(session)),
+      mixture: mixtureOf(session),
+    };
+  }
+
+  /** Say what is under the pointer. */
+  #hint(x, y) {
+    const { store } = this.#view;
+    const { session } = store;
+    const tip = this.#tip;
+    if (session === null || x < this.#axis.left - NEAR_PX) {
       tip.hidden = true;
       return;
     }
-    const near = (frame) => Math.abs(axis.x(frame) - x) <= NEAR_PX;
-    const change = y >= ROWS.changes[1] ? diamonds.find((mark) => near(mark.frame)) : undefined;
-    const bookmark = y <= ROWS.flags[2] ? (session.bookmarks ?? []).find((mark) => near(mark.frame)) : undefined;
-    const lines = change
-      ? [`from frame ${change.frame}`, ...change.lines]
-      : bookmark
-        ? [`frame ${bookmark.frame}`, bookmark.note || "bookmark"]
-        : [words(store, axis.frame(x)).join(" · ")];
-    fill(tip, lines.map((line) => h("div", {}, line)));
+    fill(tip, this.#underPointer(x, y).map((line) => h("div", {}, line)));
     tip.hidden = false;
     const width = tip.offsetWidth;
-    tip.style.left = `${Math.min(Math.max(4, x - width / 2), slider.clientWidth - width - 4)}px`;
+    tip.style.left = `${Math.min(Math.max(4, x - width / 2), this.#slider.clientWidth - width - 4)}px`;
   }
-}
 
-/** Which share of the particles is painted in the colour of the observation: as the experiment's plots have it. */
-function mixtureOf(session) {
-  const features = session.plots.find(({ kind }) => kind === "features");
-  if (features === undefined) return { label: "proposal", share: (row) => ratio(curve.observation(row), curve.prediction(row)) };
-  return { label: features.id, share: (row) => mean(row?.series?.[features.series[0]]) };
-}
-
-function ratio(one, other) {
-  return one + other > 0 ? one / (one + other) : null;
-}
-
-function mean(values) {
-  const known = values?.filter(Number.isFinite) ?? [];
-  return known.length > 0 ? known.reduce((sum, value) => sum + value, 0) / known.length : null;
-}
-
-function words(store, frame) {
-  const row = store.history.at(frame);
-  const unit = unitOf(store.session);
-  if (!row) return [`frame ${frame}`, "not computed yet"];
-  const told = [`frame ${frame}`];
-  if (curve.error(row) !== null) told.push(`error ${quantity(curve.error(row), unit)} ${unit}`.trim());
-  if (curve.sigma(row) !== null) told.push(`sigma ${quantity(curve.sigma(row), unit)} ${unit}`.trim());
-  if (row.searching) told.push(`no ${store.session.target}`);
-  else if (row.lost) told.push("lost");
-  else if (row.hidden) told.push("hidden");
-  return told;
+  #underPointer(x, y) {
+    const { store } = this.#view;
+    const isNear = ({ frame }) => Math.abs(this.#axis.x(frame) - x) <= NEAR_PX;
+    const change = y >= ROWS.changes[1] && this.#marks.find(isNear);
+    if (change) return [`from frame ${change.frame}`, ...change.lines];
+    const bookmark = y <= ROWS.flags[2] && store.session.bookmarks.find(isNear);
+    if (bookmark) return [`frame ${bookmark.frame}`, bookmark.note || "bookmark"];
+    return [describe(store, this.#axis.frame(x)).join(" · ")];
+  }
 }

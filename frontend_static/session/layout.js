@@ -1,0 +1,43 @@
+/** Where the parts of a session stand within an element, before anything is in them. */
+
+import { fill, h } from "../shared/dom.js";
+
+/** @typedef {"scene"|"branches"|"plots"|"readout"|"transport"|"scrubber"} Part */
+
+/** @type {readonly Part[]} */
+export const PARTS = ["scene", "branches", "plots", "readout", "transport", "scrubber"];
+
+/**
+ * Make a place for each part. What is not asked for takes no room.
+ *
+ * @param {HTMLElement} element Loses what it held.
+ * @param {readonly Part[]} parts
+ * @returns {Partial<Record<Part, HTMLElement>>}
+ */
+export function arrange(element, parts) {
+  const unknown = parts.filter((part) => !PARTS.includes(part));
+  if (unknown.length > 0) throw new Error(`A session has the parts ${PARTS.join(", ")}, and no ${unknown.join(", ")}`);
+  /** @type {Partial<Record<Part, HTMLElement>>} */
+  const places = {};
+  /** @param {Part} part @param {string} tag @param {object} properties */
+  const place = (part, tag, properties) => {
+    if (!parts.includes(part)) return null;
+    return (places[part] = h(tag, { ...properties, data: { part } }));
+  };
+  const scene = place("scene", "section", { class: "scene", "aria-label": "Scene" });
+  const side = [
+    place("branches", "nav", { class: "branches", "aria-label": "Branches", hidden: true }),
+    place("plots", "div", { class: "plots" }),
+    place("readout", "section", { class: "readout" }),
+  ].filter((it) => it !== null);
+  const deck = [place("transport", "div", { class: "transport" }), place("scrubber", "div", {})].filter((it) => it !== null);
+  fill(
+    element,
+    h("div", { class: "session-view", role: "group", "aria-label": "Session", tabindex: -1 }, [
+      (scene || side.length > 0) &&
+        h("div", { class: scene && side.length > 0 ? "stage" : "stage alone" }, scene, side.length > 0 && h("aside", { class: "side", "aria-label": "Plots" }, side)),
+      deck.length > 0 && h("footer", { class: "deck", "aria-label": "Transport" }, deck),
+    ]),
+  );
+  return places;
+}

@@ -1,0 +1,165 @@
+/**
+ * A session as a component: any part of it in any element of a page, several on one page, and none of it left when it is
+ * taken away again.
+ */
+
+import { api } from "../shared/api.js";
+import { fill } from "../shared/dom.js";
+import { notice } from "../shared/notice.js";
+import { Stream } from "../shared/stream.js";
+import { toast } from "../shared/toast.js";
+import { bookmarkMenu } from "./bookmarks.js";
+import { branchDialog, branchLegend } from "./branches.js";
+import { Commands } from "./commands.js";
+import { listen } from "./keys.js";
+import { plots } from "./plots/plots.js";
+import { readout } from "./readout.js";
+import { Scrubber } from "./scrubber/scrubber.js";
+import { SessionStart } from "./session_start.js";
+import { Steering } from "./steering.js";
+import { Store } from "./store.js";
+import { transport } from "./transport.js";
+
+const GALLERY = { label: "Back to the gallery", href: "/" };
+const KEPT = "What was saved of it is in the gallery.";
+
+/**
+ * @typedef {object} Options
+ * @property {SessionStart} [start] A beginning that was made before, instead of `session` or `recipe` and `parts`.
+ * @property {string} [session]
+ * @property {object|Promise<object>} [recipe]
+ * @property {readonly import("./layout.js").Part[]} [parts]
+ * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
+ * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
+ */
+
+/**
+ * Put a session into an element.
+ *
+ * @param {HTMLElement} element
+ * @param {Options} options
+ * @returns {Mounted}
+ */
+export function mount(element, options) {
+  return new Mounted(options.start ?? new SessionStart(element, options), options);
+}
+
+/** What the parts of a session need to know of it. */
+export class Mounted {
+  #start;
+  #clock;
+  #steering;
+
+  /**
+   * @param {SessionStart} start
+   * @param {Options} options
+   */
+  constructor(start, { clock, actions = {} }) {
+    this.#start = start;
+    this.#clock = clock;
+    this.signal = start.signal;
+    this.scene = start.scene;
+    this.store = new Store();
+    this.commands = new Commands(this.store);
+    this.#steering = new Steering(this.store, this.signal);
+    clock?.join({ store: this.store, steering: this.#steering }, this.signal);
+    this.actions = { ...this.#ownActions(), ...actions };
+    this.#fill();
+    this.#begin();
+  }
+
+  /** What moves the run: that of the session which leads, where several share a clock. */
+  get steering() {
+    return this.#clock?.leader?.steering ?? this.#steering;
+  }
+
+  /** Whether what steers can be used. */
+  get able() {
+    return this.store.connection === "open" && this.store.isAwake;
+  }
+
+  /** Take the session from the page; nothing of it goes on here. The session itself stays. */
+  dispose() {
+    this.#start.end();
+  }
+
+  #fill() {
+    const { places, element } = this.#start;
+    if (places.transport) transport(places.transport, this, [bookmarkMenu(this)]);
+    if (places.scrubber) new Scrubber(places.scrubber, this);
+    if (places.readout) readout(places.readout, this);
+    if (places.branches) branchLegend(places.branches, this);
+    if (places.plots) plots(places.plots, this);
+    this.scene?.follow(this);
+    listen(element, this.actions, () => this.scene?.window ?? null, this.signal);
+    this.store.on("refused", ({ message }) => toast(message, { kind: "error" }));
+  }
+
+  async #begin() {
+    let begun;
+    try {
+      begun = await this.#start.begun;
+    } catch (error) {
+      if (!this.signal.aborted) this.#refuse(error);
+      return;
+    }
+    if (this.signal.aborted) return;
+    const { session, recipe } = begun;
+    const on = {
+      message: (message) => this.store.receive(message),
+      lost: () => this.store.setConnection("lost"),
+      gone: () => {
+        this.store.setConnection("gone");
+        this.#fail("This session has ended", KEPT);
+      },
+    };
+    new Stream(session.id, on, { signal: this.signal });
+    if (recipe?.play) {
+      await this.scene?.seen;
+      this.#whenOpen(() => this.steering.toggle());
+    }
+  }
+
+  #refuse(error) {
+    if (error.status === 404 && !this.#start.isNew) this.#fail("There is no such session", `It may have been ended. ${KEPT}`);
+    else this.#fail(this.#start.isNew ? "This session could not be started" : "This session cannot be shown", error.message);
+  }
+
+  #fail(title, message) {
+    if (this.scene) this.scene.fail(title, message, GALLERY);
+    else fill(this.#start.element, notice(title, message, GALLERY));
+  }
+
+  /** Do something as soon as the session listens. */
+  #whenOpen(work) {
+    let done = false;
+    const look = () => {
+      if (done || !this.able) return;
+      done = true;
+      work();
+    };
+    this.store.on("session connection", look);
+    look();
+  }
+
+  #ownActions() {
+    return {
+      toggle: () => this.steering.toggle(),
+      step: (direction) => this.steering.step(direction),
+      jump: (frames) => this.steering.jump(frames),
+      first: () => this.steering.first(),
+      newest: () => this.steering.newest(),
+      faster: (direction) => this.steering.faster(direction),
+      beforeLoss: () => this.steering.beforeLoss(),
+      bookmark: () => this.commands.bookmark(),
+      branch: () => this.#branch(),
+    };
+  }
+
+  async #branch() {
+    if (!this.able) return;
+    const { experiment } = this.store.session;
+    const { default_tracker: preferred } = await api.experiment(experiment).catch(() => ({}));
+    if (!this.signal.aborted) branchDialog(this, preferred);
+  }
+}

@@ -1,0 +1,22 @@
+/**
+ * The first script of a session's page: has the session found or started, and its picture shown, while the rest of the
+ * page is still being loaded.
+ */
+
+import { decode } from "../shared/share_link.js";
+import { SessionStart } from "./session_start.js";
+
+const NEW = "new";
+const id = decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1));
+const element = document.querySelector('[data-part="session"]');
+
+export const start = new SessionStart(element, id === NEW ? { recipe: readRecipe() } : { session: id });
+if (id === NEW) start.begun.then(({ session }) => history.replaceState(null, "", session.page), () => {});
+
+async function readRecipe() {
+  try {
+    return decode(location.hash);
+  } catch {
+    throw new Error("The link is incomplete; it must hold an experiment after the # sign");
+  }
+}

@@ -1,0 +1,121 @@
+/** Moving through a run: play, pause, step, seek, speed. Buttons, keys and the scrubber all end up here. */
+
+import { api } from "../shared/api.js";
+import { later, latest } from "../shared/timing.js";
+import { attempt, toast } from "../shared/toast.js";
+import { beforeLoss } from "./history.js";
+
+const GOAL_MS = 2000;
+export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 0];
+
+export class Steering {
+  #store;
+  #signal;
+  #seeking;
+  /** The frame that was asked for and is not shown yet; keys that come meanwhile count from there. */
+  #goal = null;
+  #forget = () => {};
+
+  /**
+   * @param {import("./store.js").Store} store
+   * @param {AbortSignal} signal
+   */
+  constructor(store, signal) {
+    this.#store = store;
+    this.#signal = signal;
+    this.#seeking = latest((frame) => this.#send("seek", { frame }));
+    store.on("position", () => {
+      if (store.session.position === this.#goal) this.#goal = null;
+    });
+  }
+
+  get #session() {
+    return this.#store.session;
+  }
+
+  /** Whether there is a session that listens. */
+  get #able() {
+    return this.#store.isAwake && !this.#signal.aborted;
+  }
+
+  get isPlaying() {
+    return this.#session?.playing ?? false;
+  }
+
+  /** Whether the last frame is shown, so that playing means playing again. */
+  get isAtEnd() {
+    return this.#session !== null && this.#session.position >= this.#session.frames - 1;
+  }
+
+  get speed() {
+    return this.#session?.speed ?? 1;
+  }
+
+  async toggle() {
+    if (!this.#able) return;
+    if (this.isPlaying) await this.#send("pause");
+    else {
+      if (this.isAtEnd) await this.#send("seek", { frame: 0 });
+      await this.#send("play");
+    }
+  }
+
+  async pause() {
+    if (this.#able && this.isPlaying) await this.#send("pause");
+  }
+
+  /** One frame on or back. */
+  async step(direction) {
+    if (!this.#able) return;
+    if (direction > 0 ? !this.isAtEnd : this.#session.position > 0) await this.#send(direction > 0 ? "step" : "back");
+  }
+
+  /** Go to a frame and stay there. While one seek is under way only the newest wish is kept. */
+  async seek(frame) {
+    if (!this.#able) return;
+    const goal = Math.min(Math.max(0, Math.round(frame)), this.#session.frames - 1);
+    this.#goal = goal;
+    this.#forget();
+    this.#forget = later(() => (this.#goal = null), GOAL_MS, this.#signal);
+    await this.pause();
+    await this.#seeking(goal);
+  }
+
+  async jump(frames) {
+    if (this.#able) await this.seek((this.#goal ?? this.#session.position) + frames);
+  }
+
+  async first() {
+    await this.seek(0);
+  }
+
+  /** The newest frame that has been computed; computing all the rest could take long. */
+  async newest() {
+    if (this.#able) await this.seek(this.#session.head);
+  }
+
+  async beforeLoss() {
+    if (!this.#able) return;
+    const frame = beforeLoss(this.#store.history, this.#session.position);
+    if (frame === null) toast("The target has not been lost so far");
+    else await this.seek(frame);
+  }
+
+  async setSpeed(value) {
+    if (!this.#able) return;
+    this.#store.setSpeed(value);
+    await this.#send("speed", { speed: value });
+  }
+
+  async faster(direction) {
+    if (!this.#able) return;
+    const now = this.speed === 0 ? Infinity : this.speed;
+    const rank = SPEEDS.map((speed) => (speed === 0 ? Infinity : speed));
+    const next = direction > 0 ? rank.find((speed) => speed > now) : rank.findLast((speed) => speed < now);
+    if (next !== undefined) await this.setSpeed(next === Infinity ? 0 : next);
+  }
+
+  async #send(action, more) {
+    await attempt(() => api.transport(this.#session.id, action, more));
+  }
+}
