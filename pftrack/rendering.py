@@ -86,6 +86,11 @@ def _sixteenths(positions: NDArray[np.float32], scale: float) -> NDArray[np.int3
     return np.rint(placed * (1 << SHIFT)).astype(np.int32)
 
 
+def _whole(places: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Sixteenths of a pixel -> the nearest whole pixel."""
+    return (places + (1 << SHIFT - 1)) >> SHIFT
+
+
 def _thickness(width: float, scale: float) -> int:
     return min(max(1, round(width * scale)), 255)
 
@@ -94,7 +99,8 @@ def _thickness(width: float, scale: float) -> int:
 def _picture(picture: Picture, canvas: NDArray[np.uint8], _scale: float) -> None:
     height, width = canvas.shape[:2]
     enlarged = width >= picture.image_rgb.shape[1]
-    way = cv2.INTER_NEAREST if enlarged else cv2.INTER_AREA
+    # Plain INTER_NEAREST begins each pixel up to a whole pixel of the canvas late.
+    way = cv2.INTER_NEAREST_EXACT if enlarged else cv2.INTER_AREA
     canvas[:] = cv2.resize(picture.image_rgb, (width, height), interpolation=way)
 
 
@@ -103,11 +109,11 @@ def _points(points: Points, canvas: NDArray[np.uint8], scale: float) -> None:
     places = _sixteenths(points.positions, scale)
     radius = max(0.5, points.size * scale / 2)
     if len(places) >= STAMPED_FROM:
-        _stamp(canvas, places >> SHIFT, points.colours, round(radius))
+        _stamp(canvas, _whole(places), points.colours, round(radius))
         return
     height, width = canvas.shape[:2]
     margin = round(radius) + 1
-    whole = places >> SHIFT
+    whole = _whole(places)
     seen = np.all((whole > -margin) & (whole < np.array([width, height]) + margin), axis=1)
     fixed = round(radius * (1 << SHIFT))
     colours = points.colours[seen].tolist()
@@ -193,7 +199,7 @@ def _mesh(mesh: Mesh, canvas: NDArray[np.uint8], scale: float) -> None:
 @_paint.register
 def _text(text: Text, canvas: NDArray[np.uint8], scale: float) -> None:
     if np.isfinite(text.position[:2]).all():
-        x, y = (_sixteenths(text.position[None], scale)[0] >> SHIFT).tolist()
+        x, y = _whole(_sixteenths(text.position[None], scale)[0]).tolist()
         size = 0.4 * max(1.0, scale)
         if text.anchor == "middle":
             x -= cv2.getTextSize(text.text.translate(GLYPHS), cv2.FONT_HERSHEY_SIMPLEX, size, 1)[0][0] // 2

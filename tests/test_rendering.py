@@ -98,6 +98,23 @@ def test_many_points_are_painted_as_few_are() -> None:
     assert ((many > 0) <= (few > 0)).all()
 
 
+@pytest.mark.parametrize("at", [20.0, 20.3, 20.8])
+def test_many_points_lie_on_the_nearest_pixel(at: float) -> None:
+    """Thousands of points are set on whole pixels, at most half a pixel from where they belong."""
+    many = Points(np.tile(f32([at, 15, 0]), (5_000, 1)), np.tile(np.array([BLUE], np.uint8), (5_000, 1)), 3.0)
+    assert centre_of_ink(single(many)) == pytest.approx((at, 15.0), abs=0.5)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.7, 2.0, 2.3, 0.6])
+def test_a_picture_lies_under_what_is_drawn_on_it(scale: float) -> None:
+    """A spot in the picture and a point on it have the same centre, at any scale."""
+    image = np.full((30, 40, 3), 255, np.uint8)
+    image[10:15, 22:27] = BLUE
+    spot = centre_of_ink(render(Drawing(40, 30, {"it": Picture(image)}), scale=scale))
+    mark = centre_of_ink(single(point(24, 12), scale=scale))
+    assert spot == pytest.approx(mark, abs=0.3)
+
+
 @pytest.mark.parametrize("name", EVERY)
 def test_every_primitive_leaves_its_colour(name: str) -> None:
     """Each kind of primitive is seen, and a layer that is switched off is not."""
