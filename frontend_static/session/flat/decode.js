@@ -1,0 +1,127 @@
+/**
+ * Reading a drawing as the server sends it, `server/flat/codec.py` says in which form. The arrays are views of the message:
+ * nothing is copied.
+ */
+
+/** @typedef {[number, number, number]} Colour RGB, 0 to 255 */
+/** @typedef {Float32Array|Int32Array|Uint8Array} Numbers */
+
+/**
+ * What all primitives have.
+ *
+ * @typedef {object} Named
+ * @property {string} name The same from frame to frame.
+ * @property {string} layer
+ */
+
+/** @typedef {Named & {kind: "picture", image_rgb: {key: number, shape: [number, number, number]}}} Picture */
+/** @typedef {Named & {kind: "points", positions: Float32Array, colours: Uint8Array, size: number}} Points */
+/** @typedef {Named & {kind: "polyline", positions: Float32Array, colour: Colour, width: number}} Polyline */
+/** @typedef {Named & {kind: "links", segments: Float32Array, colour: Colour, width: number}} Links */
+/**
+ * @typedef {Named & {kind: "ellipse", centre: Float32Array, half_axes: Float32Array, colour: Colour, width: number,
+ *     dashed: boolean}} Ellipse
+ */
+/**
+ * @typedef {Named & {kind: "axes", origin: Float32Array, rotation: Float32Array, length: number, colour: Colour,
+ *     width: number}} Axes
+ */
+/**
+ * @typedef {Named & {kind: "mesh", vertices: Float32Array, faces: Int32Array, colour: Colour|Uint8Array,
+ *     opacity: number|Float32Array}} Mesh
+ */
+/**
+ * @typedef {Named & {kind: "text", position: Float32Array, text: string, colour: Colour,
+ *     anchor: "start"|"middle"}} Text
+ */
+/** @typedef {Named & {kind: "frustum"}} Frustum Seen from aside only. */
+/** @typedef {Picture|Points|Polyline|Links|Ellipse|Axes|Mesh|Text|Frustum} Primitive */
+
+/**
+ * A drawing; lengths in px of its picture, all positions as (x, y, z) one after the other.
+ *
+ * @typedef {object} Drawing
+ * @property {number} frame
+ * @property {number} width
+ * @property {number} height
+ * @property {string} caption
+ * @property {Primitive[]} primitives In painting order.
+ * @property {Map<number, Uint8Array>} files Pictures that came with it, JPEG by key.
+ */
+
+const MAGIC = "pfd";
+const VERSION = 1;
+const START_BYTES = 8;
+const RECORD_BYTES = 8;
+const ALIGNMENT = 4;
+const ARRAYS = { f4: Float32Array, i4: Int32Array, u1: Uint8Array };
+
+/**
+ * Read a message.
+ *
+ * @param {ArrayBuffer} message
+ * @returns {Drawing}
+ * @throws {Error} It is of another version than this page, or no drawing at all.
+ */
+export function decode(message) {
+  const view = new DataView(message);
+  const magic = String.fromCharCode(...new Uint8Array(message, 0, MAGIC.length));
+  const version = view.getUint8(MAGIC.length);
+  if (magic !== MAGIC) throw new Error(`Expected a drawing that begins with ${MAGIC}, got ${magic}`);
+  if (version !== VERSION) throw new Error(`This page reads drawings of version ${VERSION}, the server sends version ${version}; reload the page`);
+  const base = START_BYTES + view.getUint32(4, true);
+  const text = new TextDecoder().decode(new Uint8Array(message, START_BYTES, base - START_BYTES));
+  const { arrays, primitives, ...head } = JSON.parse(text);
+  return {
+    ...head,
+    primitives: primitives.map((/** @type {Record<string, unknown>} */ item) => withArrays(item, message, base)),
+    files: files(message, view, base + arrays),
+  };
+}
+
+/**
+ * @param {Record<string, unknown>} item
+ * @param {ArrayBuffer} message
+ * @param {number} base Where the arrays begin.
+ * @returns {Primitive}
+ */
+function withArrays(item, message, base) {
+  const entries = Object.entries(item).map(([name, value]) => [name, isReference(value) ? array(value, message, base) : value]);
+  return Object.fromEntries(entries);
+}
+
+/** @typedef {{type: keyof typeof ARRAYS, at: number, shape: number[]}} Reference */
+
+/**
+ * @param {unknown} value
+ * @returns {value is Reference}
+ */
+function isReference(value) {
+  return typeof value === "object" && value !== null && "type" in value;
+}
+
+/**
+ * @param {Reference} reference
+ * @param {ArrayBuffer} message
+ * @param {number} base
+ * @returns {Numbers}
+ */
+function array({ type, at, shape }, message, base) {
+  return new ARRAYS[type](message, base + at, shape.reduce((product, extent) => product * extent, 1));
+}
+
+/**
+ * @param {ArrayBuffer} message
+ * @param {DataView} view
+ * @param {number} at Where they begin.
+ * @returns {Map<number, Uint8Array>}
+ */
+function files(message, view, at) {
+  const found = new Map();
+  while (at < message.byteLength) {
+    const length = view.getUint32(at + 4, true);
+    found.set(view.getUint32(at, true), new Uint8Array(message, at + RECORD_BYTES, length));
+    at += RECORD_BYTES + Math.ceil(length / ALIGNMENT) * ALIGNMENT;
+  }
+  return found;
+}

@@ -1,0 +1,185 @@
+"""The flat view's painter: every primitive where the film has it, to half a pixel."""
+
+import base64
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.drawing import (
+    COLOURS,
+    Axes,
+    Drawing,
+    Ellipse,
+    Frustum,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+)
+from pftrack.rendering import render
+from server.flat.codec import DrawingEncoder
+from tests.browser.host import Server
+
+Image: TypeAlias = NDArray[np.uint8]
+Paint: TypeAlias = Callable[..., Image]
+
+WIDTH, HEIGHT = 80, 60
+BLUE = COLOURS["estimate"]
+PURE = np.array([[BLUE]], np.uint8)
+
+# Paints a message on a canvas of its own and returns it as PNG.
+PAINT = """async ([message, scale, hidden]) => {
+    const [{ decode }, { paint }, { Pictures }] = await Promise.all(
+        ['decode', 'paint', 'pictures'].map((name) => import(`/static/session/flat/${name}.js`)));
+    const drawing = decode(Uint8Array.from(atob(message), (letter) => letter.charCodeAt(0)).buffer);
+    const bitmaps = await new Pictures().of(drawing, 1);
+    const canvas = document.createElement('canvas');
+    const [width, height] = [Math.round(drawing.width * scale), Math.round(drawing.height * scale)];
+    Object.assign(canvas, { width, height });
+    const context = canvas.getContext('2d', { alpha: false });
+    const surface = { context, width, height, scale, density: 1, picture: (key) => bitmaps.get(key) };
+    paint(surface, drawing, (layer) => !hidden.includes(layer));
+    return canvas.toDataURL('image/png').split(',')[1];
+}"""
+
+
+@pytest.fixture(scope="module")
+def paint(chromium: Any, server: Server) -> Iterator[Paint]:
+    """Paint a drawing as the page does: (rows, columns, 3) RGB."""
+    page = chromium.new_page(base_url=server.url)
+    page.goto("/")
+
+    def painted(drawing: Drawing, scale: float = 1.0, hidden: tuple[str, ...] = ()) -> Image:
+        message = base64.b64encode(DrawingEncoder().encode(drawing, 0).message()).decode()
+        file = base64.b64decode(page.evaluate(PAINT, [message, scale, list(hidden)]))
+        image = cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR)
+        assert image is not None
+        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8)
+
+    yield painted
+    page.close()
+
+
+def f32(*values: object) -> NDArray[np.float32]:
+    return np.array(values, np.float32)
+
+
+def cloud(count: int) -> Points:
+    places = np.random.default_rng(3).normal((44.3, 27.6, 0.0), (6.0, 4.0, 0.0), (count, 3)).astype(np.float32)
+    return Points(places, np.tile(np.uint8([BLUE]), (count, 1)), 3.0)
+
+
+def disc() -> Image:
+    """A picture with a blue disc off its middle."""
+    image = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
+    cv2.circle(image, (25, 38), 9, BLUE, cv2.FILLED)
+    return image
+
+
+CORNERS = f32([18.2, 10.1, 0], [66.6, 14.3, 4], [30.4, 49.7, 2], [60.3, 44.8, 9])
+FACES = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+EVERY: dict[str, Primitive] = {
+    "picture": Picture(disc()),
+    "point": Points(f32([31.3, 22.7, 0]), np.array([BLUE], np.uint8), 5.0),
+    "cloud": cloud(300),
+    "dense cloud": cloud(6000),
+    "line": Polyline(f32([10.4, 8.2, 0], [60.7, 20.1, 3], [62.5, 26.6, 0]), BLUE, 2.0, "trail"),
+    "gap": Polyline(f32([10.4, 8.2, 0], [np.nan, 20.1, 3], [35.5, 50.6, 0]), BLUE, 2.0, "trail"),
+    "ellipse": Ellipse(f32(41.2, 27.9, 0), f32([18, 5], [-4, 11]), BLUE, 2.0, "sigma"),
+    "dashed": Ellipse(f32(41.2, 27.9, 0), f32([18, 5], [-4, 11]), BLUE, 2.0, "gate", dashed=True),
+    "axes": Axes(f32(33.3, 25.5, 0), f32([0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]), 20.0, BLUE, 2.0, "axes"),
+    "mesh": Mesh(CORNERS, FACES, BLUE, 0.8, "solid"),
+    "links": Links(f32([[12, 9, 0], [30.5, 14, 0]], [[12, 14, 0], [30.5, 9, 0]]), BLUE, 2.0, "links"),
+    "text": Text(f32(20.0, 30.0, 0), "HHH", BLUE, "labels"),
+    "middle": Text(f32(40.0, 30.0, 0), "HHH", BLUE, "labels", anchor="middle"),
+}
+
+
+def blue(image: Image) -> NDArray[np.float64]:
+    """How blue each pixel is; paper and the rims of letters are not."""
+    signed = image.astype(float)
+    return np.clip(signed[..., 2] - signed[..., 0], 0, None)
+
+
+def centre(image: Image) -> NDArray[np.float64]:
+    """Centre of the ink, (x, y) px."""
+    weights = blue(image)
+    places = np.indices(weights.shape)[::-1]
+    found: NDArray[np.float64] = (places * weights).sum(axis=(1, 2)) / weights.sum()
+    return found
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.3, 0.7])
+@pytest.mark.parametrize("name", EVERY)
+def test_a_primitive_stands_where_the_film_has_it(paint: Paint, name: str, scale: float) -> None:
+    """The centre of every primitive's ink is that of the film, to half a pixel of the canvas.
+
+    Of letters to a whole one: the film has a font of its own and sets it on whole pixels.
+    """
+    drawing = Drawing(WIDTH, HEIGHT, {name: EVERY[name]})
+    film, canvas = centre(render(drawing, scale=scale)), centre(paint(drawing, scale))
+    np.testing.assert_allclose(canvas, film, atol=1.0 if isinstance(EVERY[name], Text) else 0.5)
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.3, 0.7])
+@pytest.mark.parametrize("name", [name for name, item in EVERY.items() if not isinstance(item, Text)])
+def test_a_primitive_covers_what_the_film_has(paint: Paint, name: str, scale: float) -> None:
+    """What the canvas covers is covered in the film and the other way round, to a pixel at the edge."""
+    drawing = Drawing(WIDTH, HEIGHT, {name: EVERY[name]})
+    film, canvas = (blue(image) / blue(PURE).max() for image in (render(drawing, scale=scale), paint(drawing, scale)))
+    for one, other in ((canvas, film), (film, canvas)):
+        nearby = cv2.dilate(other, np.ones((3, 3)))
+        assert (nearby[one > 0.7] > 0).all()
+
+
+def test_what_comes_later_lies_above(paint: Paint) -> None:
+    """Primitives are painted in the drawing's order, each over what was there."""
+    red, green = (np.array([colour], np.uint8) for colour in ((255, 0, 0), (0, 255, 0)))
+    items: dict[str, Primitive] = {
+        "picture": Picture(disc()),
+        "below": Points(f32([25, 38, 0]), red, 9.0, "below"),
+        "above": Points(f32([25, 38, 9]), green, 5.0, "above"),
+    }
+    drawing = Drawing(WIDTH, HEIGHT, items)
+    assert tuple(paint(drawing)[38, 25]) == (0, 255, 0)
+    assert tuple(paint(drawing)[38, 28]) == (255, 0, 0)
+    assert tuple(paint(drawing, hidden=("above",))[38, 25]) == (255, 0, 0)
+    np.testing.assert_allclose(paint(drawing, hidden=("above", "below"))[38, 25], BLUE, atol=3)
+
+
+def test_a_mesh_is_shaded_and_lets_through_as_in_the_film(paint: Paint) -> None:
+    """A translucent solid has the film's colours, where its faces are seen aslant, too."""
+    drawing = Drawing(WIDTH, HEIGHT, {"it": Mesh(f32([5, 5, 0], [70, 8, 40], [20, 55, 5]), FACES[:1], BLUE, 0.6, "m")})
+    inside = np.s_[18:22, 26:30]
+    np.testing.assert_allclose(paint(drawing)[inside], render(drawing)[inside], atol=2)
+
+
+@pytest.mark.parametrize("shift", [(1e9, -1e9, 0), (np.nan, np.nan, np.nan), (np.inf, 0, 0)])
+def test_what_lies_outside_or_is_not_finite_does_no_harm(paint: Paint, shift: tuple[float, float, float]) -> None:
+    """A lost tracker draws far outside, or nowhere: the paper stays white, and nothing fails."""
+    away = f32(*shift)
+    items: dict[str, Primitive] = {
+        "points": Points(cloud(9).positions + away, cloud(9).colours, 3.0),
+        "dense": Points(cloud(6000).positions + away, cloud(6000).colours, 3.0),
+        "line": Polyline(f32([5, 5, 0], [30, 20, 0]) + away, BLUE, 2.0, "trail"),
+        "ellipse": Ellipse(f32(20, 15, 0) + away, f32([8, 0], [0, 5]), BLUE, 1.0, "sigma"),
+        "axes": Axes(f32(20, 15, 0) + away, np.eye(3, dtype=np.float32), 10.0, BLUE, 2.0, "axes"),
+        "mesh": Mesh(CORNERS + away, FACES, BLUE, 1.0, "mesh"),
+        "links": Links(f32([[5, 5, 0], [9, 9, 0]]) + away, BLUE, 1.0, "links"),
+        "text": Text(f32(5, 20, 0) + away, "lost", BLUE, "labels"),
+    }
+    assert (paint(Drawing(WIDTH, HEIGHT, items)) == 255).all()
+
+
+def test_a_camera_does_not_see_itself(paint: Paint) -> None:
+    """Its frustum is for viewers with depth: from the front there is nothing of it."""
+    corners = f32([-0.5, -0.5, 0], [39.5, -0.5, 0], [39.5, 29.5, 0], [-0.5, 29.5, 0])
+    drawing = Drawing(WIDTH, HEIGHT, {"camera": Frustum(f32(20, 15, 40), corners, BLUE, 1.0, "camera")})
+    assert (paint(drawing) == 255).all()
