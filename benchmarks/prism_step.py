@@ -26,7 +26,7 @@ from pftrack.geometry.rotation import angles, wrapped  # noqa: E402
 from pftrack.likelihoods import points  # noqa: E402
 from pftrack.random import Purpose, Stream  # noqa: E402
 from pftrack.sources.prism import VERTICES_MM, PrismParameters, Sight, sight  # noqa: E402
-from pftrack.trackers import layered  # noqa: E402
+from pftrack.trackers.pose import layered  # noqa: E402
 
 SCENE = PrismParameters()
 SCALE = SCENE.focal_length_px / SCENE.distance_mm

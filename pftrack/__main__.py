@@ -1,5 +1,5 @@
 """`python -m pftrack` is the command line."""
 
-from pftrack.cli import main
+from pftrack.cli.app import main
 
 main()

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from pftrack.experiments.experiment import Experiment
+    from pftrack.experiment import Experiment
     from pftrack.parameters import Value
 
 __all__ = ["Check", "examine"]
@@ -123,7 +123,7 @@ def _compiled(*, everything: bool) -> tuple[Status, str]:
 
 def _warm(experiment: "Experiment", tracker: str, values: Mapping[str, "Value"]) -> None:
     """Run a few frames."""
-    from pftrack.run import Change, Run
+    from pftrack.runs.run import Change, Run
 
     timeline = (Change(0, values),) if values else ()
     run = Run(experiment, experiment.simulate(), tracker=tracker, frames=WARM_FRAMES, timeline=timeline)

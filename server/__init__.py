@@ -6,13 +6,15 @@ on: diagnostics to the page's stream, drawings to the viser scene, everything th
 - `settings`: what a server may be told, with unsafe combinations refused
 - `app`, `services`: the factory that puts everything together, and what the handlers work with
 - `command`: what `pftrack serve` calls
-- `security`, `body`, `errors`: who may speak, how much, and the one shape of everything that goes wrong
-- `api`: the REST handlers, the stream and the scene's door
-- `pages`, `reference`: the dashboard's files, and the description of the interface
-- `beginning`, `saving`, `uploading`: from a wish to a session, from a session to a record, from a body to a file
-- `sessions`: session, manager, worker process and the pipe between them
+- `errors`: the one shape of everything that goes wrong
+- `schemas`: the shapes of what goes in and out
+- `middleware`: who may speak, and how much; what Prometheus may ask
+- `api`: the REST handlers, the streams and the way to the scene; `api_docs`: their description
+- `pages`: the dashboard's files
+- `sessions`: runs that somebody watches; `worker`: the process that computes one; `stream`: what the pages hear of it
+- `uploads`, `runs`, `sweeps`: what people send, save and compute by the thousand
+- `tasks`: short work in confined processes
 - `store`: the database and the files beside it
-- `metrics`: what Prometheus may ask
 - `viewer`: the viser scene of a session
 """
 

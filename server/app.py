@@ -7,11 +7,11 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 
 import pftrack
-from server import errors, pages, reference
+from server import api_docs, errors, pages
 from server.api import health, router, scene
-from server.body import BodyLimit
-from server.metrics import Metrics, Stopwatch
-from server.security import Guard
+from server.middleware.body_limit import BodyLimit
+from server.middleware.metrics import Metrics, Stopwatch
+from server.middleware.security import Guard
 from server.services import Services
 from server.settings import Settings
 
@@ -54,7 +54,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(router)
     app.include_router(health.router)
     app.include_router(scene.router)
-    app.include_router(reference.router)
+    app.include_router(api_docs.router)
     pages.install(app)
     # The last one added is the first to see a request.
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)

@@ -18,8 +18,8 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack.parameters import ParameterError
-from pftrack.record import RecordError
-from pftrack.run import EndOfRun, PastError
+from pftrack.runs.record import RecordError
+from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from pftrack.sweep import SweepError
 

@@ -6,17 +6,17 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
 
-from server.metrics import Metrics
-from server.sessions import forkserver
-from server.sessions.errands import Errands
+from server.middleware.metrics import Metrics
 from server.sessions.manager import Manager
 from server.settings import Settings
 from server.store import Store
 from server.sweeps.manager import Sweeps
+from server.tasks.child_tasks import ChildTasks
+from server.worker import forkserver
 
 __all__ = ["Services"]
 
-ERRAND_MEMORY_BYTES = 1 << 30
+TASK_MEMORY_BYTES = 1 << 30
 THREADS = 32
 PROBES_AT_ONCE = 2
 
@@ -29,7 +29,7 @@ class Services:
     store: Store
     manager: Manager
     sweeps: Sweeps
-    errands: Errands
+    tasks: ChildTasks
     metrics: Metrics
     probing: ThreadPoolExecutor
     stopping: threading.Event
@@ -46,9 +46,9 @@ class Services:
         sweeps = Sweeps(settings, store)
         await sweeps.open()
         metrics.watch(manager, sweeps)
-        errands = Errands(memory_bytes=ERRAND_MEMORY_BYTES)
+        tasks = ChildTasks(memory_bytes=TASK_MEMORY_BYTES)
         probing = ThreadPoolExecutor(PROBES_AT_ONCE, "probe")
-        return cls(settings, store, manager, sweeps, errands, metrics, probing, threading.Event())
+        return cls(settings, store, manager, sweeps, tasks, metrics, probing, threading.Event())
 
     async def close(self) -> None:
         """Write everything down and let go of it."""

@@ -100,7 +100,7 @@ LIVE = """
 from pathlib import Path
 from pftrack import doctor
 from pftrack.experiments import EXPERIMENTS
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 def compiled():
     return sorted(str(file) for file in Path({folder!r}).rglob("*.nbc"))
 doctor._compiled(everything=True)

@@ -4,7 +4,7 @@ from typing import Literal
 import pytest
 
 from pftrack.experiments import EXPERIMENTS, Experiment
-from pftrack.experiments.ball import RecordedBallParameters
+from pftrack.experiments.ball.experiment import RecordedBallParameters
 from pftrack.parameters import ParameterError, Parameters, declarations, flat, parameter, parse, revise
 
 

@@ -1,6 +1,6 @@
 """Experiments: source, tracker, parameters, drawing and measure wired together under a name.
 
-Each experiment is a module here and an entry of the registry below; everything else (command line, server, sweeps)
+Each experiment is a package here and an entry of the registry below; everything else (command line, server, sweeps)
 finds it through `find`.
 
 - `ball`: switching particle filters on a ball behind an occluder (document 1, ch. 3);
@@ -9,15 +9,16 @@ finds it through `find`.
 - `sine`: the Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2).
 """
 
-from pftrack.experiments import ball, head, prism, sine
-from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
-from pftrack.experiments.plot import Plot, Reading
+from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiments.ball.experiment import EXPERIMENT as BALL
+from pftrack.experiments.head.experiment import EXPERIMENT as HEAD
+from pftrack.experiments.prism.experiment import EXPERIMENT as PRISM
+from pftrack.experiments.sine.experiment import EXPERIMENT as SINE
+from pftrack.plot import Plot, Reading
 
 __all__ = ["EXPERIMENTS", "Experiment", "Plot", "Preset", "Reading", "Setup", "Step", "find"]
 
-EXPERIMENTS: dict[str, Experiment] = {
-    experiment.id: experiment for experiment in (ball.EXPERIMENT, head.EXPERIMENT, prism.EXPERIMENT, sine.EXPERIMENT)
-}
+EXPERIMENTS: dict[str, Experiment] = {experiment.id: experiment for experiment in (BALL, HEAD, PRISM, SINE)}
 """All experiments by name, in the order in which they are shown."""
 
 

@@ -19,9 +19,12 @@ could not be confirmed is computed all the same and reported as a known negative
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from pftrack.reproduce import counts, head, maps, motion, occlusion, oracle, other_scene, prism, sensitivity, signals
+from pftrack.reproduce import signals
+from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
 from pftrack.reproduce.finding import Finding
+from pftrack.reproduce.head import pose as head
 from pftrack.reproduce.pool import Pool
+from pftrack.reproduce.prism import pose as prism
 
 __all__ = ["RESULTS", "Finding", "reproduce"]
 

@@ -8,7 +8,7 @@ from pftrack.experiments import find
 from pftrack.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 
 __all__ = ["dimension", "kalman_sine", "sample_count"]
 

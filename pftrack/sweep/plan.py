@@ -17,7 +17,7 @@ from typing import Any, Self
 from pftrack.experiments import Experiment, find
 from pftrack.parameters import ParameterError, Value, revise
 from pftrack.random import MAXIMUM_SEED
-from pftrack.run import LONGEST_RUN, Change, Run
+from pftrack.runs.run import LONGEST_RUN, Change, Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, checked, declared, value_of
 from pftrack.sweep.errors import SweepError
 

@@ -22,9 +22,9 @@ from itertools import chain
 import numpy as np
 import pyarrow as pa
 
-from pftrack.batch import Outcome, outcomes
 from pftrack.experiments import Setup
 from pftrack.parameters import ParameterError, Value
+from pftrack.runs.batch import Outcome, outcomes
 from pftrack.sweep.chunks import Chunk, Piece
 from pftrack.sweep.plan import Plan
 

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pftrack import __version__
-from pftrack.batch import outcomes
+from pftrack.runs.batch import outcomes
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan

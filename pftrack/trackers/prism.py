@@ -12,10 +12,10 @@ from pftrack.frame import Frame, Measurements, Target
 from pftrack.likelihoods import points
 from pftrack.random import Stream
 from pftrack.sources.prism import PRINCIPAL_PX, PrismParameters
-from pftrack.trackers import pose
-from pftrack.trackers.pose import METHODS, Method
-from pftrack.trackers.pose_parameters import PoseTrackerParameters
-from pftrack.trackers.pose_state import PoseState, Solid
+from pftrack.trackers.pose import methods as pose
+from pftrack.trackers.pose.methods import METHODS, Method
+from pftrack.trackers.pose.parameters import PoseTrackerParameters
+from pftrack.trackers.pose.state import PoseState, Solid
 from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "TrackedPrismParameters"]

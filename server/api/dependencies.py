@@ -5,11 +5,10 @@ from typing import Annotated
 from fastapi import Depends, Path
 from starlette.requests import HTTPConnection
 
+from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.experiment import Experiment
 from server.errors import NotFoundError
 from server.services import Services
-from server.sessions.errands import Errands
 from server.sessions.manager import Manager
 from server.sessions.session import Session
 from server.settings import Settings
@@ -17,6 +16,7 @@ from server.store import Store
 from server.store.tables import RunRow, UploadRow
 from server.sweeps.manager import Sweeps
 from server.sweeps.sweep import Sweep
+from server.tasks.child_tasks import ChildTasks
 
 __all__ = [
     "AManager",
@@ -25,11 +25,11 @@ __all__ = [
     "AStore",
     "ASweep",
     "ASweeps",
-    "AnErrands",
     "AnExperiment",
     "AnUpload",
     "SettingsNow",
     "TheServices",
+    "TheTasks",
 ]
 
 
@@ -57,15 +57,15 @@ def _sweeps(services: TheServices) -> Sweeps:
     return services.sweeps
 
 
-def _errands(services: TheServices) -> Errands:
-    return services.errands
+def _errands(services: TheServices) -> ChildTasks:
+    return services.tasks
 
 
 SettingsNow = Annotated[Settings, Depends(_settings)]
 AStore = Annotated[Store, Depends(_store)]
 AManager = Annotated[Manager, Depends(_manager)]
 ASweeps = Annotated[Sweeps, Depends(_sweeps)]
-AnErrands = Annotated[Errands, Depends(_errands)]
+TheTasks = Annotated[ChildTasks, Depends(_errands)]
 
 
 def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:

@@ -6,13 +6,13 @@ from typing import Any
 from fastapi import APIRouter
 from starlette.responses import Response
 
+from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.experiment import Experiment
 from pftrack.parameters import declarations
-from server.api.dependencies import AnErrands, AnExperiment, AStore
-from server.api.models import ExperimentDetail, ExperimentView, PresetView
-from server.sessions.jobs import draw_experiment
+from server.api.dependencies import AnExperiment, AStore, TheTasks
+from server.schemas.rest import ExperimentDetail, ExperimentPublic, PresetPublic
 from server.store.files import write_whole
+from server.tasks.functions import draw_experiment
 
 __all__ = ["router"]
 
@@ -20,9 +20,9 @@ router = APIRouter(prefix="/experiments", tags=["experiments"])
 
 
 @router.get("")
-async def list_experiments() -> list[ExperimentView]:
+async def list_experiments() -> list[ExperimentPublic]:
     """List all experiments."""
-    return [ExperimentView(**_shown(experiment)) for experiment in EXPERIMENTS.values()]
+    return [ExperimentPublic(**_shown(experiment)) for experiment in EXPERIMENTS.values()]
 
 
 @router.get("/{experiment}")
@@ -38,11 +38,11 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
 
 
 @router.get("/{experiment}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-async def draw_thumbnail(experiment: AnExperiment, store: AStore, errands: AnErrands) -> Response:
+async def draw_thumbnail(experiment: AnExperiment, store: AStore, tasks: TheTasks) -> Response:
     """Return a picture of an experiment: a real frame of a real run."""
     path = store.files.cache / f"{experiment.id}.png"
     if not path.exists():
-        await asyncio.to_thread(write_whole, path, await errands.run(draw_experiment, experiment.id))
+        await asyncio.to_thread(write_whole, path, await tasks.run(draw_experiment, experiment.id))
     picture = await asyncio.to_thread(path.read_bytes)
     return Response(picture, media_type="image/png", headers={"Cache-Control": "max-age=300"})
 
@@ -69,7 +69,7 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
         "advice": experiment.finder.advice if experiment.finder else "",
         "truth_columns": list(experiment.truth.form.columns),
         "presets": [
-            PresetView(
+            PresetPublic(
                 name=preset.name,
                 title=preset.title,
                 tracker=preset.tracker,

@@ -6,14 +6,14 @@ from http import HTTPStatus
 from fastapi import APIRouter, Request
 from starlette.responses import FileResponse, Response
 
-from server.api.dependencies import AManager, AnErrands, ARun, AStore, SettingsNow
-from server.api.models import RunView, RunWish
+from server.api.dependencies import AManager, ARun, AStore, SettingsNow, TheTasks
 from server.api.uploads import MULTIPART
 from server.errors import NotFoundError
-from server.saving import bring_in, reopen, save
-from server.sessions.messages import SessionView
+from server.runs.service import bring_in, reopen, save
+from server.schemas.messages import SessionPublic
+from server.schemas.rest import RunCreate, RunPublic
 from server.store.tables import RunRow
-from server.uploading import receive
+from server.uploads.multipart import receive
 
 __all__ = ["router"]
 
@@ -23,27 +23,27 @@ RECORD = "application/vnd.pftrack.run"
 
 
 @router.post("", status_code=HTTPStatus.CREATED)
-async def save_run(wish: RunWish, manager: AManager, store: AStore) -> RunView:
+async def save_run(body: RunCreate, manager: AManager, store: AStore) -> RunPublic:
     """Save the active branch of a session."""
-    return _shown(await save(store, manager.get(wish.session), wish.title))
+    return _shown(await save(store, manager.get(body.session), body.title))
 
 
 @router.post("/import", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART)
-async def import_run(request: Request, store: AStore, settings: SettingsNow, errands: AnErrands) -> RunView:
+async def import_run(request: Request, store: AStore, settings: SettingsNow, tasks: TheTasks) -> RunPublic:
     """Take in a run that was saved elsewhere."""
     folder = store.files.new_incoming()
     received = await receive(request, folder, most_bytes=settings.max_record_bytes, most_files=1)
-    return _shown(await bring_in(store, errands, settings, folder, received))
+    return _shown(await bring_in(store, tasks, settings, folder, received))
 
 
 @router.get("")
-def list_runs(store: AStore) -> list[RunView]:
+def list_runs(store: AStore) -> list[RunPublic]:
     """List all saved runs, the newest first."""
     return [_shown(row) for row in store.runs()]
 
 
 @router.get("/{run}")
-def show_run(run: ARun) -> RunView:
+def show_run(run: ARun) -> RunPublic:
     """Tell about a saved run."""
     return _shown(run)
 
@@ -73,14 +73,14 @@ def thumbnail(run: ARun, store: AStore) -> Response:
 
 
 @router.post("/{run}/open", status_code=HTTPStatus.CREATED)
-async def open_run(run: ARun, store: AStore, manager: AManager, errands: AnErrands) -> SessionView:
+async def open_run(run: ARun, store: AStore, manager: AManager, tasks: TheTasks) -> SessionPublic:
     """Go on with a saved run in a new session."""
-    session = await manager.create(await reopen(store, errands, run))
+    session = await manager.create(await reopen(store, tasks, run))
     return session.view()
 
 
-def _shown(row: RunRow) -> RunView:
-    return RunView(
+def _shown(row: RunRow) -> RunPublic:
+    return RunPublic(
         id=row.id,
         title=row.title,
         experiment=row.experiment,

@@ -61,6 +61,6 @@ async def websocket(websocket: WebSocket, session: str, services: TheServices) -
         await websocket.accept()
         await websocket.close(GONE, "There is no such session; it may have been ended.")
         return
-    endpoint = await found.open_stage()
-    with found.stage.watch():
+    endpoint = await found.open_scene()
+    with found.scene_feed.watch():
         await bridge(websocket, endpoint)

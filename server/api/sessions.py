@@ -8,11 +8,11 @@ from fastapi import APIRouter, Body, Path
 from starlette.responses import Response
 
 from server.api.dependencies import AManager, ASession, AStore
-from server.api.models import BookmarkWish, BranchWish, Changed, Columns, SessionWish, TransportWish
-from server.beginning import as_spec
 from server.errors import NotFoundError
-from server.sessions.messages import SessionView
-from server.sessions.spec import Bookmark
+from server.schemas.messages import SessionPublic
+from server.schemas.rest import BookmarkCreate, BranchCreate, Changed, Columns, SessionCreate, TransportUpdate
+from server.schemas.spec import Bookmark
+from server.sessions.create import as_spec
 from server.store.files import new_name
 
 __all__ = ["router"]
@@ -23,20 +23,20 @@ Name = Annotated[str, Path(max_length=64)]
 
 
 @router.post("", status_code=HTTPStatus.CREATED)
-async def start_session(wish: SessionWish, manager: AManager, store: AStore) -> SessionView:
+async def start_session(body: SessionCreate, manager: AManager, store: AStore) -> SessionPublic:
     """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
-    session = await manager.create(await asyncio.to_thread(as_spec, wish, store))
+    session = await manager.create(await asyncio.to_thread(as_spec, body, store))
     return session.view()
 
 
 @router.get("")
-async def list_sessions(manager: AManager) -> list[SessionView]:
+async def list_sessions(manager: AManager) -> list[SessionPublic]:
     """List all sessions, the newest first."""
     return [session.view() for session in manager.all if session.spec.card]
 
 
 @router.get("/{session}")
-async def show_session(session: ASession) -> SessionView:
+async def show_session(session: ASession) -> SessionPublic:
     """Tell everything about a session."""
     return session.view()
 
@@ -56,23 +56,23 @@ async def change_parameters(session: ASession, values: Annotated[dict[str, Any],
 
 
 @router.post("/{session}/transport")
-async def steer(session: ASession, wish: TransportWish) -> SessionView:
+async def steer(session: ASession, body: TransportUpdate) -> SessionPublic:
     """Play, pause, step, go back, seek, set the speed, or begin anew, with another seed if one is given."""
-    await session.transport(wish.action, wish.frame, wish.speed, wish.seed)
+    await session.transport(body.action, body.frame, body.speed, body.seed)
     return session.view()
 
 
 @router.post("/{session}/branch", status_code=HTTPStatus.CREATED)
-async def branch(session: ASession, wish: BranchWish, manager: AManager) -> SessionView:
+async def branch(session: ASession, body: BranchCreate, manager: AManager) -> SessionPublic:
     """Leave the active branch at a frame and go on in a new one."""
-    values = {**wish.parameters, **({"tracker": wish.tracker} if wish.tracker else {})}
-    await session.branch(wish.frame, values, wish.title)
+    values = {**body.parameters, **({"tracker": body.tracker} if body.tracker else {})}
+    await session.branch(body.frame, values, body.title)
     await manager.keep(positions=False)
     return session.view()
 
 
 @router.post("/{session}/branch/{branch}/activate")
-async def activate(session: ASession, branch: Name) -> SessionView:
+async def activate(session: ASession, branch: Name) -> SessionPublic:
     """Show another branch."""
     if branch not in session.spec.branches:
         raise NotFoundError("The session has no such branch.")
@@ -81,7 +81,7 @@ async def activate(session: ASession, branch: Name) -> SessionView:
 
 
 @router.post("/{session}/resume")
-async def resume(session: ASession, manager: AManager) -> SessionView:
+async def resume(session: ASession, manager: AManager) -> SessionPublic:
     """Give a suspended or crashed session a worker again, where it was."""
     await manager.resume(session)
     return session.view()
@@ -93,7 +93,7 @@ async def diagnostics(session: ASession, branch: str | None = None) -> Columns:
     name = branch or session.spec.branch
     if name not in session.spec.branches:
         raise NotFoundError("The session has no such branch.")
-    return Columns(branch=name, columns=session.chronicle.columns(name))
+    return Columns(branch=name, columns=session.state.columns(name))
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
@@ -103,9 +103,9 @@ async def picture(session: ASession) -> Response:
 
 
 @router.post("/{session}/bookmarks", status_code=HTTPStatus.CREATED)
-async def bookmark(session: ASession, manager: AManager, wish: BookmarkWish | None = None) -> Bookmark:
+async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | None = None) -> Bookmark:
     """Remember the frame that is shown."""
-    made = session.bookmark(new_name(), wish.note if wish else "")
+    made = session.bookmark(new_name(), body.note if body else "")
     await manager.keep(positions=False)
     return made
 
@@ -113,6 +113,6 @@ async def bookmark(session: ASession, manager: AManager, wish: BookmarkWish | No
 @router.delete("/{session}/bookmarks/{bookmark}", status_code=HTTPStatus.NO_CONTENT)
 async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) -> None:
     """Forget a bookmark."""
-    if not session.chronicle.unbookmark(bookmark):
+    if not session.state.unbookmark(bookmark):
         raise NotFoundError("The session has no such bookmark.")
     await manager.keep(positions=False)

@@ -6,10 +6,10 @@ import contextlib
 from fastapi import APIRouter, WebSocket
 
 from server.api.dependencies import TheServices
-from server.api.duplex import GONE, converse
 from server.errors import ApiError
-from server.sessions.messages import Pong, encode
+from server.schemas.messages import Pong, encode
 from server.sessions.session import Session
+from server.stream.duplex import GONE, converse
 
 __all__ = ["router"]
 
@@ -37,6 +37,6 @@ async def stream(websocket: WebSocket, session: str, services: TheServices) -> N
 
 async def _wake(services: TheServices, session: Session) -> None:
     """Let a suspended session go on, since somebody is here again."""
-    if session.state == "suspended":
+    if session.phase == "suspended":
         with contextlib.suppress(ApiError):
             await asyncio.shield(services.manager.resume(session))

@@ -6,8 +6,8 @@ from fastapi import APIRouter, WebSocket
 
 from pftrack.sweep import SweepError
 from server.api.dependencies import TheServices
-from server.api.duplex import GONE, converse
 from server.errors import ApiError
+from server.stream.duplex import GONE, converse
 
 __all__ = ["router"]
 

@@ -7,11 +7,11 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query
 
 from server.api.dependencies import AManager, AnExperiment, ASweep, ASweeps
-from server.sessions.messages import SessionView
+from server.schemas.messages import SessionPublic
+from server.schemas.sweeps import EstimateRequest, OpenRequest, SweepCreate
 from server.sweeps.examples import example
 from server.sweeps.opening import opened
-from server.sweeps.views import CellsView, Correction, EstimateView, Measure, RowsView, SweepView, Test
-from server.sweeps.wishes import EstimateWish, OpenWish, SweepWish
+from server.sweeps.views import CellsPublic, Correction, EstimatePublic, Measure, RowsPublic, SweepPublic, Test
 
 __all__ = ["router"]
 
@@ -24,31 +24,31 @@ Place = Annotated[int, Query(ge=0, le=2_000_000)]
 
 
 @router.get("/experiments/{experiment}/sweep", response_model_exclude_none=True)
-def show_example(experiment: AnExperiment) -> SweepWish:
+def show_example(experiment: AnExperiment) -> SweepCreate:
     """Return a filled-in example of a sweep of an experiment."""
     return example(experiment)
 
 
 @router.post("/sweeps/estimate")
-async def estimate(wish: EstimateWish, sweeps: ASweeps) -> EstimateView:
+async def estimate(body: EstimateRequest, sweeps: ASweeps) -> EstimatePublic:
     """Tell how many runs and cells a sweep would have, and how long it would take, without starting it."""
-    return await sweeps.estimate(wish)
+    return await sweeps.estimate(body)
 
 
 @router.post("/sweeps", status_code=HTTPStatus.CREATED)
-async def begin_sweep(wish: SweepWish, sweeps: ASweeps) -> SweepView:
+async def begin_sweep(body: SweepCreate, sweeps: ASweeps) -> SweepPublic:
     """Begin a sweep."""
-    return (await sweeps.create(wish)).view()
+    return (await sweeps.create(body)).view()
 
 
 @router.get("/sweeps")
-async def list_sweeps(sweeps: ASweeps) -> list[SweepView]:
+async def list_sweeps(sweeps: ASweeps) -> list[SweepPublic]:
     """List all sweeps, the newest first."""
     return [sweep.view() for sweep in sweeps.all]
 
 
 @router.get("/sweeps/{sweep}")
-async def show_sweep(sweep: ASweep) -> SweepView:
+async def show_sweep(sweep: ASweep) -> SweepPublic:
     """Tell about a sweep and how far it is."""
     return sweep.view()
 
@@ -60,14 +60,14 @@ async def remove_sweep(sweep: ASweep, sweeps: ASweeps) -> None:
 
 
 @router.post("/sweeps/{sweep}/cancel")
-async def cancel_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepView:
+async def cancel_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepPublic:
     """Stop computing a sweep; what was computed is kept."""
     await sweeps.cancel(sweep)
     return sweep.view()
 
 
 @router.post("/sweeps/{sweep}/resume")
-async def resume_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepView:
+async def resume_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepPublic:
     """Go on with a sweep that was stopped, by whatever."""
     await sweeps.resume(sweep)
     return sweep.view()
@@ -84,7 +84,7 @@ async def show_cells(
     test: Test = "chi-square",
     level: Annotated[float, Query(gt=0, lt=1)] = 0.01,
     correction: Correction = "none",
-) -> CellsView:
+) -> CellsPublic:
     """Return the map of every method over two axes, the others pooled, and on request one method against another."""
     await sweep.look()
     found = await sweep.cells(x, y)
@@ -105,16 +105,16 @@ async def list_rows(
     tracker: Method = None,
     offset: Annotated[int, Query(ge=0, le=2_000_000)] = 0,
     limit: Annotated[int, Query(ge=1, le=MOST_ROWS)] = 50,
-) -> RowsView:
+) -> RowsPublic:
     """Return runs of the cell with the i-th value of x and the j-th of y, from 0, failures first."""
     return await asyncio.to_thread(sweep.results.rows, x, y, (i, j), tracker, offset, limit)
 
 
 @router.post("/sweeps/{sweep}/rows/{run}/open", status_code=HTTPStatus.CREATED)
 async def open_row(
-    sweep: ASweep, run: Annotated[int, Path(ge=0, le=2**53)], manager: AManager, wish: OpenWish | None = None
-) -> SessionView:
+    sweep: ASweep, run: Annotated[int, Path(ge=0, le=2**53)], manager: AManager, body: OpenRequest | None = None
+) -> SessionPublic:
     """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
-    tracker = wish.tracker if wish else None
+    tracker = body.tracker if body else None
     spec = await asyncio.to_thread(opened, sweep.id, sweep.plan, sweep.results, run, tracker)
     return (await manager.create(spec)).view()

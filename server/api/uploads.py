@@ -7,16 +7,16 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path, Query, Request
 from starlette.responses import Response
 
+from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.experiment import Experiment
 from pftrack.sources.truth import LARGEST_FILE_BYTES
-from server.api.dependencies import AManager, AnErrands, AnUpload, AStore, SettingsNow, TheServices
-from server.api.models import FeaturesView, TruthView, UploadView
+from server.api.dependencies import AManager, AnUpload, AStore, SettingsNow, TheServices, TheTasks
 from server.errors import ConflictError, RefusedError
-from server.sessions.jobs import Question, find_features, frame_jpeg
-from server.store.intake import limits_of, take_in
-from server.truths import forget_truth, keep_truth, kept_truth
-from server.uploading import receive
+from server.schemas.rest import FeaturesPublic, TruthPublic, UploadPublic
+from server.tasks.functions import Question, find_features, frame_jpeg
+from server.uploads.intake import limits_of, take_in
+from server.uploads.multipart import receive
+from server.uploads.truth import forget_truth, keep_truth, kept_truth
 
 __all__ = ["router"]
 
@@ -63,7 +63,7 @@ MULTIPART = {
 
 
 @router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART)
-async def add_upload(request: Request, store: AStore, settings: SettingsNow, services: TheServices) -> UploadView:
+async def add_upload(request: Request, store: AStore, settings: SettingsNow, services: TheServices) -> UploadPublic:
     """Take in a video, an animated GIF, or several pictures that make a sequence."""
     folder = store.files.new_incoming()
     received = await receive(
@@ -73,19 +73,19 @@ async def add_upload(request: Request, store: AStore, settings: SettingsNow, ser
     row = await loop.run_in_executor(
         services.probing, take_in, store, settings, folder, received, services.stopping.is_set
     )
-    return UploadView.model_validate(row)
+    return UploadPublic.model_validate(row)
 
 
 @router.get("")
-def list_uploads(store: AStore) -> list[UploadView]:
+def list_uploads(store: AStore) -> list[UploadPublic]:
     """List all uploads, the newest first."""
-    return [UploadView.model_validate(row) for row in store.uploads()]
+    return [UploadPublic.model_validate(row) for row in store.uploads()]
 
 
 @router.get("/{upload}")
-def show_upload(upload: AnUpload) -> UploadView:
+def show_upload(upload: AnUpload) -> UploadPublic:
     """Tell what was found in an upload."""
-    return UploadView.model_validate(upload)
+    return UploadPublic.model_validate(upload)
 
 
 @router.delete("/{upload}", status_code=HTTPStatus.NO_CONTENT)
@@ -102,7 +102,7 @@ async def show_frame(
     frame: Annotated[int, Path(ge=0, le=10_000_000)],
     store: AStore,
     settings: SettingsNow,
-    errands: AnErrands,
+    tasks: TheTasks,
 ) -> Response:
     """Return a frame of an upload, decoded in a confined process."""
     path = store.files.preview(upload.id, frame)
@@ -110,7 +110,7 @@ async def show_frame(
         picture = await asyncio.to_thread(path.read_bytes)
     else:
         where, index = str(store.files.upload(upload.id)), store.files.index(upload.id)
-        picture = await errands.run(frame_jpeg, where, index, frame, limits_of(settings))
+        picture = await tasks.run(frame_jpeg, where, index, frame, limits_of(settings))
         await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
     return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"})
 
@@ -122,29 +122,29 @@ async def find_target(
     frame: Number,
     store: AStore,
     settings: SettingsNow,
-    errands: AnErrands,
+    tasks: TheTasks,
     box: Annotated[tuple[float, float, float, float] | None, Depends(_box)],
     last: Number | None = None,
     looked: Number = 0,
-) -> FeaturesView:
+) -> FeaturesPublic:
     """Look for an experiment's target from a frame on, or in a box there; ask again with `looked` to go on looking."""
     question = Question(experiment.id, frame, last, looked, box)
     where, index = str(store.files.upload(upload.id)), store.files.index(upload.id)
-    return FeaturesView(**await errands.run(find_features, where, index, question, limits_of(settings)))
+    return FeaturesPublic(**await tasks.run(find_features, where, index, question, limits_of(settings)))
 
 
 @router.put("/{upload}/truth", openapi_extra=MULTIPART)
 async def give_truth(
-    request: Request, upload: AnUpload, experiment: ForExperiment, store: AStore, errands: AnErrands
-) -> TruthView:
+    request: Request, upload: AnUpload, experiment: ForExperiment, store: AStore, tasks: TheTasks
+) -> TruthPublic:
     """Take in a table of what is truly so in an upload; sessions that begin from then on are measured by it."""
     folder = store.files.new_incoming()
     received = await receive(request, folder, most_bytes=LARGEST_FILE_BYTES, most_files=1)
-    return await keep_truth(store, errands, upload, experiment, folder, received)
+    return await keep_truth(store, tasks, upload, experiment, folder, received)
 
 
 @router.get("/{upload}/truth")
-def show_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> TruthView | None:
+def show_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> TruthPublic | None:
     """Tell in short what truth was given for an upload, of the kind that goes with an experiment; null if none was."""
     return kept_truth(store, upload.id, experiment)
 

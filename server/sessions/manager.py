@@ -14,11 +14,11 @@ from typing import Any
 import structlog
 
 from server.errors import NotFoundError, UnavailableError
-from server.sessions.protocol import Order
+from server.schemas.spec import SessionSpec, as_timeline
 from server.sessions.session import Session
-from server.sessions.spec import SessionSpec, as_timeline
 from server.settings import Settings
 from server.store import Store
+from server.worker.protocol import WorkerConfig
 
 __all__ = ["Manager"]
 
@@ -51,8 +51,8 @@ class Manager:
                 log.exception("a stored session cannot be read", session=row.id)
                 continue
             session = self._session(spec)
-            session.chronicle.message = "The server was started anew; the session goes on where it was."
-            session.chronicle.dirty = False
+            session.state.message = "The server was started anew; the session goes on where it was."
+            session.state.dirty = False
             self._sessions[spec.id] = session
         self._rounds = asyncio.create_task(self._go_round())
 
@@ -123,7 +123,7 @@ class Manager:
         Raises:
             UnavailableError: The house is full.
         """
-        if session.link is None and session.state != "starting":
+        if session.worker is None and session.phase != "starting":
             self._make_room()
             await self._start(session)
 
@@ -138,9 +138,9 @@ class Manager:
         """Write down every session that has changed; those that only moved on as well, if `positions`."""
         async with self._writing:
             known = [session for session in self._sessions.values() if session.spec.card]
-            changed = [each for each in known if each.chronicle.dirty or (positions and each.chronicle.moved)]
+            changed = [each for each in known if each.state.dirty or (positions and each.state.moved)]
             for session in changed:
-                session.chronicle.dirty = session.chronicle.moved = False
+                session.state.dirty = session.state.moved = False
             specs = [(session.spec.id, session.spec.model_dump_json()) for session in changed]
             if not specs:
                 return
@@ -148,7 +148,7 @@ class Manager:
                 await asyncio.to_thread(self._store.save_sessions, specs)
             except Exception:
                 for session in changed:
-                    session.chronicle.dirty = True
+                    session.state.dirty = True
                 raise
 
     def uses(self, upload: str) -> bool:
@@ -175,13 +175,13 @@ class Manager:
             )
 
     def _session(self, spec: SessionSpec) -> Session:
-        return Session(spec, self._settings, self._order)
+        return Session(spec, self._settings, self._config)
 
-    def _order(self, spec: SessionSpec) -> Order:
+    def _config(self, spec: SessionSpec) -> WorkerConfig:
         """Return what a worker needs to make a session's active branch."""
         branch = spec.active
         video = self._store.files.upload(spec.upload) if spec.upload else None
-        return Order(
+        return WorkerConfig(
             session=spec.id,
             experiment=spec.experiment,
             tracker=branch.first_tracker or branch.tracker or None,
@@ -219,7 +219,7 @@ class Manager:
                     session.check()
                 if session.visitors:
                     session.left = now
-                elif session.link is not None and now - session.left > self._settings.idle_seconds:
+                elif session.worker is not None and now - session.left > self._settings.idle_seconds:
                     message = "Nobody was here for a while; the session goes on where it was."
                     await self._attempt(session.suspend(message))
             await self._attempt(self.keep(positions=number % POSITIONS_EVERY == 0))

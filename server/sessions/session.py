@@ -1,6 +1,6 @@
 """The session: a run that somebody watches, as the web process knows it.
 
-What it knows of the run comes from the worker alone and is taken down in its chronicle. Commands go through one door,
+What it knows of the run comes from the worker alone and is kept in its state. Commands go through one door,
 one at a time.
 """
 
@@ -10,23 +10,24 @@ from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, cast
 
 from pftrack.parameters import ParameterError
-from pftrack.run import EndOfRun, PastError
+from pftrack.runs.run import EndOfRun, PastError
 from server.errors import ApiError, ConflictError, shape
-from server.sessions import messages, protocol
-from server.sessions.chronicle import Chronicle
-from server.sessions.link import Link
-from server.sessions.listeners import Listeners
-from server.sessions.messages import State
-from server.sessions.spec import LARGEST_SEED, Bookmark, SessionSpec, as_timeline
-from server.sessions.stage import Stage
+from server.schemas import messages
+from server.schemas.messages import Phase
+from server.schemas.spec import LARGEST_SEED, Bookmark, SessionSpec, as_timeline
+from server.sessions.scene_feed import SceneFeed
+from server.sessions.state import SessionState
+from server.sessions.worker_handle import WorkerHandle
 from server.settings import Settings
+from server.stream.listeners import Listeners
+from server.worker import protocol
 
 if TYPE_CHECKING:
     from server.viewer import Endpoint
 
 __all__ = ["Session"]
 
-Orders = Callable[[SessionSpec], protocol.Order]
+ConfigOf = Callable[[SessionSpec], protocol.WorkerConfig]
 MOST_BOOKMARKS = 500
 
 
@@ -34,20 +35,22 @@ class Session:
     """One session; all methods belong to the event loop's thread.
 
     Attributes:
-        chronicle: What is known of it.
-        stage: Its scene.
+        state: What is known of it.
+        scene_feed: Its scene.
         left: When the last visitor left (monotonic, s).
     """
 
-    def __init__(self, spec: SessionSpec, settings: Settings, orders: Orders, *, state: State = "suspended") -> None:
-        self.chronicle = Chronicle(spec, state, self._tell_panel)
-        self.stage = Stage(credit=self._credit, on_values=self._wish, on_transport=self._transport_wish)
+    def __init__(
+        self, spec: SessionSpec, settings: Settings, config_of: ConfigOf, *, phase: Phase = "suspended"
+    ) -> None:
+        self.state = SessionState(spec, phase, self._tell_panel)
+        self.scene_feed = SceneFeed(credit=self._credit, on_values=self._queue, on_transport=self._steer)
         self.left = time.monotonic()
         self._settings = settings
-        self._orders = orders
-        self._link: Link | None = None
+        self._config_of = config_of
+        self._worker: WorkerHandle | None = None
         self._door = asyncio.Lock()
-        self._wishes: dict[str, Any] = {}
+        self._pending: dict[str, Any] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 
     # ------------------------------------------------------------ what it is
@@ -55,43 +58,43 @@ class Session:
     @property
     def spec(self) -> SessionSpec:
         """Everything that is kept of it."""
-        return self.chronicle.spec
+        return self.state.spec
 
     @property
-    def state(self) -> State:
+    def phase(self) -> Phase:
         """What it is doing."""
-        return self.chronicle.state
+        return self.state.phase
 
     @property
     def live(self) -> bool:
         """Whether it has a worker, or is about to have one."""
-        return self.state in {"starting", "ready", "playing", "ended"}
+        return self.phase in {"starting", "ready", "playing", "ended"}
 
     @property
     def listeners(self) -> Listeners:
         """Who hears its stream."""
-        return self.chronicle.listeners
+        return self.state.listeners
 
     @property
     def visitors(self) -> int:
         """How many connections look at it or listen to it."""
-        return len(self.listeners) + self.stage.watchers
+        return len(self.listeners) + self.scene_feed.watchers
 
     @property
-    def link(self) -> Link | None:
+    def worker(self) -> WorkerHandle | None:
         """The worker, where there is one."""
-        return self._link
+        return self._worker
 
     @property
-    def card(self) -> protocol.Card:
+    def card(self) -> protocol.SessionInfo:
         """What does not change while it lives."""
-        if self.chronicle.card is None:
+        if self.state.card is None:
             raise ConflictError("The session has not started yet.")
-        return self.chronicle.card
+        return self.state.card
 
-    def view(self) -> messages.SessionView:
+    def view(self) -> messages.SessionPublic:
         """Return it as everybody outside sees it."""
-        return self.chronicle.view()
+        return self.state.view()
 
     # ------------------------------------------------------------ life
 
@@ -102,25 +105,25 @@ class Session:
             Exception: Whatever refused the spec.
         """
         async with self._door:
-            if self._link is not None:
+            if self._worker is not None:
                 return
-            self.chronicle.become("starting")
+            self.state.become("starting")
             try:
-                link = Link(self._orders(self.spec), self._event, self._lost)
-                ready = await link.start(self._settings.start_seconds)
+                worker = WorkerHandle(self._config_of(self.spec), self._event, self._lost)
+                ready = await worker.start(self._settings.start_seconds)
             except BaseException as error:
-                self.chronicle.become("crashed", str(error))
+                self.state.become("crashed", str(error))
                 raise
-            self._link = link
-            self.chronicle.begin(ready)
-            self.stage.resumed()
+            self._worker = worker
+            self.state.begin(ready)
+            self.scene_feed.resumed()
 
     async def suspend(self, message: str) -> None:
         """End the worker; the spec remembers everything."""
         async with self._door:
             await self._hang_up()
-            self.chronicle.become("suspended", message)
-        await self.stage.close()
+            self.state.become("suspended", message)
+        await self.scene_feed.close()
 
     async def close(self, message: str) -> None:
         """End it for good, or for this server's life."""
@@ -128,24 +131,24 @@ class Session:
         await self._hang_up()
         async with self._door:
             await self._hang_up()
-            self.chronicle.become("ended", message)
+            self.state.become("ended", message)
             self.listeners.close()
         for task in list(self._tasks):
             task.cancel()
-        await self.stage.close()
+        await self.scene_feed.close()
 
     def check(self) -> None:
         """End the worker if it has been silent for too long."""
-        link = self._link
-        if link is not None and time.monotonic() - link.heard > self._settings.hang_seconds:
-            link.kill(
+        worker = self._worker
+        if worker is not None and time.monotonic() - worker.heard > self._settings.hang_seconds:
+            worker.kill(
                 f"The session's worker gave no sign of life for {self._settings.hang_seconds:g} s and was stopped. "
                 "Resume it to go on where it was."
             )
 
-    async def open_stage(self) -> "Endpoint":
+    async def open_scene(self) -> "Endpoint":
         """Make the scene unless there is one, and return where the bridge connects to it."""
-        return await self.stage.open(self.card, self.spec.values, self.spec.active.tracker, self.spec.seed)
+        return await self.scene_feed.open(self.card, self.spec.values, self.spec.active.tracker, self.spec.seed)
 
     # ------------------------------------------------------------ commands
 
@@ -189,7 +192,7 @@ class Session:
             name = self.spec.next_branch()
             await self._request(protocol.Branch(name, frame, values), self._settings.command_seconds)
             if title:
-                self.chronicle.name_branch(name, title)
+                self.state.name_branch(name, title)
 
     async def activate(self, branch: str) -> None:
         """Show another branch."""
@@ -212,12 +215,12 @@ class Session:
         """Remember the frame that is shown."""
         if len(self.spec.bookmarks) >= MOST_BOOKMARKS:
             raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
-        return self.chronicle.bookmark(name, note)
+        return self.state.bookmark(name, note)
 
     async def _request(self, command: protocol.Command, timeout_s: float) -> object:
-        if self._link is None:
-            raise ConflictError(f"The session is {self.state}; resume it first.")
-        return await self._link.request(command, timeout_s)
+        if self._worker is None:
+            raise ConflictError(f"The session is {self.phase}; resume it first.")
+        return await self._worker.request(command, timeout_s)
 
     def _checked_seed(self, seed: object) -> int | None:
         if seed is None:
@@ -233,22 +236,22 @@ class Session:
         if len(self.spec.branches) >= self._settings.max_branches:
             raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
 
-    # ------------------------------------------------------------ what the scene's panel wishes
+    # ------------------------------------------------------------ what the scene's panel asks
 
-    def _wish(self, values: dict[str, Any]) -> None:
+    def _queue(self, values: dict[str, Any]) -> None:
         """Gather the panel's changes, the newest of each, while one is on its way."""
-        idle = not self._wishes
-        self._wishes.update(values)
+        idle = not self._pending
+        self._pending.update(values)
         if idle:
-            self._later(self._grant())
+            self._later(self._send_pending())
 
-    async def _grant(self) -> None:
+    async def _send_pending(self) -> None:
         async with self._door:
-            values, self._wishes = self._wishes, {}
+            values, self._pending = self._pending, {}
         await self._answered(self.change(values))
 
-    def _transport_wish(self, wish: dict[str, Any]) -> None:
-        self._later(self._answered(self.transport(**wish)))
+    def _steer(self, command: dict[str, Any]) -> None:
+        self._later(self._answered(self.transport(**command)))
 
     async def _answered(self, command: Coroutine[Any, Any, object]) -> None:
         """Carry out a command of the panel, and tell page and panel if it is refused."""
@@ -258,7 +261,7 @@ class Session:
             known = {name: getattr(error, name, None) for name in ("field", "bound", "value")}
             detail = shape(str(error), **known)
             self.listeners.emit(messages.Refused(**detail))
-            self.stage.refuse(detail["message"])
+            self.scene_feed.refuse(detail["message"])
 
     def _later(self, command: Coroutine[Any, Any, None]) -> None:
         task = asyncio.ensure_future(command)
@@ -266,27 +269,27 @@ class Session:
         task.add_done_callback(self._tasks.discard)
 
     def _tell_panel(self) -> None:
-        self.stage.tell(self.spec.values, self.spec.active.tracker, self.spec.speed, self.spec.seed)
+        self.scene_feed.tell(self.spec.values, self.spec.active.tracker, self.spec.speed, self.spec.seed)
 
     # ------------------------------------------------------------ what the worker says
 
     def _credit(self) -> None:
-        if self._link is not None:
-            self._link.credit()
+        if self._worker is not None:
+            self._worker.credit()
 
     def _event(self, event: protocol.Event) -> None:
         if isinstance(event, protocol.Progress):
-            self.chronicle.stand(event.standing, event.rows, event.shown["frame"] if event.shown else None)
+            self.state.stand(event.status, event.rows, event.shown["frame"] if event.shown else None)
             if event.drawing is not None and event.shown is not None:
-                self.stage.offer(event.drawing, event.shown)
+                self.scene_feed.offer(event.drawing, event.shown)
 
     def _lost(self, reason: str) -> None:
-        self._link = None
-        self.chronicle.playing = False
-        self.chronicle.become("crashed", reason)
+        self._worker = None
+        self.state.playing = False
+        self.state.become("crashed", reason)
 
     async def _hang_up(self) -> None:
-        link, self._link = self._link, None
-        self.chronicle.playing = False
-        if link is not None:
-            await link.close()
+        worker, self._worker = self._worker, None
+        self.state.playing = False
+        if worker is not None:
+            await worker.close()

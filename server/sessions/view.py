@@ -3,9 +3,9 @@
 from pydantic import TypeAdapter
 
 from pftrack.experiments import Plot, Reading
-from server.sessions.messages import BranchView, ChangeView, SessionView, State, TrackerView
-from server.sessions.protocol import Card
-from server.sessions.spec import SessionSpec
+from server.schemas.messages import BranchPublic, ChangePublic, Phase, SessionPublic, TrackerPublic
+from server.schemas.spec import SessionSpec
+from server.worker.protocol import SessionInfo
 
 __all__ = ["branch_views", "view"]
 
@@ -15,10 +15,10 @@ COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#D55E00")
 PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
 
 
-def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, playing: bool) -> SessionView:
+def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None, *, playing: bool) -> SessionPublic:
     """Return a session as everybody outside sees it."""
     active = spec.active
-    return SessionView(
+    return SessionPublic(
         id=spec.id,
         experiment=spec.experiment,
         title=card.title,
@@ -40,9 +40,9 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
         parameters=spec.values,
         first_parameters=active.first_values,
         declarations=card.declarations,
-        trackers=[TrackerView(id=name, title=title) for name, title in card.trackers.items()],
+        trackers=[TrackerPublic(id=name, title=title) for name, title in card.trackers.items()],
         layers=card.layers,
-        timeline=[ChangeView(frame=change.frame, values=change.values) for change in active.timeline],
+        timeline=[ChangePublic(frame=change.frame, values=change.values) for change in active.timeline],
         branch=active.id,
         branches=branch_views(spec),
         bookmarks=spec.bookmarks,
@@ -60,12 +60,12 @@ def view(spec: SessionSpec, card: Card, state: State, message: str | None, *, pl
     )
 
 
-def branch_views(spec: SessionSpec) -> list[BranchView]:
+def branch_views(spec: SessionSpec) -> list[BranchPublic]:
     """Return the branches as the page lists them, in the colours of the scene: active one, second run, the others."""
-    order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.second))
-    colours = {name: COLOURS[place % len(COLOURS)] for place, name in enumerate(order)}
+    config = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.second))
+    colours = {name: COLOURS[place % len(COLOURS)] for place, name in enumerate(config)}
     return [
-        BranchView(
+        BranchPublic(
             id=branch.id,
             title=branch.title,
             parent=branch.parent,

@@ -4,13 +4,13 @@ The server says what is to be computed, and looks at the files that appear. It c
 and tests come from `pftrack.sweep`.
 
 - `wishes`, `views`: what a client sends, and what it is told
-- `planning`: from a wish to a plan, each refusal with the field that it is about; how long a plan will take
-- `examples`: a filled-in wish for every experiment
+- `planning`: from a body to a plan, each refusal with the field that it is about; how long a plan will take
+- `examples`: a filled-in body for every experiment
 - `manager`: all sweeps of a server; `sweep`: one of them
 - `child`, `driver`: the process that computes a sweep, as the server sees it and from within
-- `tally`: what is on the disk so far, counted; `results`: questions about it; `shapes`: the answers as they are sent
+- `tally`: what is on the disk so far, counted; `results`: questions about it
 - `reasons`: why a sweep stopped, in words
-- `messages`, `listeners`: the stream to the pages; `opening`: from a row to a live session
+- `listeners`: the stream to the pages; `opening`: from a row to a live session
 """
 
 __all__: list[str] = []

@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 
-from pftrack.cli import main
+from pftrack.cli.app import main
 
 __all__: list[str] = []
 

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiment import Experiment
 from pftrack.parameters import Declaration, declarations
-from server.sweeps.wishes import AxisWish, SweepWish
+from server.schemas.sweeps import SweepAxis, SweepCreate
 
 __all__ = ["example"]
 
@@ -53,14 +53,14 @@ EXAMPLES: dict[str, dict[str, Any]] = {
 }
 
 
-def example(experiment: Experiment) -> SweepWish:
-    """Return a filled-in wish for an experiment; of one that has none of its own, its first two numbers are varied."""
+def example(experiment: Experiment) -> SweepCreate:
+    """Return a filled-in body for an experiment; of one that has none of its own, its first two numbers are varied."""
     known = EXAMPLES.get(experiment.id)
     if known is not None:
-        return SweepWish(experiment=experiment.id, **known)
+        return SweepCreate(experiment=experiment.id, **known)
     every = declarations(type(experiment.simulate().parameters))
     numbers = [it for it in every if it.kind in {"integer", "number"} and it.minimum is not None]
-    return SweepWish(
+    return SweepCreate(
         experiment=experiment.id,
         axes=[_around(it) for it in numbers[:2]],
         trackers=list(experiment.trackers)[:3],
@@ -69,10 +69,10 @@ def example(experiment: Experiment) -> SweepWish:
     )
 
 
-def _around(declaration: Declaration) -> AxisWish:
+def _around(declaration: Declaration) -> SweepAxis:
     """Return an axis around a number's default, within its bounds."""
     step = declaration.step or 1.0
     low, high = declaration.minimum or 0.0, declaration.maximum or 1.0
     middle = float(declaration.default)
     start = max(low, middle - STEPS // 2 * step)
-    return AxisWish(name=declaration.name, start=start, stop=min(high, start + (STEPS - 1) * step), step=step)
+    return SweepAxis(name=declaration.name, start=start, stop=min(high, start + (STEPS - 1) * step), step=step)

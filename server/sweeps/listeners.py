@@ -9,9 +9,9 @@ import time
 from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING
 
-from server.sessions.messages import Pong
-from server.sweeps.messages import Cells, Hello, Message, Progress
-from server.sweeps.views import CellsView, MapView
+from server.schemas.messages import Pong
+from server.schemas.sweep_messages import Cells, Hello, Message, Progress
+from server.sweeps.views import CellsPublic, MapPublic
 
 if TYPE_CHECKING:
     from server.sweeps.sweep import Sweep
@@ -78,7 +78,7 @@ def _encoded(message: Message) -> str:
     return message.model_dump_json()
 
 
-def _changed(before: CellsView, now: CellsView) -> Cells | None:
+def _changed(before: CellsPublic, now: CellsPublic) -> Cells | None:
     """Return the cells in which runs have been added, or None."""
     if before is now:
         return None
@@ -87,10 +87,10 @@ def _changed(before: CellsView, now: CellsView) -> Cells | None:
     return Cells(done=now.done, at=at, maps=[_only(one, at) for one in now.maps]) if at else None
 
 
-def _runs(view: CellsView, index: int) -> list[tuple[int, int]]:
+def _runs(view: CellsPublic, index: int) -> list[tuple[int, int]]:
     return [(one.runs[index], one.problems[index]) for one in view.maps]
 
 
-def _only(one: MapView, at: list[int]) -> MapView:
+def _only(one: MapPublic, at: list[int]) -> MapPublic:
     columns = {name: [column[index] for index in at] for name, column in one if isinstance(column, list)}
-    return MapView(tracker=one.tracker, **columns)
+    return MapPublic(tracker=one.tracker, **columns)

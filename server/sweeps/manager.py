@@ -1,4 +1,4 @@
-"""The manager: all sweeps of a server, from the wish to the end, and what is left of them after a restart."""
+"""The manager: all sweeps of a server, from the body to the end, and what is left of them after a restart."""
 
 import asyncio
 import contextlib
@@ -10,6 +10,7 @@ import structlog
 
 from pftrack.sweep import Plan, SweepError
 from server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
+from server.schemas.sweeps import EstimateRequest, SweepCreate
 from server.settings import Settings
 from server.store import Store
 from server.store.files import new_name, now
@@ -18,8 +19,7 @@ from server.sweeps.child import ask
 from server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
 from server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
 from server.sweeps.sweep import Sweep, check_idle, default_title
-from server.sweeps.views import EstimateView, ValuesView
-from server.sweeps.wishes import EstimateWish, SweepWish
+from server.sweeps.views import EstimatePublic, ValuesPublic
 
 __all__ = ["Sweeps"]
 
@@ -82,51 +82,51 @@ class Sweeps:
             raise NotFoundError("There is no such sweep; it may have been deleted.")
         return sweep
 
-    async def estimate(self, wish: EstimateWish) -> EstimateView:
+    async def estimate(self, body: EstimateRequest) -> EstimatePublic:
         """Return how large a sweep would be and, if that is to be measured, how long it would take.
 
         Raises:
-            RefusedError: The wish is none that can be fulfilled.
+            RefusedError: The body is none that can be fulfilled.
         """
-        plan = await asyncio.to_thread(as_plan, wish, self._settings)
+        plan = await asyncio.to_thread(as_plan, body, self._settings)
         problem = None
         try:
             within_limits(plan, self._settings)
             self._check_room(plan)
         except ApiError as error:
             problem = str(error)
-        return EstimateView(
+        return EstimatePublic(
             runs=plan.runs,
             conditions=plan.conditions,
             cells=cells_of(plan),
             frames=plan.frames,
             axes=[
-                ValuesView(name=axis.name, count=len(axis.values), first=list(axis.values[:SHOWN_VALUES]))
+                ValuesPublic(name=axis.name, count=len(axis.values), first=list(axis.values[:SHOWN_VALUES]))
                 for axis in plan.axes
             ],
             jobs=self._settings.sweep_jobs,
             bytes=plan.runs * BYTES_A_RUN,
-            seconds=await self._measure(wish, plan) if wish.measure else None,
+            seconds=await self._measure(body, plan) if body.measure else None,
             problem=problem,
         )
 
-    async def create(self, wish: SweepWish) -> Sweep:
+    async def create(self, body: SweepCreate) -> Sweep:
         """Begin a new sweep.
 
         Raises:
-            RefusedError: The wish is none that can be fulfilled.
+            RefusedError: The body is none that can be fulfilled.
             UnavailableError: The server computes, keeps or stores enough already.
         """
-        plan = await asyncio.to_thread(as_plan, wish, self._settings)
+        plan = await asyncio.to_thread(as_plan, body, self._settings)
         within_limits(plan, self._settings)
         async with self._door:
-            return await self._create(wish, plan)
+            return await self._create(body, plan)
 
-    async def _create(self, wish: SweepWish, plan: Plan) -> Sweep:
+    async def _create(self, body: SweepCreate, plan: Plan) -> Sweep:
         self._check_room(plan)
         row = {
             "id": new_name(),
-            "title": wish.title or default_title(plan),
+            "title": body.title or default_title(plan),
             "state": "stopped",
             "message": None,
             "done": 0,
@@ -207,14 +207,14 @@ class Sweeps:
 
     # ------------------------------------------------------------ time
 
-    async def _measure(self, wish: SweepWish, plan: Plan) -> float:
+    async def _measure(self, body: SweepCreate, plan: Plan) -> float:
         """Return the seconds that a plan takes, as the command line measures them on a few of its runs."""
         key = json.dumps(plan.as_dict())
         if key not in self._measured:
             async with self._measuring:
                 if key not in self._measured:
                     answer = await ask(
-                        *_arguments(wish, plan), "--jobs", str(self._settings.sweep_jobs), "--dry-run", "--json",
+                        *_arguments(body, plan), "--jobs", str(self._settings.sweep_jobs), "--dry-run", "--json",
                         patience_s=MEASURE_S, largest_file=0,
                     )  # fmt: skip
                     while len(self._measured) >= MOST_REMEMBERED:
@@ -242,11 +242,11 @@ class Sweeps:
             await asyncio.to_thread(self._store.save_sweep, sweep.as_row())
 
 
-def _arguments(wish: SweepWish, plan: Plan) -> list[str]:
+def _arguments(body: SweepCreate, plan: Plan) -> list[str]:
     """Return a plan as the command line takes it."""
     arguments = [plan.experiment, "--trackers", ",".join(plan.trackers), "--trials", str(plan.trials)]
     arguments += ["--frames", str(plan.frames), "--seed", str(plan.seed)]
-    ranges = {axis.name: f"{axis.start!r}:{axis.stop!r}:{axis.step!r}" for axis in wish.axes if axis.values is None}
+    ranges = {axis.name: f"{axis.start!r}:{axis.stop!r}:{axis.step!r}" for axis in body.axes if axis.values is None}
     for axis in plan.axes:
         values = ranges.get(axis.name) or ",".join(_text(value) for value in axis.values)
         arguments += ["--axis", f"{axis.name}={values}"]

@@ -1,12 +1,12 @@
 """Opening: from a row of a sweep to a live session that computes the same numbers, paused shortly before the loss."""
 
 from pftrack.sweep import Plan
-from server.beginning import FIRST
 from server.errors import ConflictError, RefusedError
-from server.sessions.spec import BranchSpec, ChangeModel, SessionSpec
+from server.schemas.spec import BranchSpec, ChangeModel, SessionSpec
+from server.sessions.create import FIRST
 from server.store.files import new_name, now
 from server.sweeps.results import Results
-from server.sweeps.views import RowView
+from server.sweeps.views import RowPublic
 
 __all__ = ["opened"]
 
@@ -56,7 +56,7 @@ def opened(sweep: str, plan: Plan, results: Results, run: int, tracker: str | No
     )
 
 
-def _loss(plan: Plan, results: Results, row: RowView, method: str) -> int | None:
+def _loss(plan: Plan, results: Results, row: RowPublic, method: str) -> int | None:
     """Return the first lost frame of the run that is opened; if it loses nothing, that of the row."""
     if method == row.tracker or method not in plan.trackers:
         return row.first_lost_frame

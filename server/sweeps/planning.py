@@ -1,18 +1,18 @@
-"""Planning: from what somebody wishes to a plan of the library, every refusal with the field that it is about."""
+"""Planning: from a request to a plan of the library, every refusal with the field that it is about."""
 
 from collections.abc import Callable
 from functools import partial
 from math import prod
 from typing import TypeVar
 
+from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.experiment import Experiment
 from pftrack.parameters import ParameterError, declarations
 from pftrack.sweep import Axis, Plan, SweepError, parse_axis
 from pftrack.sweep.axis import TRACKER, checked
 from server.errors import RefusedError
+from server.schemas.sweeps import SweepAxis, SweepCreate
 from server.settings import Settings
-from server.sweeps.wishes import AxisWish, SweepWish
 
 __all__ = ["BYTES_A_RUN", "as_plan", "cells_of", "within_limits"]
 
@@ -25,27 +25,27 @@ MOST_CELLS = 40_000
 """Of one map: more than a screen can show, and than a page should be sent."""
 
 
-def as_plan(wish: SweepWish, settings: Settings) -> Plan:
-    """Return the plan of a wish.
+def as_plan(body: SweepCreate, settings: Settings) -> Plan:
+    """Return the plan of a body.
 
     Raises:
         RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
     """
-    if wish.experiment not in EXPERIMENTS:
-        raise ParameterError("experiment", wish.experiment, f"one of {', '.join(EXPERIMENTS)}")
-    experiment = EXPERIMENTS[wish.experiment]
-    axes = tuple(_axis(experiment, index, axis) for index, axis in enumerate(wish.axes))
+    if body.experiment not in EXPERIMENTS:
+        raise ParameterError("experiment", body.experiment, f"one of {', '.join(EXPERIMENTS)}")
+    experiment = EXPERIMENTS[body.experiment]
+    axes = tuple(_axis(experiment, index, axis) for index, axis in enumerate(body.axes))
     if not axes:
         raise RefusedError("A sweep needs at least one axis.", field="axes")
     names = [axis.name for axis in axes]
     for index, name in enumerate(names):
         if name in names[:index]:
             raise RefusedError(f"The axis {name} is there already.", field=f"axes.{index}.name", value=name)
-    if not wish.trackers and TRACKER not in names:
+    if not body.trackers and TRACKER not in names:
         raise RefusedError("Choose at least one method.", field="trackers")
-    for name in wish.trackers:
+    for name in body.trackers:
         _part("trackers", partial(checked, experiment, Axis(TRACKER, (name,))))
-    for name, value in wish.parameters.items():
+    for name, value in body.parameters.items():
         if name in names:
             raise RefusedError(
                 f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"parameters.{name}"
@@ -54,13 +54,13 @@ def as_plan(wish: SweepWish, settings: Settings) -> Plan:
     plan = _part(
         "axes",
         lambda: Plan(
-            experiment=wish.experiment,
+            experiment=body.experiment,
             axes=axes,
-            trackers=tuple(wish.trackers),
-            trials=wish.trials,
-            seed=wish.seed,
-            frames=wish.frames or 0,
-            values=wish.parameters,
+            trackers=tuple(body.trackers),
+            trials=body.trials,
+            seed=body.seed,
+            frames=body.frames or 0,
+            values=body.parameters,
         ),
     )
     _within_server(plan, settings)
@@ -88,27 +88,27 @@ def cells_of(plan: Plan) -> int:
     return prod(len(axis.values) for axis in plan.axes[:2])
 
 
-def _axis(experiment: Experiment, index: int, wish: AxisWish) -> Axis:
-    if wish.values is not None:
-        axis = Axis(wish.name, tuple(wish.values))
-        return _part(f"axes.{index}.{_blamed(experiment, wish)}", partial(checked, experiment, axis))
-    text = f"{wish.name}={_plain(wish.start)}:{_plain(wish.stop)}:{_plain(wish.step)}"
-    return _part(f"axes.{index}.{_blamed(experiment, wish)}", partial(parse_axis, experiment, text))
+def _axis(experiment: Experiment, index: int, body: SweepAxis) -> Axis:
+    if body.values is not None:
+        axis = Axis(body.name, tuple(body.values))
+        return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(checked, experiment, axis))
+    text = f"{body.name}={_plain(body.start)}:{_plain(body.stop)}:{_plain(body.step)}"
+    return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(parse_axis, experiment, text))
 
 
-def _blamed(experiment: Experiment, wish: AxisWish) -> str:
+def _blamed(experiment: Experiment, body: SweepAxis) -> str:
     """Return which part of an axis is most likely the one that is wrong."""
     known = {it.name: it for it in declarations(type(experiment.simulate().parameters))}
-    if wish.name != TRACKER and wish.name not in known:
+    if body.name != TRACKER and body.name not in known:
         return "name"
-    if wish.values is not None or wish.start is None or wish.stop is None or not wish.step:
-        return "step" if wish.values is None else "values"
-    low, high = known[wish.name].minimum, known[wish.name].maximum
+    if body.values is not None or body.start is None or body.stop is None or not body.step:
+        return "step" if body.values is None else "values"
+    low, high = known[body.name].minimum, known[body.name].maximum
     for name in ("start", "stop"):
-        end = getattr(wish, name)
+        end = getattr(body, name)
         if (low is not None and end < low) or (high is not None and end > high):
             return name
-    return "step" if (wish.stop - wish.start) * wish.step < 0 else "stop"
+    return "step" if (body.stop - body.start) * body.step < 0 else "stop"
 
 
 def _within_a_map(plan: Plan) -> None:

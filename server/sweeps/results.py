@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 from pftrack.sweep import Plan, Result, cells, error_significance, read_result, rows_of, significance
 from server.errors import NotFoundError, RefusedError
-from server.sweeps.shapes import NO_AXIS, VERDICTS, cells_view, numbers
+from server.schemas.sweep_answers import NO_AXIS, VERDICTS, cells_view, numbers
 from server.sweeps.tally import Pair, Tally
-from server.sweeps.views import CellsView, ComparisonView, Correction, Measure, RowsView, RowView, Test
+from server.sweeps.views import CellsPublic, ComparisonPublic, Correction, Measure, RowPublic, RowsPublic, Test
 
 __all__ = ["Results"]
 
@@ -24,7 +24,7 @@ class Results:
         self._out = out
         self._lock = threading.Lock()
         self._tally = Tally(plan, out)
-        self._views: dict[Pair, CellsView] = {}
+        self._views: dict[Pair, CellsPublic] = {}
 
     @property
     def totals(self) -> tuple[int, int, int]:
@@ -39,7 +39,7 @@ class Results:
                 self._views.clear()
             return news
 
-    def cells(self, x: str | None, y: str | None) -> CellsView:
+    def cells(self, x: str | None, y: str | None) -> CellsPublic:
         """Return a map over one or two axes, over the first two if none is named.
 
         Raises:
@@ -55,7 +55,7 @@ class Results:
     def compare(
         self, x: str | None, y: str | None, first: str, second: str, measure: Measure, test: Test, level: float,
         correction: Correction,
-    ) -> ComparisonView:  # fmt: skip
+    ) -> ComparisonPublic:  # fmt: skip
         """Return two methods against each other, cell by cell.
 
         Raises:
@@ -77,7 +77,7 @@ class Results:
             used = "rank-sum"
             found = error_significance(result, first, second, *pair, level=level, correction=correction)
             difference = other.mean_error - one.mean_error
-        return ComparisonView(
+        return ComparisonPublic(
             first=first,
             second=second,
             measure=measure,
@@ -91,7 +91,7 @@ class Results:
 
     def rows(
         self, x: str | None, y: str | None, place: tuple[int, int], tracker: str | None, offset: int, limit: int
-    ) -> RowsView:
+    ) -> RowsPublic:
         """Return some runs of a cell, failures first.
 
         Args:
@@ -126,13 +126,13 @@ class Results:
         chosen = [maps[name] for name in self._plan.trackers if tracker in {None, name}]
         at = (place[1], place[0])
         found = rows_of(result, where, limit=offset + limit)
-        return RowsView(
+        return RowsPublic(
             total=sum(int(one.runs[at]) for one in chosen),
             failures=sum(int(one.judged[at] - one.successes[at]) for one in chosen),
             rows=[self._row(row) for row in found[offset:]],
         )
 
-    def row(self, run: int) -> RowView:
+    def row(self, run: int) -> RowPublic:
         """Return one run.
 
         Raises:
@@ -181,6 +181,6 @@ class Results:
                 field=field, bound=f"one of {known}", value=name,
             )  # fmt: skip
 
-    def _row(self, row: dict[str, Any]) -> RowView:
-        known = {name: row[name] for name in RowView.model_fields if name in row}
-        return RowView(**known, conditions={axis.name: row[axis.name] for axis in self._plan.axes})
+    def _row(self, row: dict[str, Any]) -> RowPublic:
+        known = {name: row[name] for name in RowPublic.model_fields if name in row}
+        return RowPublic(**known, conditions={axis.name: row[axis.name] for axis in self._plan.axes})

@@ -18,13 +18,13 @@ import structlog
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Plan, begin, partial_of
 from server.errors import ConflictError
+from server.schemas.sweep_answers import axis_view, fixed_views
 from server.settings import Settings
 from server.sweeps.child import Child
 from server.sweeps.listeners import Listener
 from server.sweeps.reasons import reason as why
 from server.sweeps.results import Results
-from server.sweeps.shapes import axis_view, fixed_views
-from server.sweeps.views import CellsView, State, SweepView
+from server.sweeps.views import CellsPublic, State, SweepPublic
 
 __all__ = ["Sweep"]
 
@@ -105,11 +105,11 @@ class Sweep:
             "created": self.created,
         }
 
-    def view(self) -> SweepView:
+    def view(self) -> SweepPublic:
         """Return it as everybody outside sees it."""
         plan, experiment = self.plan, self.plan.wiring
         rate = self._rate()
-        return SweepView(
+        return SweepPublic(
             id=self.id,
             title=self.title,
             experiment=plan.experiment,
@@ -138,7 +138,7 @@ class Sweep:
             page=f"/sweep/{self.id}",
         )
 
-    async def cells(self, x: str | None = None, y: str | None = None) -> CellsView:
+    async def cells(self, x: str | None = None, y: str | None = None) -> CellsPublic:
         """Return its map over one or two axes; over its first two if none is named.
 
         Raises:

@@ -5,22 +5,22 @@ from typing import Literal
 from pydantic import BaseModel
 
 from pftrack.parameters import Value
-from server.sessions.messages import TrackerView
+from server.schemas.messages import TrackerPublic
 
 __all__ = [
-    "AxisView",
-    "CellsView",
-    "ComparisonView",
+    "AxisPublic",
+    "CellsPublic",
+    "ComparisonPublic",
     "Correction",
-    "EstimateView",
-    "MapView",
+    "EstimatePublic",
+    "MapPublic",
     "Measure",
-    "RowView",
-    "RowsView",
+    "RowPublic",
+    "RowsPublic",
     "State",
-    "SweepView",
+    "SweepPublic",
     "Test",
-    "ValuesView",
+    "ValuesPublic",
 ]
 
 State = Literal["running", "stopped", "done"]
@@ -30,7 +30,7 @@ Correction = Literal["none", "holm"]
 Verdict = Literal["first", "second", "none", "untested"]
 
 
-class AxisView(BaseModel):
+class AxisPublic(BaseModel):
     """An axis with what a map needs to write beside it."""
 
     name: str
@@ -40,7 +40,7 @@ class AxisView(BaseModel):
     values: list[Value]
 
 
-class ValuesView(BaseModel):
+class ValuesPublic(BaseModel):
     """The first values of an axis as it would be, and how many there are."""
 
     name: str
@@ -48,7 +48,7 @@ class ValuesView(BaseModel):
     first: list[Value]
 
 
-class EstimateView(BaseModel):
+class EstimatePublic(BaseModel):
     """How large a sweep would be.
 
     `seconds` is missing where it was not measured; `problem` says why this server would not carry the sweep out now.
@@ -58,14 +58,14 @@ class EstimateView(BaseModel):
     conditions: int
     cells: int
     frames: int
-    axes: list[ValuesView]
+    axes: list[ValuesPublic]
     jobs: int
     bytes: int
     seconds: float | None = None
     problem: str | None = None
 
 
-class SweepView(BaseModel):
+class SweepPublic(BaseModel):
     """A sweep.
 
     `fixed` is `parameters` with titles and units; `successes` counts over all runs so far, where the experiment knows
@@ -78,13 +78,13 @@ class SweepView(BaseModel):
     experiment_title: str
     unit: str
     judged: bool
-    axes: list[AxisView]
-    trackers: list[TrackerView]
+    axes: list[AxisPublic]
+    trackers: list[TrackerPublic]
     trials: int
     frames: int
     seed: int
     parameters: dict[str, Value]
-    fixed: list[AxisView]
+    fixed: list[AxisPublic]
     runs: int
     conditions: int
     done: int
@@ -100,7 +100,7 @@ class SweepView(BaseModel):
     page: str
 
 
-class MapView(BaseModel):
+class MapPublic(BaseModel):
     """What is known of the cells of one method, a list a quantity.
 
     The lists are as long as `at` of a message, or as the map has cells, row after row of the y axis. What is not known
@@ -118,7 +118,7 @@ class MapView(BaseModel):
     lost_frames: list[float | None]
 
 
-class ComparisonView(BaseModel):
+class ComparisonPublic(BaseModel):
     """Two methods against each other, cell by cell.
 
     `difference` is positive where the first is better: that of the success rates, or of the mean errors of successful
@@ -136,18 +136,18 @@ class ComparisonView(BaseModel):
     p_value: list[float | None]
 
 
-class CellsView(BaseModel):
+class CellsPublic(BaseModel):
     """A sweep seen over one or two of its axes; the others, and the trials, are pooled."""
 
-    x: AxisView
-    y: AxisView | None
+    x: AxisPublic
+    y: AxisPublic | None
     planned: int
     done: int
-    maps: list[MapView]
-    comparison: ComparisonView | None = None
+    maps: list[MapPublic]
+    comparison: ComparisonPublic | None = None
 
 
-class RowView(BaseModel):
+class RowPublic(BaseModel):
     """One run of a sweep."""
 
     run: int
@@ -162,9 +162,9 @@ class RowView(BaseModel):
     problem: str | None
 
 
-class RowsView(BaseModel):
+class RowsPublic(BaseModel):
     """Some runs of a cell, failures first, and how many there are."""
 
     total: int
     failures: int
-    rows: list[RowView]
+    rows: list[RowPublic]

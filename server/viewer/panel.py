@@ -196,7 +196,7 @@ class Panel:
 
     def _add_cameras(self, on_look: Callable[[int, str], None]) -> None:
         names = {preset.title: name for name, preset in PRESETS.items()}
-        group = self._server.gui.add_button_group("View", tuple(names))
+        group = self._server.gui.add_button_group("PublicModel", tuple(names))
 
         @group.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:

@@ -4,7 +4,7 @@ import pytest
 from pftrack.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
 from pftrack.experiments import EXPERIMENTS, Experiment, find
 from pftrack.rendering import render
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 
 ALL = pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=EXPERIMENTS)
 

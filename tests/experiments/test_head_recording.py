@@ -11,7 +11,7 @@ from pftrack.detection.face import FaceError
 from pftrack.experiments import find
 from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.gaze import gaze
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import PoseTable, TruthTable, read_poses
 from tests.experiments.heads import Picture, Pictures, empty, pictures, simulated

@@ -5,7 +5,7 @@ import pytest
 
 from pftrack.detection.face import FaceError
 from pftrack.experiments import find
-from pftrack.experiments.head_start import FINDER, MOST_SEARCHED, first_face, frames_to_search
+from pftrack.experiments.head.start import FINDER, MOST_SEARCHED, first_face, frames_to_search
 from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
 from pftrack.parameters import revise
 from pftrack.sources.head import HeadSceneParameters, HeadSource

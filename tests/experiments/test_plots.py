@@ -5,10 +5,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from pftrack.diagnostics import Diagnostics
 from pftrack.experiments import EXPERIMENTS, Experiment
-from pftrack.experiments.plot import STANDARD_PLOTS, Plot
-from pftrack.run import Run
+from pftrack.plot import STANDARD_PLOTS, Plot
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.runs.run import Run
 
 
 @pytest.fixture(scope="module", params=EXPERIMENTS)

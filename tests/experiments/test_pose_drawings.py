@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
 from pftrack.experiments import find
-from pftrack.experiments.pose_sketch import beside, dashes
+from pftrack.experiments.pose.sketch import beside, dashes
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import VERTICES_MM
 from tests.experiments.heads import Pictures, empty, pictures
 

@@ -9,8 +9,8 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.parameters import Value, declarations
-from pftrack.record import load, save
-from pftrack.run import Change, Run
+from pftrack.runs.record import load, save
+from pftrack.runs.run import Change, Run
 
 HEAD, PRISM = find("head"), find("prism")
 SMALL: dict[str, Value] = {"image_width_px": 160}

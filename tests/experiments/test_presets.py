@@ -1,7 +1,7 @@
 import pytest
 
 from pftrack.experiments import Experiment, Preset, find
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 
 BALL = find("ball")
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pftrack.reproduce.prism_course import Course, Method, Trial, course
+from pftrack.reproduce.prism.course import Course, Method, Trial, course
 
 
 def errors(method: Method, trials: int) -> list[float]:

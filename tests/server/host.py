@@ -50,7 +50,7 @@ class Server:
 
     def pid_of(self, session: str) -> int:
         """The worker's process number."""
-        pid: int = self.manager.get(session).link.pid
+        pid: int = self.manager.get(session).worker.pid
         return pid
 
     def start(self) -> None:
@@ -79,9 +79,9 @@ def running(settings: Settings) -> Iterator[Server]:
         server.stop()
 
 
-def begin(client: httpx.Client, **wish: Any) -> dict[str, Any]:
+def begin(client: httpx.Client, **body: Any) -> dict[str, Any]:
     """Start a session."""
-    answer = client.post("/api/v1/sessions", json={"experiment": "ball", "seed": 7, **wish})
+    answer = client.post("/api/v1/sessions", json={"experiment": "ball", "seed": 7, **body})
     assert answer.status_code == 201, answer.text
     started: dict[str, Any] = answer.json()
     return started

@@ -13,7 +13,7 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
-from server.sessions.protocol import Activate, Request
+from server.worker.protocol import Activate, Request
 from tests.server.host import Server, begin, error_of, steer, wait_for
 from tests.server.test_stream import hear, until
 
@@ -179,7 +179,7 @@ def test_a_mistake_in_a_tracker(start_server: Any) -> None:
     with start_server() as (server, client):
         session = begin(client)
         steer(client, session["id"], "seek", frame=5)
-        link = server.manager.get(session["id"]).link
+        link = server.manager.get(session["id"]).worker
         # What the web process never sends, which is as good as a mistake of the worker's own.
         link._end.send(Request(999, Activate("b9", "apf", None, 0, 0)))
         wait_for(lambda: state(client, session["id"]) == "crashed")

@@ -7,9 +7,9 @@ import httpx
 import numpy as np
 import pytest
 
-from pftrack import record
 from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
 from pftrack.geometry.gaze import gaze
+from pftrack.runs import record
 from pftrack.sources.sequence import open_sequence
 from tests.experiments.heads import Picture, empty, film, marked, pictures, simulated
 from tests.experiments.test_head_start import turning
@@ -211,7 +211,7 @@ class TestTracked:
         session = begin(client, experiment="head", upload=put(client, late)["id"])
         steer(client, session["id"], "seek", frame=9)
         before = estimates(client, session["id"])
-        server.manager.get(session["id"]).link.kill("by the test")
+        server.manager.get(session["id"]).worker.kill("by the test")
         wait_for(lambda: client.get(f"/api/v1/sessions/{session['id']}").json()["state"] == "crashed")
         again = client.post(f"/api/v1/sessions/{session['id']}/resume").json()
         assert (again["start"], again["points"]) == (session["start"], session["points"])
@@ -249,8 +249,8 @@ class TestTracked:
         self, client: httpx.Client, clip: bytes, points: Any, field: str | None, words: str
     ) -> None:
         """A point that is unknown, no point or outside is refused by its name, and points that make no face too."""
-        wish = {"experiment": "head", "upload": put(client, clip)["id"], "points": points}
-        error = error_of(client.post("/api/v1/sessions", json=wish), 422)
+        body = {"experiment": "head", "upload": put(client, clip)["id"], "points": points}
+        error = error_of(client.post("/api/v1/sessions", json=body), 422)
         assert error.get("field") == field
         assert words in error["message"]
 
@@ -262,7 +262,7 @@ class TestTracked:
         assert error_of(answer, 422)["field"] == "points.leye.0"
 
     @pytest.mark.parametrize(
-        ("wish", "field"),
+        ("body", "field"),
         [
             ({"experiment": "ball"}, "box"),
             ({"experiment": "ball", "points": {"nose": [1, 1], "leye": [2, 2]}}, "points"),
@@ -272,11 +272,11 @@ class TestTracked:
         ],
     )
     def test_what_does_not_go_together(
-        self, client: httpx.Client, clip: bytes, wish: dict[str, Any], field: str
+        self, client: httpx.Client, clip: bytes, body: dict[str, Any], field: str
     ) -> None:
         """An upload, a box and points that do not go together are refused by the one that is too much or missing."""
         known = {"experiment": "head", "upload": put(client, clip)["id"]}
-        assert error_of(client.post("/api/v1/sessions", json={**known, **wish}), 422)["field"] == field
+        assert error_of(client.post("/api/v1/sessions", json={**known, **body}), 422)["field"] == field
 
 
 class TestKept:

@@ -52,8 +52,8 @@ OPERATIONS = [
 @pytest.fixture(scope="module")
 def fuzzed(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """A server whose limits are small, so that no example takes long."""
-    wishes = {"max_frames": 300, "max_particles": 1000, "max_sessions": 4, "max_branches": 1000, "sweep_jobs": 1}
-    with running(Settings(data_dir=tmp_path_factory.mktemp("fuzzed"), **wishes)) as server:
+    settings = {"max_frames": 300, "max_particles": 1000, "max_sessions": 4, "max_branches": 1000, "sweep_jobs": 1}
+    with running(Settings(data_dir=tmp_path_factory.mktemp("fuzzed"), **settings)) as server:
         yield server
 
 

@@ -6,9 +6,9 @@ from typing import Any
 import httpx
 import pytest
 
-from pftrack import record
 from pftrack.experiments import find
-from pftrack.run import Change, Run
+from pftrack.runs import record
+from pftrack.runs.run import Change, Run
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_uploads import send, video
 

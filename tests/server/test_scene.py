@@ -38,13 +38,13 @@ def newest(message: dict[str, Any]) -> int:
 def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
     """A change in the scene's panel takes effect and is echoed; a wrong one is told as refused."""
     found = server.manager.get(session["id"])
-    loop = found.stage._loop
+    loop = found.scene_feed._loop
     with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
         hear(stream)
-        loop.call_soon_threadsafe(found._wish, {"sample_count": 150})
+        loop.call_soon_threadsafe(found._queue, {"sample_count": 150})
         echo = until(stream, lambda m: m["type"] == "parameters")[-1]
         assert echo["values"] == {"sample_count": 150}
-        loop.call_soon_threadsafe(found._wish, {"sample_count": -3})
+        loop.call_soon_threadsafe(found._queue, {"sample_count": -3})
         refused = until(stream, lambda m: m["type"] == "refused")[-1]
         assert (refused["field"], refused["value"]) == ("sample_count", -3)
         loop.call_soon_threadsafe(found._transport_wish, {"action": "speed", "speed": 2.0})
@@ -55,7 +55,7 @@ def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: 
     """Of the many values of a drag the newest counts, and one frame has one change."""
     found = server.manager.get(session["id"])
     for count in range(100, 160):
-        found.stage._loop.call_soon_threadsafe(found._wish, {"sample_count": count})
+        found.scene_feed._loop.call_soon_threadsafe(found._queue, {"sample_count": count})
     wait_for(lambda: found.spec.values["sample_count"] == 159)
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
         {"frame": 1, "values": {"sample_count": 159}}

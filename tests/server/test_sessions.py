@@ -7,7 +7,7 @@ import httpx
 import pytest
 
 from pftrack.experiments import find
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 from tests.server.host import Server, begin, error_of, steer, wait_for
 
 
@@ -44,16 +44,16 @@ class TestStarting:
         """Every preset of every experiment starts."""
         for experiment in client.get("/api/v1/experiments").json():
             for preset in experiment["presets"]:
-                wish = {name: preset[name] for name in ("tracker", "parameters", "seed")}
-                session = begin(client, experiment=experiment["id"], **wish)
+                body = {name: preset[name] for name in ("tracker", "parameters", "seed")}
+                session = begin(client, experiment=experiment["id"], **body)
                 assert session["tracker"] == preset["tracker"]
                 client.delete(f"/api/v1/sessions/{session['id']}")
 
     def test_a_change_past_the_end(self, client: httpx.Client) -> None:
         """A change that no frame would see is refused, with the frames that there are."""
         timeline = [{"frame": 40, "values": {"sample_count": 150}}]
-        wish = {"experiment": "ball", "frames": 40, "timeline": timeline}
-        error = error_of(client.post("/api/v1/sessions", json=wish), 422)
+        body = {"experiment": "ball", "frames": 40, "timeline": timeline}
+        error = error_of(client.post("/api/v1/sessions", json=body), 422)
         assert (error["field"], error["value"], error["bound"]) == (
             "timeline",
             40,
@@ -168,13 +168,13 @@ class TestTransport:
         """All branches share their past, and so the seed."""
         steer(client, session["id"], "seek", frame=20)
         client.post(f"/api/v1/sessions/{session['id']}/branch", json={"frame": 10})
-        wish = {"action": "restart", "seed": 12}
-        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=wish)
+        body = {"action": "restart", "seed": 12}
+        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=body)
         assert "All 2 branches" in error_of(answer, 409)["message"]
         assert get(client, session["id"])["seed"] == session["seed"]
 
     @pytest.mark.parametrize(
-        ("wish", "field"),
+        ("body", "field"),
         [
             ({"action": "restart", "seed": -1}, "seed"),
             ({"action": "restart", "seed": 2**53}, "seed"),
@@ -193,9 +193,9 @@ class TestTransport:
             ({"action": "play", "warp": 9}, "warp"),
         ],
     )
-    def test_refuses(self, client: httpx.Client, session: dict[str, Any], wish: dict[str, Any], field: str) -> None:
+    def test_refuses(self, client: httpx.Client, session: dict[str, Any], body: dict[str, Any], field: str) -> None:
         """A wrong transport command is refused with the field's name."""
-        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=wish)
+        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=body)
         assert error_of(answer, 422)["field"] == field
 
 
@@ -320,8 +320,8 @@ class TestBranches:
     def test_branch_and_return(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """A branch has a title and a tracker of its own; the one that is shown has the estimate's colour."""
         steer(client, session["id"], "seek", frame=20)
-        wish = {"frame": 8, "tracker": "condensation", "title": "What if", "parameters": {"sample_count": 100}}
-        answer = client.post(f"/api/v1/sessions/{session['id']}/branch", json=wish)
+        body = {"frame": 8, "tracker": "condensation", "title": "What if", "parameters": {"sample_count": 100}}
+        answer = client.post(f"/api/v1/sessions/{session['id']}/branch", json=body)
         assert answer.status_code == 201
         branched = answer.json()
         assert (branched["position"], branched["tracker"]) == (8, "condensation")
@@ -384,7 +384,7 @@ class TestPictures:
 
 class TestBadWishes:
     @pytest.mark.parametrize(
-        ("wish", "field"),
+        ("body", "field"),
         [
             ({}, "experiment"),
             ({"experiment": "chess"}, "experiment"),
@@ -404,10 +404,10 @@ class TestBadWishes:
             ({"experiment": "ball", "surprise": 1}, "surprise"),
         ],
     )
-    def test_refuses(self, client: httpx.Client, wish: dict[str, Any], field: str) -> None:
+    def test_refuses(self, client: httpx.Client, body: dict[str, Any], field: str) -> None:
         """A session that cannot be is refused with the field's name, and leaves no session behind."""
         before = len(client.get("/api/v1/sessions").json())
-        assert error_of(client.post("/api/v1/sessions", json=wish), 422)["field"] == field
+        assert error_of(client.post("/api/v1/sessions", json=body), 422)["field"] == field
         assert len(client.get("/api/v1/sessions").json()) == before
 
     def test_full_house(self, start_server: Any) -> None:

@@ -10,8 +10,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from server.sessions import listeners
-from server.sessions.messages import Frame
+from server.schemas.messages import Frame
+from server.stream import listeners
 from tests.server.host import Server, steer, wait_for
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from starlette.requests import Request
 
 from server.errors import ApiError, RefusedError, TooLargeError
-from server.uploading import Received, receive
+from server.uploads.multipart import Received, receive
 from tests.server.apart import run
 
 BOUNDARY = b"----a boundary"

@@ -5,11 +5,12 @@ import contextlib
 import threading
 from typing import Any
 
-from server.sessions.pipe import WebEnd, WorkerEnd, pair
-from server.sessions.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
-from server.sessions.worker import Worker
+from tests.server.test_workbench import config
+
+from server.worker.pipe import WebEnd, WorkerEnd, pair
+from server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
+from server.worker.worker import Worker
 from tests.server.apart import run
-from tests.server.test_workbench import order
 
 SLOW = 0.1
 """Times real time: three frames a second, so that a change has a while until the next one."""
@@ -30,7 +31,7 @@ async def play_and_change(heard: list[Event]) -> None:
             answered.set()
 
     web = await WebEnd.connect(ours, hear, lost.set)
-    worker = Worker(WorkerEnd(theirs), order(frames=600))
+    worker = Worker(WorkerEnd(theirs), config(frames=600))
 
     def serve() -> None:
         with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
@@ -64,7 +65,7 @@ def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
     run(play_and_change(heard))
     answer = next(index for index, event in enumerate(heard) if isinstance(event, Reply))
     told = [event for event in heard[:answer] if isinstance(event, Progress)]
-    assert told[-1].standing.values["sample_count"] == 90
+    assert told[-1].status.values["sample_count"] == 90
     assert [event.drawing for event in told] == [None] * len(told)
     shown = next(event.shown for event in heard if isinstance(event, Progress) and event.shown is not None)
     assert shown["frame"] == heard[answer].result

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.ball import SimulatedBallParameters
+from pftrack.experiments.ball.experiment import SimulatedBallParameters
 from pftrack.parameters import revise
 from pftrack.sources.ball import BallSource
 from pftrack.sources.overlay import LAYOUTS

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.experiments.ball import RecordedBallParameters
+from pftrack.experiments.ball.experiment import RecordedBallParameters
 from pftrack.parameters import revise
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 from pftrack.sources.recording import RecordingSource
 from pftrack.sources.sequence import FrameSequence, open_sequence
 from pftrack.sources.source import History

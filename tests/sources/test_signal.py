@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.sine import SineParameters
+from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.parameters import revise
 from pftrack.sources.signal import SignalSource
 from pftrack.sources.source import History

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.run import Change, Run
+from pftrack.runs.run import Change, Run
 
 BALL = find("ball")
 

@@ -6,9 +6,9 @@ import pytest
 from pftrack.experiments import find
 from pftrack.gaussian import Gaussian
 from pftrack.parameters import Value, revise
-from pftrack.run import Change, Run
-from pftrack.trackers import head
-from pftrack.trackers.head_memory import HeadMemory, around, eye_distance, widened
+from pftrack.runs.run import Change, Run
+from pftrack.trackers.head import step as head
+from pftrack.trackers.head.memory import HeadMemory, around, eye_distance, widened
 
 HEAD = find("head")
 

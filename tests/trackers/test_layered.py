@@ -7,8 +7,8 @@ from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.likelihoods import points
 from pftrack.random import Purpose, Stream
 from pftrack.sources.prism import VERTICES_MM, PrismParameters, Sight, sight
-from pftrack.trackers import layered
-from pftrack.trackers.layered import FeatureLikelihood, Layered, Settings
+from pftrack.trackers.pose import layered
+from pftrack.trackers.pose.layered import FeatureLikelihood, Layered, Settings
 
 SCENE = PrismParameters()
 AFFINE = AffineLayer(VERTICES_MM, np.array([[5.0, 0, 0, 0], [0, 5.0, 0, 0]]))

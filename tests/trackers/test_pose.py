@@ -14,10 +14,12 @@ from pftrack.parameters import revise
 from pftrack.random import Purpose, Stream
 from pftrack.sources.prism import VERTICES_MM, PrismSource
 from pftrack.sources.source import History
-from pftrack.trackers import head, pose, prism
-from pftrack.trackers.head_parameters import HeadTrackerParameters
-from pftrack.trackers.pose_parameters import PoseTrackerParameters
-from pftrack.trackers.pose_state import PoseState, Solid
+from pftrack.trackers import prism
+from pftrack.trackers.head import step as head
+from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.pose import methods as pose
+from pftrack.trackers.pose.parameters import PoseTrackerParameters
+from pftrack.trackers.pose.state import PoseState, Solid
 from pftrack.trackers.prism import TrackedPrismParameters
 
 FOCAL, PRINCIPAL = 800.0, np.array([320.0, 240.0])

@@ -1,0 +1,112 @@
+"""`reproduce`, `bench` and `doctor`: are the figures right, is it fast, does this machine have what it takes?"""
+
+import json as json_format
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pftrack.cli.listing import Json
+from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
+
+__all__ = ["register"]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(reproduce)
+    app.command()(bench)
+    app.command()(doctor)
+
+
+def reproduce(
+    results: Annotated[
+        list[str] | None, typer.Argument(metavar="[RESULT]...", help="Which results; all if none.")
+    ] = None,
+    full: Annotated[bool, typer.Option("--full/--quick", help="All trials of the document, or few.")] = False,
+    jobs: Annotated[
+        str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")
+    ] = None,
+    figures: Annotated[
+        Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the document's figures, in this folder.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compute published results again and compare them within their tolerances."""
+    processes = whole("--jobs", jobs or str(os.cpu_count() or 1), 1, 256)
+    from pftrack.reproduce import RESULTS
+    from pftrack.reproduce import reproduce as compute
+
+    for name in results or ():
+        if name not in RESULTS:
+            raise wrong_use(f"a result must be one of {', '.join(RESULTS)}, got {name!r}")
+    with progress("results") as tick:
+        computed = compute(results or (), full=full, jobs=processes, progress=tick, folder=figures)
+    findings = [finding.as_dict() for finding in computed]
+    if json:
+        emit(findings)
+    else:
+        columns = "result", "ours", "reference", "tolerance", "status", "source"
+        table("", columns, [[_cell(finding[column]) for column in columns] for finding in findings])
+    failed = [finding for finding in findings if finding["status"] == "fail"]
+    if failed:
+        note(f"pftrack: {len(failed)} of {len(findings)} results lie outside their tolerances")
+        raise typer.Exit(FAILED)
+
+
+def bench(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Which benchmarks; all if none.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Measure speed, beside other libraries where they are installed."""
+    folder = Path(__file__).parents[1] / "benchmarks"
+    scripts = {path.stem: path for path in sorted(folder.glob("[a-z]*.py"))}
+    if not scripts:
+        raise CommandError(
+            "the benchmarks come with the source, not with the installed package: run this in a checkout"
+        )
+    for name in names or ():
+        if name not in scripts:
+            raise wrong_use(f"a benchmark must be one of {', '.join(scripts)}, got {name!r}")
+    results = {name: _measured(scripts[name], json=json) for name in names or scripts}
+    if json:
+        emit(results)
+
+
+def doctor(
+    warm: Annotated[
+        bool, typer.Option("--warm", help="Compile all that is compiled, so that no first start waits.")
+    ] = False,
+    port: Annotated[str, typer.Option(metavar="PORT", help="The port that `serve` is to use.")] = "8000",
+    data_dir: Annotated[Path | None, typer.Option(help="The folder that `serve` is to use.")] = None,
+    json: Json = False,
+) -> None:
+    """Check that this machine has all that pftrack needs."""
+    from pftrack.doctor import examine
+
+    checks = examine(port=whole("--port", port, 1, 65_535), data_dir=data_dir, warm=warm)
+    if json:
+        emit({"healthy": all(check.status != "broken" for check in checks), "checks": [it.as_dict() for it in checks]})
+    else:
+        table("", ("", "what", "found"), [(check.status, check.name, check.found) for check in checks])
+    broken = [check.name for check in checks if check.status == "broken"]
+    if broken:
+        note(f"pftrack: broken: {', '.join(broken)}")
+        raise typer.Exit(FAILED)
+
+
+def _measured(script: Path, *, json: bool) -> object:
+    command = [sys.executable, str(script), *(["--json"] if json else [])]
+    done = subprocess.run(command, stdout=subprocess.PIPE if json else None, text=True, check=False)  # noqa: S603 - our own script
+    if done.returncode:
+        raise CommandError(f"the benchmark {script.stem} failed with exit status {done.returncode}")
+    return json_format.loads(done.stdout) if json else None
+
+
+def _cell(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)

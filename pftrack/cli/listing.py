@@ -1,0 +1,113 @@
+"""`list` and `show`: which experiments there are, and every parameter that they take."""
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pftrack.cli.output import emit, table, wrong_use
+from pftrack.parameters import Declaration, Value, declarations, flat
+
+if TYPE_CHECKING:
+    from pftrack.experiment import Experiment
+
+__all__ = ["experiment_named", "register"]
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command("list")(list_)
+    app.command()(show)
+
+
+def experiment_named(name: str) -> "Experiment":
+    """Return an experiment by its name; an unknown one is wrong use."""
+    from pftrack.experiments import find
+
+    try:
+        return find(name)
+    except LookupError as error:
+        raise wrong_use(str(error.args[0]) if error.args else f"there is no experiment {name!r}") from None
+
+
+def list_(json: Json = False) -> None:
+    """List the experiments."""
+    from pftrack.experiments import EXPERIMENTS
+
+    if json:
+        emit([_about(experiment) for experiment in EXPERIMENTS.values()])
+        return
+    rows = [(it.id, it.title, it.question, ", ".join(it.trackers)) for it in EXPERIMENTS.values()]
+    table("", ("name", "title", "question", "trackers"), rows)
+
+
+def show(
+    experiment: Annotated[str, typer.Argument(help="An experiment's name, as `list` prints it.")], json: Json = False
+) -> None:
+    """Show an experiment with every parameter: unit, bounds, default, help."""
+    found = experiment_named(experiment)
+    parameters = found.simulate().parameters
+    declared = declarations(type(parameters))
+    values = flat(parameters)
+    if json:
+        entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
+        emit({**_about(found), "layers": found.layers, "declarations": entries})
+        return
+    typer.echo(f"{found.title}\n{found.description}\nFrom {found.document}.\n")
+    table(
+        "Trackers",
+        ("name", "title", "what it does"),
+        [(it.id, it.title, it.description) for it in found.trackers.values()],
+    )
+    for group, members in groupby(declared, key=lambda declaration: declaration.group):
+        typer.echo("")
+        table(group or "Parameters", ("name", "default", "allowed", "help"), _rows(list(members), values))
+    typer.echo("")
+    presets = [(it.title, it.tracker, " ".join(f"{k}={v}" for k, v in it.parameters.items())) for it in found.presets]
+    table("Presets", ("title", "tracker", "parameters"), presets)
+
+
+def _about(experiment: "Experiment") -> dict[str, object]:
+    return {
+        "id": experiment.id,
+        "title": experiment.title,
+        "question": experiment.question,
+        "document": experiment.document,
+        "description": experiment.description,
+        "accepts_video": experiment.accepts_video,
+        "default_tracker": experiment.default_tracker,
+        "frames": experiment.frames,
+        "trackers": [
+            {"id": tracker.id, "title": tracker.title, "description": tracker.description}
+            for tracker in experiment.trackers.values()
+        ],
+        "presets": [
+            {"name": it.name, "title": it.title, "tracker": it.tracker, "parameters": it.parameters, "seed": it.seed}
+            for it in experiment.presets
+        ],
+    }
+
+
+def _rows(declared: Sequence[Declaration], values: dict[str, Value]) -> list[tuple[str, ...]]:
+    return [(it.name, f"{values[it.name]} {it.unit}".strip(), _allowed(it), _help(it)) for it in declared]
+
+
+def _allowed(declaration: Declaration) -> str:
+    match declaration.kind:
+        case "boolean":
+            return "True, False"
+        case "choice":
+            return ", ".join(declaration.choices)
+        case "colour":
+            return "#rrggbb"
+        case _:
+            return f"{declaration.minimum:g} to {declaration.maximum:g}"
+
+
+def _help(declaration: Declaration) -> str:
+    readers = f" For {', '.join(declaration.trackers)}." if declaration.trackers else ""
+    restart = "" if declaration.live else " A change restarts the run."
+    return f"{declaration.description}{readers}{restart}"

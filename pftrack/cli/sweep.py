@@ -1,0 +1,310 @@
+"""`sweep`: compute an experiment over a grid of conditions, go on with one that was stopped, report what came of it."""
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import isnan
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+from rich.progress import Progress as Bar
+from typer.core import TyperGroup
+
+from pftrack.cli.listing import Json, experiment_named
+from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
+from pftrack.parameters import ParameterError, Value, parse
+from pftrack.random import MAXIMUM_SEED
+
+if TYPE_CHECKING:
+    from pftrack.experiment import Experiment
+    from pftrack.sweep import Plan, Progress, Result
+
+__all__ = ["register"]
+
+SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+
+
+class _Sweep(TyperGroup):
+    """`sweep EXPERIMENT ...` is short for `sweep run EXPERIMENT ...`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer's own context has no public name
+        return super().parse_args(ctx, args if args and args[0] in self.commands else ["run", *args])
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    sweep = typer.Typer(cls=_Sweep, add_completion=False, help="Compute an experiment over a grid of conditions.")
+    sweep.command()(run)
+    sweep.command()(report)
+    app.add_typer(sweep, name="sweep")
+
+
+def run(
+    experiment: Annotated[str | None, typer.Argument(help="An experiment's name, as `list` prints it.")] = None,
+    axes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--axis",
+            metavar="NAME=VALUES",
+            help="start:stop:step, both ends included, or a,b,c; repeated axes multiply.",
+        ),
+    ] = None,
+    trackers: Annotated[
+        str | None, typer.Option(metavar="A,B,C", help="Trackers' names, as `show` prints them.")
+    ] = None,
+    trials: Annotated[str, typer.Option(metavar="T", help="Runs of each tracker in each condition.")] = "10",
+    frames: Annotated[str | None, typer.Option(metavar="N", help="How many frames a run has.")] = None,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value in all runs; may be repeated."),
+    ] = None,
+    seed: Annotated[str, typer.Option(metavar="SEED", help="Of all seeds.")] = "0",
+    jobs: Annotated[
+        str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, whose workers compute instead.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="The result, FILE.parquet; never overwritten.")] = None,
+    resume: Annotated[Path | None, typer.Option(help="Go on with a sweep that was stopped; its --out.")] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs it is and how long it takes.")] = False,
+    json: Json = False,
+) -> None:
+    """Compute an experiment over a grid of conditions, one row a run; `pftrack sweep report FILE` shows the result.
+
+    The word `run` may be left out.
+    """
+    from pftrack.sweep import SweepError
+
+    processes = whole("--jobs", jobs or str(_cores()), 1, 256)
+    if cluster is not None and jobs is not None:
+        raise wrong_use("--cluster computes on its own workers and takes no --jobs")
+    planned = [experiment, axes, trackers, frames, assignments, out]
+    if resume is not None and (dry_run or any(it is not None for it in planned)):
+        raise wrong_use("--resume goes on with the plan of its file and takes no plan, --out or --dry-run beside it")
+    if resume is None and experiment is None:
+        raise wrong_use("name an experiment, `pftrack list` lists them, or --resume a sweep that was stopped")
+    plan = None
+    if experiment is not None:
+        found = experiment_named(experiment)
+        try:
+            plan = _plan(found, axes or [], trackers, trials, frames, assignments or [], seed)
+        except SweepError as error:
+            raise wrong_use(str(error)) from None
+        if dry_run:
+            _estimate(plan, processes, json=json)
+            return
+    place = _place(resume, out)
+    _compute(plan, place, processes, cluster, json=json)
+
+
+def report(
+    file: Annotated[Path, typer.Argument(help="The result of a sweep, finished or as far as it came.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Where to; FILE-report beside the file if not given.")
+    ] = None,
+    x: Annotated[str | None, typer.Option(metavar="AXIS", help="Across the maps.")] = None,
+    y: Annotated[str | None, typer.Option(metavar="AXIS", help="Down the maps.")] = None,
+    level: Annotated[str, typer.Option(metavar="P", help="Of significance.")] = "0.01",
+    json: Json = False,
+) -> None:
+    """Show the result of a sweep: tables here, maps and a page that needs nothing else in a folder."""
+    from pftrack.sweep import read_result
+    from pftrack.sweep.report import write_report
+
+    significant = _level(level)
+    result = read_result(file)
+    folder = out or result.path.with_name(f"{file.name.split('.parquet')[0]}-report")
+    if folder.exists() and not folder.is_dir():
+        raise wrong_use(f"--out must be a folder, {folder} is a file")
+    made = write_report(result, folder, x=x, y=y, level=significant)
+    if json:
+        emit(made.as_dict())
+        return
+    for shown in made.tables:
+        table(shown.title, shown.columns, shown.rows)
+        typer.echo("")
+    note(f"pftrack: {len(made.files)} files written to {folder}; open {made.page}")
+
+
+def _plan(
+    experiment: "Experiment",
+    axes: list[str],
+    trackers: str | None,
+    trials: str,
+    frames: str | None,
+    assignments: list[str],
+    seed: str,
+) -> "Plan":
+    from pftrack.runs.run import LONGEST_RUN
+    from pftrack.sweep import MOST_RUNS, Plan, parse_axis
+
+    return Plan(
+        experiment=experiment.id,
+        axes=tuple(parse_axis(experiment, text) for text in axes),
+        trackers=tuple(name.strip() for name in trackers.split(",")) if trackers is not None else (),
+        trials=whole("--trials", trials, 1, MOST_RUNS),
+        seed=whole("--seed", seed, 0, MAXIMUM_SEED),
+        frames=0 if frames is None else whole("--frames", frames, 1, LONGEST_RUN),
+        values=_values(experiment, assignments),
+    )
+
+
+def _values(experiment: "Experiment", assignments: list[str]) -> dict[str, Value]:
+    from pftrack.sweep import SweepError
+    from pftrack.sweep.axis import declared
+
+    values: dict[str, Value] = {}
+    model = type(experiment.simulate().parameters)
+    for assignment in assignments:
+        name, separator, text = assignment.partition("=")
+        if not (separator and name):
+            raise wrong_use(f"--set expected name=value, got {assignment!r}")
+        if name in values:
+            raise wrong_use(f"--set gives {name} twice")
+        if name != "tracker":
+            declared(experiment, name)
+        try:
+            values[name] = text if name == "tracker" else parse(model, name, text)
+        except ParameterError as error:
+            raise SweepError(str(error)) from None
+    return values
+
+
+def _place(resume: Path | None, out: Path | None) -> Path:
+    """Return where the result goes, after seeing that it can."""
+    if resume is not None:
+        return resume
+    if out is None:
+        raise wrong_use("--out FILE.parquet says where the result goes; it is needed unless --dry-run is given")
+    if out.suffix != ".parquet":
+        raise wrong_use(f"--out must end in .parquet, got {out.name!r}")
+    folder = out.absolute().parent
+    if not folder.is_dir():
+        raise CommandError(f"{out} cannot be written: there is no folder {folder}")
+    if not os.access(folder, os.W_OK):
+        raise CommandError(f"{out} cannot be written: its folder is read-only")
+    return out
+
+
+def _estimate(plan: "Plan", jobs: int, *, json: bool) -> None:
+    from pftrack.sweep import estimate
+
+    found = estimate(plan, jobs)
+    if json:
+        emit({"runs": found.runs, "cells": found.conditions, "seconds": found.seconds})
+    else:
+        typer.echo(
+            f"{found.runs:,} runs in {found.conditions:,} cells, about {_duration(found.seconds)} on {jobs} "
+            f"{'process' if jobs == 1 else 'processes'} ({1e3 * found.run_s:.3g} ms a run)"
+        )
+
+
+def _compute(plan: "Plan | None", out: Path, jobs: int, cluster: str | None, *, json: bool) -> None:
+    from pftrack.sweep import SweepStopped, carry_out, summary
+
+    begun = perf_counter()
+    with _stoppable() as stop, _bar(plan.experiment if plan else out.stem) as show:
+        try:
+            result = carry_out(plan, out, jobs=jobs, cluster=cluster, progress=show, stop=stop)
+        except SweepStopped:
+            done, total = show.seen
+            raise CommandError(
+                f"stopped with {done:,} of {total:,} runs computed; go on with pftrack sweep --resume {out}",
+                details={"runs": done, "of": total, "resume": str(out)},
+            ) from None
+    figures = {**summary(result), "seconds": perf_counter() - begun, "path": str(result.path)}
+    if json:
+        emit(figures)
+    else:
+        _print(result, float(figures["seconds"]))
+    if figures["problems"]:
+        note(f"pftrack: {figures['problems']:,} runs could not be computed; the column problem says why")
+
+
+def _print(result: "Result", seconds: float) -> None:
+    from pftrack.sweep import cells
+
+    rows = []
+    for name, found in cells(result).items():
+        rate = f"{found.rate[0, 0]:.3f}" if found.judged[0, 0] else ""
+        interval = f"{found.low[0, 0]:.3f} to {found.high[0, 0]:.3f}" if found.judged[0, 0] else ""
+        error = "" if isnan(found.mean_error[0, 0]) else f"{found.mean_error[0, 0]:.4g}"
+        rows.append((name, f"{found.runs[0, 0]:,}", rate, interval, error))
+    table("", ("tracker", "runs", "success", "95 % interval", "mean error"), rows)
+    typer.echo(f"\n{result.plan.runs:,} rows in {result.path}, {_duration(seconds)}")
+
+
+class _Shown:
+    """What the progress bar was told last, and how many lost workers were spoken of."""
+
+    def __init__(self, bar: Bar, title: str) -> None:
+        self.seen = 0, 0
+        self._bar, self._task = bar, bar.add_task(title, total=None, rate="", left="")
+        self._lost = 0
+
+    def __call__(self, progress: "Progress") -> None:
+        self.seen = progress.done, progress.runs
+        rate = f"{progress.rate:,.0f} runs/s" if progress.rate else "measuring"
+        left = "" if progress.seconds_left is None else f"{_duration(progress.seconds_left)} left"
+        self._bar.update(self._task, completed=progress.done, total=progress.runs, rate=rate, left=left)
+        if progress.lost_workers > self._lost:
+            self._lost = progress.lost_workers
+            note("pftrack: a worker was lost; its chunk is computed again")
+
+
+@contextmanager
+def _bar(title: str) -> Iterator[_Shown]:
+    console = Console(stderr=True)
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+    more = TextColumn("{task.fields[rate]}"), TextColumn("{task.fields[left]}")
+    with Bar(*columns, *more, console=console, transient=True, disable=not console.is_terminal) as bar:
+        yield _Shown(bar, title)
+
+
+@contextmanager
+def _stoppable() -> Iterator[Callable[[], bool]]:
+    """Let the first signal to stop be a request, which the sweep winds up for; a second one ends it at once."""
+    asked = threading.Event()
+    before: dict[int, Any] = {number: signal.getsignal(number) for number in SIGNALS}
+
+    def ask(number: int, _: object) -> None:
+        asked.set()
+        signal.signal(number, before[number] if number == signal.SIGINT else signal.SIG_DFL)
+
+    for number, handler in before.items():
+        if handler != signal.SIG_IGN:  # `nohup` and the background of a shell ask for that
+            signal.signal(number, ask)
+    try:
+        yield asked.is_set
+    finally:
+        for caught, handler in before.items():
+            signal.signal(caught, handler)
+
+
+def _level(text: str) -> float:
+    try:
+        level = float(text)
+    except ValueError:
+        level = 0.0
+    if not 0 < level < 1:
+        raise wrong_use(f"--level must be a number between 0 and 1, got {text!r}")
+    return level
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 99.5:
+        return f"{seconds:.1f} s" if seconds < 9.95 else f"{seconds:.0f} s"
+    if seconds < 99 * 60:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"

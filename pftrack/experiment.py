@@ -1,0 +1,244 @@
+"""What an experiment is: a named wiring of source, trackers, parameters, drawing and measure."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import Drawing
+from pftrack.frame import Frame
+from pftrack.parameters import Parameters, Value
+from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
+from pftrack.runs.diagnostics import Diagnostics, Series
+from pftrack.sources.points import Marks
+from pftrack.sources.recording import Box
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.source import Source
+from pftrack.sources.truth import BOXES, Truth, TruthKind
+from pftrack.trackers import Tracker
+
+__all__ = ["Draw", "Experiment", "Finder", "OnVideo", "Preset", "Setup", "Sighting", "Step"]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One frame of a run: what was seen, what is believed, and the numbers of both.
+
+    Attributes:
+        frame: What the source showed.
+        state: The tracker's posterior, of the kind that the experiment's trackers have.
+        diagnostics: The numbers.
+        parameters: In force in this frame.
+        tracker: Name of the tracker that took the step.
+    """
+
+    frame: Frame
+    state: Any
+    diagnostics: Diagnostics
+    parameters: Any
+    tracker: str
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A named starting point that shows something.
+
+    Attributes:
+        name: Name in addresses.
+        title: What it shows, a few words.
+        tracker: Name of the tracker.
+        parameters: Values that differ from the defaults.
+        seed: Of the run.
+    """
+
+    name: str
+    title: str
+    tracker: str
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A source wired for one experiment, with the defaults that suit it.
+
+    Attributes:
+        open_source: (seed, parameters of frame 0) -> source.
+        parameters: Defaults in force for this source; one flat model of scene and tracker.
+        reference: What a saved run needs to find the source again, JSON values only.
+    """
+
+    open_source: Callable[[int, Any], Source[Any]]
+    parameters: Parameters
+    reference: Mapping[str, Any]
+
+
+class Draw(Protocol):
+    """Draw a frame."""
+
+    def __call__(self, step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+        """Return what is to be seen.
+
+        Args:
+            step: The frame.
+            past: The run's diagnostics up to this frame, or further.
+            other: The diagnostics of the same frame in a second run, if there is one to compare with.
+        """
+
+
+class OnVideo(Protocol):
+    """Wire a recording for an experiment."""
+
+    def __call__(
+        self,
+        sequence: FrameSequence,
+        box: Box | None,
+        *,
+        start: int = 0,
+        truth: Truth | None = None,
+        points: Marks | None = None,
+    ) -> Setup:
+        """Return the setup of a recording.
+
+        Args:
+            sequence: The pictures.
+            box: Around the target in the picture `start`, px; None to have the target found, where that can be done.
+            start: Number of the picture to start at, or to look for the target from.
+            truth: By number of the picture, where it is known.
+            points: The target's features in the picture `start`, where a person has marked some.
+
+        Raises:
+            ValueError: The box, the points or the start is not within the recording, or there is no target in it.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """What came of looking for a target in one picture of a recording.
+
+    Attributes:
+        frame: Number of the picture.
+        points: The target's features, px, by name; none if it was not found.
+        placed: Names of the points that a model has placed rather than the picture shown.
+        remarks: What a person should look at, or why there is nothing, one sentence each.
+    """
+
+    frame: int
+    points: Marks = field(default_factory=dict)
+    placed: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def sure(self) -> bool:
+        """Whether the picture has shown some of the points."""
+        return len(self.placed) < len(self.points)
+
+
+class Search(Protocol):
+    """Look for a target through a recording."""
+
+    def __call__(self, sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
+        """Look into one picture after the other.
+
+        Args:
+            sequence: The pictures.
+            frames: Which of them, in this order. Only of the first is it said why there is nothing, since that takes
+                several times as long as looking.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Finder:
+    """How an experiment finds its target on a recording by itself.
+
+    Attributes:
+        frames: (first, last) -> numbers of the pictures to look into, as many as can be looked into in some seconds.
+        search: Look into pictures.
+        better: (sequence, sighting) -> one soon after it that is a better start, or the same.
+        within: (sequence, frame, box) -> the target in a box that a person has drawn, if need be all of it placed.
+        titles: What people call the features, by name.
+        links: Pairs of features between which a line helps the eye.
+        outline: How far a box around the target reaches, to end a sentence that begins "Draw a box".
+        advice: What a person who marks the features should know, a sentence.
+    """
+
+    frames: Callable[[int, int], Sequence[int]]
+    search: Search
+    better: Callable[[FrameSequence, Sighting], Sighting]
+    within: Callable[[FrameSequence, int, Box], Sighting]
+    titles: Mapping[str, str]
+    links: tuple[tuple[str, str], ...]
+    outline: str
+    advice: str
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A named, documented wiring.
+
+    Attributes:
+        id: Name in commands, addresses and files.
+        title: Name on the screen.
+        question: The question it answers, one sentence.
+        document: The document and section that it comes from.
+        description: What is to be seen, a few sentences.
+        unit: Of estimate and error: "px", "deg", or "" for a pure number.
+        trackers: By name, in the order in which they are shown.
+        default_tracker: Name of the one to begin with.
+        frames: Length of a simulated run.
+        presets: Starting points that show something.
+        layers: What can be drawn, and whether it is at first.
+        simulate: Wire the simulated scene.
+        draw: Draw a frame.
+        error: (estimates (..., d), true positions (..., d)) -> distances (...).
+        lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
+            makes sense.
+        on_video: Wire a recording, where the experiment takes one.
+        finder: How it finds its target on a recording by itself, where it does, so that no box is needed.
+        truth: The kind of truth that comes with a recording.
+        scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
+        series: (frame, state) -> what else to write down of it, by name.
+        report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
+        features: Names of the target's points, in the order in which series have one number for each.
+        target: What is tracked, one word.
+        plots: What is drawn of a run over its frames, in the order in which it is shown.
+        readings: What is written of the frame that is shown, in that order.
+    """
+
+    id: str
+    title: str
+    question: str
+    document: str
+    description: str
+    unit: str
+    trackers: Mapping[str, Tracker]
+    default_tracker: str
+    frames: int
+    presets: tuple[Preset, ...]
+    layers: Mapping[str, bool]
+    simulate: Callable[[], Setup]
+    draw: Draw
+    error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
+    lost: Callable[[Any, Any, Any], Any] | None = None
+    on_video: OnVideo | None = None
+    finder: Finder | None = None
+    truth: TruthKind = BOXES
+    scale: float = 1.0
+    series: Callable[[Frame, Any], Mapping[str, Series]] | None = None
+    report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
+    features: tuple[str, ...] = ()
+    target: str = "target"
+    plots: tuple[Plot, ...] = STANDARD_PLOTS
+    readings: tuple[Reading, ...] = STANDARD_READINGS
+
+    @property
+    def accepts_video(self) -> bool:
+        """Whether it can run on a recording."""
+        return self.on_video is not None
+
+    @property
+    def finds_target(self) -> bool:
+        """Whether it finds its target on a recording by itself."""
+        return self.finder is not None

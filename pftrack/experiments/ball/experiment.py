@@ -1,0 +1,225 @@
+"""Switching particle filters on a ball behind an occluder, among look-alikes (document 1, ch. 3).
+
+The question of the document: when the target is hidden, is it better to trust the prediction, the observation, or to
+switch between them? The scene is simulated, or any recording on which a person has drawn a box around the target.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
+from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiments.sketch import at_height, circle, particle_clouds, uncertainty
+from pftrack.filters.fixed_lag import smoothed
+from pftrack.likelihoods import chromaticity
+from pftrack.parameters import revise
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.sources.ball import BallSceneParameters, BallSource
+from pftrack.sources.points import Marks
+from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.truth import Truth
+from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.ball.step import TRACKERS
+
+__all__ = ["EXPERIMENT", "RecordedBallParameters", "SimulatedBallParameters"]
+
+TRAIL_FRAMES = 60
+FRAME_HEIGHT_PX = 3.0
+"""How far one frame of the past is lifted in the space-time view."""
+
+
+class SimulatedBallParameters(BallTrackerParameters, BallSceneParameters):
+    """The simulated scene and its trackers."""
+
+
+class RecordedBallParameters(BallTrackerParameters, RecordingParameters):
+    """A recording with an overlay, and its trackers."""
+
+
+def simulate() -> Setup:
+    """Wire the simulated scene with the document's values."""
+    return Setup(BallSource, SimulatedBallParameters(), {"kind": "simulated"})
+
+
+def on_video(
+    sequence: FrameSequence,
+    box: Box | None,
+    *,
+    start: int = 0,
+    truth: Truth | None = None,
+    points: Marks | None = None,
+) -> Setup:
+    """Wire a recording: the colour is fitted to the box, and lengths are scaled to it.
+
+    Real targets turn and stop, so velocity is kept for a few frames only; otherwise the particles of a hidden target
+    fly out of the picture and do not see it return. Real backgrounds differ more from the target than the document's
+    grey does, so the background level is lower. Both are starting values: every parameter is live.
+
+    Args:
+        sequence: The pictures.
+        box: Around the target in the picture `start`: x, y, width, height, px.
+        start: Number of the picture to start at.
+        truth: True boxes by number of the picture, where they are known.
+        points: A ball has none.
+
+    Raises:
+        ValueError: The box or the start is not within the recording, or the box is black.
+    """
+    if box is None or points:
+        raise ValueError("a target is tracked by its colour, so its box has to be given, and no points")
+    if not 0 <= start < sequence.frame_count:
+        raise ValueError(f"the start frame must be between 0 and {sequence.frame_count - 1}, got {start}")
+    check_box(box, sequence.size)
+    colour = chromaticity.fit(sequence.picture(start), box)
+    radius = min(max(box[2], box[3]) / 2, 200.0)
+    parameters = revise(
+        RecordedBallParameters(),
+        {
+            "sample_count": 2000,
+            "velocity_retention": 0.8,
+            "background_level": 0.02,
+            "gamma_px": radius,
+            "gamma_min_px": 0.8 * radius,
+            "gamma_max_px": 4 * radius,
+            "process_noise_px": max(0.4 * radius, 0.5),
+            "large_process_noise_px": max(radius, 1.0),
+            "colour_model": "chromaticity",
+            "target_red_share": colour.mean[0],
+            "target_green_share": colour.mean[1],
+            "red_spread": colour.spread[0],
+            "green_spread": colour.spread[1],
+            "distracter_colour": chromaticity.displayed(sequence.picture(start), box),
+        },
+    )
+
+    def open_source(seed: int, parameters: RecordedBallParameters) -> RecordingSource:
+        del seed, parameters
+        return RecordingSource(sequence, box, start, truth.at if truth else None)
+
+    reference = {
+        "kind": "recording",
+        "name": sequence.name,
+        "sha256": sequence.sha256,
+        "box": list(box),
+        "start": start,
+        "truth": {str(frame): list(known) for frame, known in truth.rows.items()} if truth else {},
+    }
+    return Setup(open_source, parameters, reference)
+
+
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw a frame: picture, particles, estimate, truth, uncertainty, the region of success and the path so far."""
+    image, state, row = step.frame.image_rgb, step.state, step.diagnostics
+    if image is None:
+        raise ValueError("a ball is drawn on a picture, got a signal")
+    height, width, _ = image.shape
+    target = step.frame.target
+    radius = target.size / 2 if target else step.parameters.gamma_px
+    path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
+    primitives: dict[str, Primitive] = {"picture": Picture(image)}
+    if state.particles is not None:
+        positions = state.particles.states[:, :2]
+        primitives |= particle_clouds(positions, state.particles, state.observation_count, max(width, height) / 160)
+    if target is not None:
+        primitives["truth"] = circle(target.position, radius, COLOURS["truth"], "truth")
+        gate = step.parameters.lost_radii * radius
+        primitives["gate"] = circle(target.position, gate, COLOURS["lost"], "region of success", dashed=True)
+    primitives["covariance"] = uncertainty(
+        state.estimate, state.posterior.covariance[:2, :2], COLOURS["estimate"], "uncertainty"
+    )
+    if other is not None:
+        # Longer, so that it is seen behind the estimate of this run.
+        primitives["second"] = _cross(np.array(other.estimate), 1.6 * radius, COLOURS["second"], "second run")
+    primitives["estimate"] = _cross(state.estimate, radius, COLOURS["estimate"], "estimate")
+    primitives["trail"] = Polyline(at_height(_estimates(path), 1.0), COLOURS["estimate"], 2.0, "trail")
+    heights = FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in path]))
+    primitives["space-time"] = Polyline(
+        at_height(_estimates(path), 1.0 + heights), COLOURS["estimate"], 3.0, "path through time"
+    )
+    known = [(past_row.truth, height) for past_row, height in zip(path, heights, strict=True) if past_row.truth]
+    if known:
+        truths = at_height(np.array([truth for truth, _ in known]), 1.0 + np.array([height for _, height in known]))
+        primitives["true space-time"] = Polyline(truths, COLOURS["truth"], 3.0, "path through time")
+    if state.lineage is not None and state.particles is not None:
+        ages = range(len(state.lineage.paths))
+        recalled = np.array([smoothed(state.lineage, state.particles, age) for age in ages])
+        primitives["smoothed"] = Polyline(at_height(recalled, 2.0), COLOURS["second"], 2.0, "smoothed path")
+    return Drawing(width, height, primitives, _caption(step))
+
+
+def _caption(step: Step) -> str:
+    row = step.diagnostics
+    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    if row.proposal != "none":
+        parts.append(f"{row.prediction_count} by prediction, {row.observation_count} by observation")
+    if row.error is not None:
+        parts.append(f"error {row.error:.1f} px" + (", lost" if row.lost else ""))
+    return " · ".join(parts)
+
+
+def _estimates(rows: Sequence[Diagnostics]) -> NDArray[np.float64]:
+    return np.array([row.estimate for row in rows])
+
+
+def _cross(position: NDArray[np.float64], radius: float, colour: Colour, layer: str) -> Links:
+    arm = max(radius, 4.0)
+    offsets = np.array([[[-arm, 0.0], [arm, 0.0]], [[0.0, -arm], [0.0, arm]]])
+    segments = np.full((2, 2, 3), 2.0, dtype=np.float32)
+    segments[:, :, :2] = position + offsets
+    return Links(segments, colour, 3.0, layer)
+
+
+def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+    off = estimates - truths
+    return np.hypot(off[..., 0], off[..., 1])
+
+
+def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
+    return errors > parameters.lost_radii * sizes / 2
+
+
+EXPERIMENT = Experiment(
+    id="ball",
+    title="Ball behind an occluder",
+    question="How wide may the pillar be before the tracker is lost?",
+    document="Switching particle filters, document 1, chapter 3",
+    description=(
+        "A ball swings behind a pillar, among discs of its own colour. A filter that trusts its prediction coasts "
+        "through the dark and may come out beside the ball; one that trusts the picture finds the ball again and may "
+        "find a look-alike instead. The switching filters decide by how sure they are."
+    ),
+    unit="px",
+    trackers=TRACKERS,
+    default_tracker="h-spf",
+    frames=240,
+    presets=(
+        Preset("works", "works", "h-spf"),
+        Preset("too-wide", "breaks: pillar too wide", "h-spf", {"occlusion_width_px": 100}),
+        Preset("look-alike", "breaks: look-alikes", "h-spf", {"distracter_radius_px": 18}),
+        Preset("few", "breaks: too few particles", "h-spf", {"sample_count": 40}),
+        Preset("prediction", "breaks: prediction only", "condensation"),
+    ),
+    layers={
+        "picture": True,
+        "particles by sampler": True,
+        "particles by weight": False,
+        "estimate": True,
+        "truth": True,
+        "uncertainty": True,
+        "region of success": False,
+        "trail": True,
+        "path through time": False,
+        "smoothed path": True,
+        "second run": True,
+    },
+    simulate=simulate,
+    on_video=on_video,
+    draw=draw,
+    error=_distance,
+    lost=_lost,
+    target="ball",
+)

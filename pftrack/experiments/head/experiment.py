@@ -1,0 +1,230 @@
+"""A driver's head, simulated or on any recording: its pose by eleven features (document 1, ch. 4 section 4).
+
+A feature that turns away or is covered no longer looks like its template; where it should be is then known only from
+the pose of the head, which is known from the other features. The adaptive sampling distribution learns for each feature
+how far to trust which.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
+from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiments.head.recording import on_video
+from pftrack.experiments.head.sketch import PlacedHead
+from pftrack.experiments.head.start import FINDER
+from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
+from pftrack.experiments.pose.sketch import (
+    beside,
+    camera,
+    feature_clouds,
+    feature_marks,
+    feature_names,
+    model_points,
+    pose_axes,
+    rimmed,
+    true_marks,
+)
+from pftrack.frame import Frame, Target
+from pftrack.geometry.face_model import FEATURES
+from pftrack.geometry.gaze import gaze
+from pftrack.geometry.rotation import wrapped
+from pftrack.runs.diagnostics import Diagnostics, Series
+from pftrack.sources.head import HeadSceneParameters, HeadSource
+from pftrack.sources.truth import POSES
+from pftrack.trackers.head.memory import HeadMemory
+from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.head.step import TRACKERS
+from pftrack.trackers.pose.state import PoseState
+
+__all__ = ["EXPERIMENT", "SimulatedHeadParameters"]
+
+AXES_MM = 50.0
+SAID_FOR_S = 1.0
+"""For how long it is said that a face was found again."""
+
+
+class SimulatedHeadParameters(HeadTrackerParameters, HeadSceneParameters):
+    """The simulated driver and its trackers."""
+
+
+def simulate() -> Setup:
+    """Wire the simulated driver with the document's values."""
+    return Setup(HeadSource, SimulatedHeadParameters(), {"kind": "simulated"})
+
+
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw a frame: picture, head, particles, features, where the head looks; the head in its true pose, in another's.
+
+    The head of a second run is drawn in its pose, but where this one is: how a head stands is what a row tells of it.
+    """
+    image, state = step.frame.image_rgb, step.state
+    memory: HeadMemory = state.memory
+    if image is None:
+        raise ValueError("a head is drawn on a picture, got a frame without one")
+    height, width, _ = image.shape
+    mark = max(width, height) / 250.0
+    primitives: dict[str, Primitive] = {"picture": Picture(image)}
+    head = PlacedHead(state, state.estimate)
+    if memory.lost:
+        primitives |= head.surface(COLOURS["lost"], 0.1)
+        primitives |= head.lines("head", COLOURS["lost"], 1.0, "head")
+    else:
+        primitives |= head.surface(COLOURS["estimate"], 0.18)
+        primitives |= head.lines("head", COLOURS["estimate"], 2.0, "head")
+    if other is not None:
+        second = PlacedHead(state, np.array(other.estimate) / EXPERIMENT.scale)
+        primitives |= second.lines("second", COLOURS["second"], 1.5, "second run", few=True)
+        primitives["second look"] = second.look(COLOURS["second"], 2.0, "second run")
+    if not memory.lost:
+        primitives |= feature_clouds(state, mark)
+        primitives |= model_points(state, mark)
+        primitives |= feature_marks(state, FEATURES)
+        names = beside(state.feature_means, memory.model.points_mm[:, :2], height)
+        primitives |= feature_names(state, FEATURES, names)
+        primitives["look"] = head.look(COLOURS["estimate"], 3.0, "viewing direction")
+        primitives |= pose_axes(state, memory.turn @ memory.model["nose"], AXES_MM)
+    if step.frame.target is not None:
+        primitives |= _truth(state, step.frame.target, mark)
+    primitives |= camera(state, (width, height))
+    return Drawing(width, height, primitives, _caption(step, past))
+
+
+def _truth(state: PoseState, target: Target, size: float) -> dict[str, Primitive]:
+    """Draw the head in its true pose, and its features where they truly are."""
+    head = PlacedHead(state, target.position, _apart(state, target))
+    lines = {**head.lines("true", COLOURS["truth"], 1.0, "truth", few=True)}
+    lines["true look"] = head.look(COLOURS["truth"], 1.0, "truth")
+    drawn: dict[str, Primitive] = {}
+    for name, line in lines.items():
+        drawn |= rimmed(name, line)
+    return drawn if target.landmarks is None else drawn | true_marks(target.landmarks, size)
+
+
+def _apart(state: PoseState, target: Target) -> NDArray[np.float64]:
+    """Return how far the true head is from the believed one in the picture, (2,) px, where that is known."""
+    if target.landmarks is None:
+        return np.zeros(2)
+    off = target.landmarks.points_px - state.seen(state.solid.points_mm, target.position)
+    mean: NDArray[np.float64] = off.mean(axis=0)
+    return mean
+
+
+def _caption(step: Step, past: Sequence[Diagnostics]) -> str:
+    row, memory = step.diagnostics, step.state.memory
+    yaw, pitch, roll = np.rad2deg(gaze(step.state.estimate))
+    parts = [f"frame {row.frame}"]
+    if memory.lost:
+        frames = f"{memory.lost_frames} frame" + ("s" if memory.lost_frames > 1 else "")
+        parts.append(f"no face for {frames}, looking for it")
+    else:
+        parts.append(f"yaw {round(yaw)}°, pitch {round(pitch)}°, roll {round(roll)}°")
+        if _found_again(row, past):
+            parts.append("face found again")
+    if row.error is not None:
+        parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
+    return " · ".join([*parts, TRACKERS[step.tracker].title])
+
+
+def _found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:
+    """Whether there is a face that was lost a moment ago."""
+    for before in reversed(past[: row.frame]):
+        if row.time_s - before.time_s > SAID_FOR_S:
+            return False
+        if before.series["face"] == 0.0:
+            return True
+    return False
+
+
+def series(frame: Frame, state: PoseState) -> Mapping[str, Series]:
+    """Return the series of a pose, and how well the features are recognised, and whether there is a face."""
+    memory: HeadMemory = state.memory
+    return {
+        **pose_series(frame, state),
+        "correlation": tuple(memory.correlations.tolist()),
+        "face": 0.0 if memory.lost else 1.0,
+    }
+
+
+def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
+    """Say of a whole run how the head turned, how often it was tracked, and how far from the truth, if that is known.
+
+    The errors are those of yaw, pitch and roll after both the estimate and the truth have been taken relative to the
+    first frame whose truth is known. A frame counts as tracked if there is a face and it is not known to be lost.
+    """
+    found = {name: [row.series[f"{name}_deg"] for row in rows] for name in ("yaw", "pitch", "roll")}
+    said: dict[str, Any] = {f"{name}_deg": values for name, values in found.items()}
+    said["tracked_share"] = float(np.mean([row.series["face"] == 1.0 and not row.lost for row in rows]))
+    labelled = np.array([row.truth is not None for row in rows])
+    said["mean_abs_error_deg"] = None
+    if labelled.any():
+        errors = {}
+        for name, values in found.items():
+            truth = np.array([row.series[f"{name}_deg_true"] for row in rows])
+            off = (np.array(values) - truth)[labelled]
+            errors[name] = float(np.abs(np.rad2deg(wrapped(np.deg2rad(off - off[0])))).mean())
+        said["mean_abs_error_deg"] = errors
+    return said
+
+
+def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
+    del sizes
+    return errors > parameters.lost_deg
+
+
+EXPERIMENT = Experiment(
+    id="head",
+    title="Pose of a head",
+    question="Which way does the driver look, and can one be sure when half of the face is hidden?",
+    document="Adaptive sampling distribution, document 1, chapter 4",
+    description=(
+        "Eleven features of a face are tracked by templates of the first frame; the pose of the head comes from all of "
+        "them. Each feature's particles come from two predictions, the head's and its own past, and alpha is the share "
+        "of the first. On a recording the face is found by itself; its focal length is not known and taken to be the "
+        "picture's width. The Rao-Blackwellised filter (RB-PF) is slow: it compares templates for thousands of "
+        "particles of all features at once."
+    ),
+    unit="deg",
+    trackers=TRACKERS,
+    default_tracker="pf-asd",
+    frames=900,
+    presets=(
+        Preset("works", "works", "pf-asd"),
+        Preset("personal", "works: the driver's own face model", "pf-asd", {"face_model": "personal"}),
+        Preset("sunglasses", "works: sunglasses", "pf-asd", {"sunglasses": True}),
+        Preset("faster", "works: a faster head", "pf-asd", {"speed": 2}),
+        Preset("solid", "breaks: a faster head, solid only", "alpha-1", {"speed": 2}),
+        Preset("features", "worse: a faster head, features only", "alpha-0", {"speed": 2}),
+        Preset("few", "breaks: too few particles", "pf-asd", {"sample_count": 8}),
+    ),
+    layers={
+        "picture": True,
+        "head": True,
+        "particles by prediction": True,
+        "features": True,
+        "model points": True,
+        "names": False,
+        "viewing direction": True,
+        "axes": True,
+        "truth": True,
+        "second run": True,
+        "camera": True,
+    },
+    simulate=simulate,
+    draw=draw,
+    error=mean_error_deg,
+    lost=_lost,
+    on_video=on_video,
+    finder=FINDER,
+    truth=POSES,
+    scale=float(np.rad2deg(1.0)),
+    series=series,
+    report=report,
+    features=FEATURES,
+    target="face",
+    plots=POSE_PLOTS,
+    readings=POSE_READINGS,
+)

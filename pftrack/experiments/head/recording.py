@@ -1,0 +1,153 @@
+"""A recording of a face, wired for tracking its pose.
+
+The face is found by detection, unless a person has drawn a box around it or marked its features. Nothing is known of
+the camera or the person: the focal length is taken to be the picture's width, and the face to be the mean one, or on
+request the mean one stretched over the features of the first picture. All lengths in px follow the size of the face, so
+that a large picture of a face is tracked as a small one is, and what may happen between two pictures follows the time
+between them.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.detection.face import in_box
+from pftrack.experiment import Setup
+from pftrack.experiments.head.start import first_face
+from pftrack.frame import Landmarks, Target
+from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
+from pftrack.likelihoods.template import EYE_DISTANCE_PX, luma
+from pftrack.parameters import revise
+from pftrack.sources.points import Marks
+from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.truth import PoseTable, Truth
+from pftrack.trackers.head.memory import around, eye_distance
+from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.head.step import camera_of
+
+__all__ = ["RecordedHeadParameters", "on_video"]
+
+FRAME_RATE_HZ = 30.0
+"""Of the document's pictures, for which its noise of motion was chosen."""
+
+
+class RecordedHeadParameters(HeadTrackerParameters, RecordingParameters):
+    """A recording with an overlay, and its trackers."""
+
+
+def on_video(
+    sequence: FrameSequence,
+    box: Box | None,
+    *,
+    start: int = 0,
+    truth: Truth | None = None,
+    points: Marks | None = None,
+) -> Setup:
+    """Wire a recording.
+
+    Args:
+        sequence: The pictures.
+        box: Around the face in the picture `start`, px; None to have it found.
+        start: Number of the picture to start at; if the face has to be found, to look for it from.
+        truth: True poses by number of the picture, where they are known.
+        points: Features in the picture `start`, px, at least two, by their names; the others are placed by the model.
+
+    Raises:
+        ValueError: The box, a point or the start is not within the recording, a point is unknown, or there is no face.
+    """
+    if not 0 <= start < sequence.frame_count:
+        raise ValueError(f"the start frame must be between 0 and {sequence.frame_count - 1}, got {start}")
+    if box is not None:
+        check_box(box, sequence.size)
+    if points:
+        first, found = start, place(mean_model(), points)
+        for name, position in points.items():
+            found[FEATURES.index(name)] = position
+    elif box is not None:
+        first, found = start, in_box(luma(sequence.picture(start)), box).points_px
+    else:
+        first, found = first_face(sequence, start)
+    _check_points(found, sequence.size)
+    size = eye_distance(found) / EYE_DISTANCE_PX
+    if size <= 0.0:
+        raise ValueError("the two eyes must be marked at different places")
+    camera_of(mean_model(), found)
+    target = _target(found)
+    known = _relative(truth, first, sequence.frame_count)
+
+    def open_source(seed: int, parameters: RecordedHeadParameters) -> RecordingSource:
+        del seed, parameters
+        return RecordingSource(
+            sequence, _clipped(found, sequence.size), first, known.at if known else None, start=target
+        )
+
+    return Setup(open_source, _parameters(size, sequence.frame_rate_hz), _reference(sequence, first, found, truth))
+
+
+def _parameters(size: float, frame_rate_hz: float) -> RecordedHeadParameters:
+    """Return the defaults for a face of this size, relative to the document's."""
+    motion = size * min(max(FRAME_RATE_HZ / frame_rate_hz, 0.5), 3.0)
+    return revise(
+        RecordedHeadParameters(),
+        {
+            "focal_widths": 1.0,
+            "feature_noise_px": min(max(5.0 * motion, 0.5), 50.0),
+            "sd_floor_px": min(max(0.5 * size, 0.2), 20.0),
+            "initial_sd_px": min(max(size, 0.2), 50.0),
+            "camera_noise": min(max(motion, 0.05), 20.0),
+            "find_again": True,
+        },
+    )
+
+
+def _reference(
+    sequence: FrameSequence, first: int, found: NDArray[np.float64], truth: Truth | None
+) -> dict[str, object]:
+    """Return what finds the same recording and the same face again, without looking for it."""
+    return {
+        "kind": "recording",
+        "name": sequence.name,
+        "sha256": sequence.sha256,
+        "box": list(_clipped(found, sequence.size)),
+        "points": {name: place.tolist() for name, place in zip(FEATURES, found, strict=True)},
+        "start": first,
+        "truth": {str(frame): list(known) for frame, known in truth.rows.items()} if truth else {},
+    }
+
+
+def _check_points(points: NDArray[np.float64], size: tuple[int, int]) -> None:
+    for name, (x, y) in zip(FEATURES, points, strict=True):
+        if not (-0.5 <= x < size[0] - 0.5 and -0.5 <= y < size[1] - 0.5):
+            raise ValueError(
+                f"all features must lie within the picture of {size[0]} x {size[1]} px, got {name} at {x:.1f}, {y:.1f}"
+            )
+
+
+def _target(points: NDArray[np.float64]) -> Target:
+    """Return the face in the first picture, with the mean face stretched over its features as its own."""
+    model = mean_model().points_mm
+    flat = fit_similarity(points, model[:, :2])(points)
+    own = FaceModel(np.column_stack([flat, model[:, 2]])).points_mm
+    landmarks = Landmarks(points, np.ones(len(points), np.bool_), own, FEATURES)
+    return Target(np.zeros(3), float(np.ptp(points, axis=0).max()), landmarks=landmarks)
+
+
+def _relative(truth: Truth | None, first: int, count: int) -> PoseTable | None:
+    """Return the truth less that of the first picture used, or of the first later one that has any."""
+    if truth is None:
+        return None
+    if not isinstance(truth, PoseTable):
+        raise ValueError(  # noqa: TRY004 - a person has given it
+            "expected the truth of a head as a table of poses, got a table of boxes"
+        )
+    zero = min((frame for frame in truth.poses if first <= frame < count), default=None)
+    return replace(truth, zero=zero)
+
+
+def _clipped(points: NDArray[np.float64], size: tuple[int, int]) -> Box:
+    """Return the box around a face, cut to the picture."""
+    x, y, w, h = around(points)
+    left, top = min(max(x, 0.0), size[0] - 1.0), min(max(y, 0.0), size[1] - 1.0)
+    return left, top, max(min(x + w, size[0]) - left, 1.0), max(min(y + h, size[1]) - top, 1.0)

@@ -1,0 +1,128 @@
+"""Where a face is when a recording of it begins: found by looking through the pictures, or in a box around it.
+
+Only so many pictures are looked into, however long the recording is: the first ones one by one, since most recordings
+begin with the face, and the others spread evenly, since who enters late stays for a while.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
+from pftrack.experiment import Finder, Sighting
+from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
+from pftrack.likelihoods.template import luma
+from pftrack.sources.points import Marks
+from pftrack.sources.recording import Box, check_box
+from pftrack.sources.sequence import FrameSequence
+
+__all__ = ["FINDER", "first_face"]
+
+CLOSELY_SEARCHED, THEN_EVERY = 50, 5
+"""So many pictures are looked at one by one for a first face, and of later ones at most every so-many-th."""
+
+LOOKS_A_SECOND = 10
+"""Pictures that are looked at for a face from the front, within a second of the first one from the side."""
+
+MOST_SEARCHED = 200
+"""Pictures in all, of 0.1 s each."""
+
+
+def frames_to_search(first: int, last: int) -> Sequence[int]:
+    """Return the numbers of the pictures to look for a first face in.
+
+    Args:
+        first: Number of the first picture.
+        last: Number of the last picture.
+    """
+    near = range(first, min(first + CLOSELY_SEARCHED, last + 1))
+    rest = last + 1 - near.stop
+    every = max(THEN_EVERY, -(-rest // (MOST_SEARCHED - CLOSELY_SEARCHED)))
+    return [*near, *range(near.stop, last + 1, every)]
+
+
+def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
+    """Look for a face into one picture after the other; of the first it is said why there is none."""
+    for place, frame in enumerate(frames):
+        grey = luma(sequence.picture(frame))
+        if place == 0 or spot(grey) is not None:
+            try:
+                yield _sighting(frame, detect(grey))
+            except FaceError as error:
+                yield Sighting(frame, remarks=(str(error),))
+        else:
+            yield Sighting(frame)
+
+
+def better(sequence: FrameSequence, first: Sighting) -> Sighting:
+    """Return the first face within a second of a sighting that looks into the camera; the sighting, if none does.
+
+    A pose is relative to the picture at which it begins, and the points of that are those of a face from the front.
+    """
+    last = min(first.frame + round(sequence.frame_rate_hz), sequence.frame_count - 1)
+    for frame in range(first.frame, last + 1, max(1, round(sequence.frame_rate_hz / LOOKS_A_SECOND))):
+        grey = luma(sequence.picture(frame))
+        face = spot(grey)
+        if face is not None and not face.aside:
+            if frame == first.frame:
+                break
+            found = _sighting(frame, detect(grey))
+            return replace(found, remarks=(f"in frame {first.frame} the face looks aside", *found.remarks))
+    return first
+
+
+def within(sequence: FrameSequence, frame: int, box: Box) -> Sighting:
+    """Return the face in a box that a person has drawn; if none is recognised there, a mean face that fills it.
+
+    Raises:
+        ValueError: The box is not within the picture.
+    """
+    check_box(box, sequence.size)
+    try:
+        return _sighting(frame, in_box(luma(sequence.picture(frame)), box))
+    except FaceError:
+        points = _marks(by_proportion(box).clip(0.0, np.array(sequence.size) - 1.0))
+        remark = "no face was recognised in the box; drag the points of a mean face to where they belong"
+        return Sighting(frame, points, FEATURES, (remark,))
+
+
+def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.float64]]:
+    """Return the number of the first picture with a face from one on, and its features (11, 2) px.
+
+    It is the first one, or a better start soon after it.
+
+    Raises:
+        FaceError: There is none; it says what is wrong with the picture `start`.
+    """
+    refused = "expected a face with two eyes, found none"
+    for sighting in search(sequence, frames_to_search(start, sequence.frame_count - 1)):
+        if sighting.sure:
+            found = better(sequence, sighting)
+            return found.frame, np.array([found.points[name] for name in FEATURES])
+        if sighting.frame == start and not sighting.points:
+            refused = sighting.remarks[0]
+    raise FaceError("no face", f"{refused}; mark its features or its box")
+
+
+def _sighting(frame: int, face: DetectedFace) -> Sighting:
+    aside = "the face looks aside; a picture in which it looks into the camera is a better start"
+    remarks = (*face.warnings, aside) if face.eyes_seen == 2 and face.aside else face.warnings
+    return Sighting(frame, _marks(face.points_px), face.placed, remarks)
+
+
+def _marks(points: NDArray[np.float64]) -> Marks:
+    return {name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, points, strict=True)}
+
+
+FINDER = Finder(
+    frames_to_search,
+    search,
+    better,
+    within,
+    TITLES,
+    LINKS,
+    outline="from the hair to the chin and from ear to ear",
+    advice="Left and right are the person's own.",
+)

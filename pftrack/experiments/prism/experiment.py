@@ -1,0 +1,180 @@
+"""The turning prism: which prediction to trust when vertices hide (document 1, ch. 4 section 3.3).
+
+Eight vertices of a solid are measured, the hidden ones wildly. The solid's pose predicts where each should be, and so
+does each vertex's own past; the adaptive sampling distribution learns which of the two is right, vertex by vertex.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
+from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
+from pftrack.experiments.pose.sketch import (
+    beside,
+    camera,
+    dashes,
+    feature_clouds,
+    feature_marks,
+    feature_names,
+    model_points,
+    pose_axes,
+    true_marks,
+)
+from pftrack.experiments.sketch import at_height
+from pftrack.geometry.camera import pinhole
+from pftrack.geometry.rotation import rotation
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.sources.prism import (
+    FACES,
+    FRAMES,
+    NAMES,
+    PRINCIPAL_PX,
+    SIZE_PX,
+    VERTICES_MM,
+    PrismSource,
+    PrismTarget,
+    visible_faces,
+)
+from pftrack.trackers.pose.state import PoseState
+from pftrack.trackers.prism import TRACKERS, TrackedPrismParameters
+
+__all__ = ["EXPERIMENT"]
+
+Placed: TypeAlias = tuple[NDArray[np.float64], NDArray[np.bool_]]
+"""Corners (8, 3) px, and which faces (6,) are seen."""
+
+EDGES = sorted({tuple(sorted(pair)) for face in FACES for pair in zip(face, (*face[1:], face[0]), strict=True)})
+SEEN_BY = np.array([[{a, b} <= set(face) for face in FACES] for a, b in EDGES])
+"""(12, 6) which edges belong to which faces."""
+
+AXES_MM = 8.0
+TICK = np.array([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]], dtype=np.float32)
+"""The ends of the mark of a measurement, px around it."""
+
+
+def simulate() -> Setup:
+    """Wire the prism with the document's values."""
+    return Setup(PrismSource, TrackedPrismParameters(), {"kind": "simulated"})
+
+
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw a frame: the solid as estimated, as another run has it and as it is, hidden edges dashed; its features.
+
+    The solid of a second run is drawn in its pose, but where this one is: the pose is what a row tells of it.
+    """
+    del past
+    frame, state, row = step.frame, step.state, step.diagnostics
+    width, height = SIZE_PX
+    primitives: dict[str, Primitive] = {"picture": Picture(_paper())}
+    if frame.measurements is not None:
+        points = at_height(frame.measurements.points_px, 1.0)
+        primitives["measurements"] = Links(points[:, None] + TICK, COLOURS["hidden"], 2.0, "measurements")
+    primitives |= feature_clouds(state, 3.0)
+    primitives |= _edges("estimated", _placed(state, state.estimate), COLOURS["estimate"], 3.0, "estimate")
+    if other is not None:
+        theta = np.array(other.estimate) / EXPERIMENT.scale
+        primitives |= _edges("second", _placed(state, theta), COLOURS["second"], 1.5, "second run")
+    target = frame.target
+    if isinstance(target, PrismTarget):
+        primitives |= _edges("true", _true(state, target), COLOURS["truth"], 1.0, "truth")
+    primitives |= model_points(state, 4.0)
+    primitives |= feature_marks(state, NAMES)
+    primitives |= feature_names(state, NAMES, beside(state.seen(VERTICES_MM), VERTICES_MM[:, :2], height))
+    if target is not None and target.landmarks is not None:
+        primitives |= true_marks(target.landmarks, 3.0)
+    primitives |= pose_axes(state, np.zeros(3), AXES_MM)
+    primitives |= camera(state, SIZE_PX)
+    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    if row.error is not None:
+        parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
+    return Drawing(width, height, primitives, " · ".join(parts))
+
+
+def _placed(state: PoseState, theta: NDArray[np.float64]) -> Placed:
+    """Return the solid where it is believed to be, at these angles."""
+    return state.drawn(VERTICES_MM, theta), visible_faces(theta, state.translation_mm)
+
+
+def _true(state: PoseState, target: PrismTarget) -> Placed:
+    """Return the solid where it is, over the same picture."""
+    placed = VERTICES_MM @ rotation(target.position).T + target.translation_mm
+    pixels = pinhole(placed, state.solid.focal_px) + PRINCIPAL_PX
+    seen = visible_faces(target.position, target.translation_mm)
+    return np.column_stack([pixels, state.height(placed[:, 2])]), seen
+
+
+def _edges(name: str, placed: Placed, colour: Colour, width: float, layer: str) -> dict[str, Primitive]:
+    """Draw a prism's edges, those between two hidden faces dashed."""
+    corners, seen = placed
+    edges = corners[np.array(EDGES)].astype(np.float32)
+    front = (SEEN_BY & seen).any(axis=1)
+    return {
+        f"{name} edges": Links(edges[front], colour, width, layer),
+        f"{name} hidden edges": dashes(edges[~front], colour, width, layer),
+    }
+
+
+@cache
+def _paper() -> NDArray[np.uint8]:
+    paper = np.full((SIZE_PX[1], SIZE_PX[0], 3), 255, dtype=np.uint8)
+    paper.flags.writeable = False
+    return paper
+
+
+def _lost(errors: NDArray[np.float64], sizes: NDArray[np.float64], parameters: TrackedPrismParameters) -> object:
+    del sizes
+    return errors > parameters.lost_deg
+
+
+EXPERIMENT = Experiment(
+    id="prism",
+    title="Turning prism",
+    question="When a corner hides, should the tracker trust the solid or the corner's own past?",
+    document="Adaptive sampling distribution, document 1, chapter 4",
+    description=(
+        "Eight corners of a prism are measured, the hidden ones with a hundred times the noise. Each corner's "
+        "particles come from two predictions, the solid's and its own; alpha is the share of the first. It rises while "
+        "a corner is hidden and falls when the solid's affine camera is wrong. The Rao-Blackwellised filter (RB-PF) "
+        "is slow: it takes as many as 25,000 particles of all corners at once."
+    ),
+    unit="deg",
+    trackers=TRACKERS,
+    default_tracker="pf-asd",
+    frames=FRAMES,
+    presets=(
+        Preset("works", "works", "pf-asd"),
+        Preset("pinhole", "works: the right camera", "pf-asd", {"upper_layer": "perspective"}),
+        Preset("solid", "worse: solid only", "alpha-1"),
+        Preset("features", "worse: corners only", "alpha-0"),
+        Preset("noise", "breaks: every corner noisy", "pf-asd", {"noise_px": 40}),
+        Preset("few", "breaks: corners only, few particles", "alpha-0", {"sample_count": 6}),
+    ),
+    layers={
+        "picture": True,
+        "particles by prediction": True,
+        "estimate": True,
+        "truth": True,
+        "features": True,
+        "model points": True,
+        "names": True,
+        "axes": False,
+        "measurements": True,
+        "second run": True,
+        "camera": True,
+    },
+    simulate=simulate,
+    draw=draw,
+    error=mean_error_deg,
+    lost=_lost,
+    scale=float(np.rad2deg(1.0)),
+    series=pose_series,
+    features=NAMES,
+    target="prism",
+    plots=POSE_PLOTS,
+    readings=POSE_READINGS,
+)

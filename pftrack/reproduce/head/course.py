@@ -1,0 +1,161 @@
+"""Courses of the simulated driver's head, and what is measured of them.
+
+The document's protocol: the same video again and again, and only the tracker's random numbers differ (specification
+14.5). So one picture is drawn and given to all trials before the next is drawn. The trackers are those of the
+experiment `head`, with templates of exactly the document's sizes. Errors are mean absolute errors of the angles,
+wrapped, over all frames after the first.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.frame import Frame
+from pftrack.geometry.face_model import fit_similarity, mean_model, person
+from pftrack.geometry.rotation import wrapped
+from pftrack.likelihoods.template import EYE_DISTANCE_PX
+from pftrack.parameters import revise
+from pftrack.random import Purpose, Stream
+from pftrack.sources.head import HeadSceneParameters, HeadSource
+from pftrack.sources.head.motion import SCRIPT_FRAMES
+from pftrack.sources.source import History
+from pftrack.trackers.head import step as head
+from pftrack.trackers.head.memory import eye_distance
+from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.pose.methods import Method
+
+__all__ = ["Course", "Drive", "Model", "Trial", "distance_mm", "drive"]
+
+Model: TypeAlias = Literal["mean", "individual"]
+"""Which face is assumed: the mean of other people, or the driver's own."""
+
+VIDEO_SEED = 0
+TURNED_DEG = 20.0
+"""The head counts as turned with an axis beyond this (fig. 4.15)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """What is run on a video.
+
+    Attributes:
+        method: How to track.
+        model: The face that is assumed.
+        seed: Of the tracker.
+    """
+
+    method: Method
+    model: Model
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A video and all that is run on it.
+
+    Attributes:
+        driver: The person's seed.
+        trials: What is run.
+        frames: How many the script of motions is given; with fewer the head is faster.
+    """
+
+    driver: int
+    trials: tuple[Trial, ...]
+    frames: int = SCRIPT_FRAMES
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What was measured in a trial.
+
+    Attributes:
+        trial: What was run.
+        errors_deg: (3,) mean absolute error of nod, turn and roll.
+        feature_px: Mean distance of the features from the truth.
+        ratios: (frames - 1, 11) alpha by which each feature's particles were drawn.
+        turned: (frames - 1,) whether the head was turned.
+    """
+
+    trial: Trial
+    errors_deg: NDArray[np.float64]
+    feature_px: float
+    ratios: NDArray[np.float64]
+    turned: NDArray[np.bool_]
+
+    @property
+    def error_deg(self) -> float:
+        """Mean of the three angles' errors."""
+        return float(self.errors_deg.mean())
+
+
+def drive(work: Drive) -> list[Course]:
+    """Show the video once, to all trials at the same time, and measure."""
+    scene = revise(HeadSceneParameters(), {"person": work.driver, "speed": SCRIPT_FRAMES / work.frames})
+    source, history = HeadSource(VIDEO_SEED, scene), History(((0, scene),))
+    first = source.frame(0, history)
+    runs = [_Run(trial, source, first) for trial in work.trials]
+    angles = []
+    for index in range(1, work.frames):
+        frame = source.frame(index, history)
+        angles.append(_angles(frame))
+        for run in runs:
+            run.step(frame)
+    turned = np.rad2deg(np.abs(angles)).max(axis=1) > TURNED_DEG
+    return [run.course(turned) for run in runs]
+
+
+def distance_mm(driver: int) -> float:
+    """Return how far a driver's points are from the mean model's after alignment, root mean square, mm."""
+    own, mean = person(driver).points_mm, mean_model().points_mm
+    apart = fit_similarity(own, mean)(own) - mean
+    return float(np.sqrt(np.square(apart).sum(axis=1).mean()))
+
+
+class _Run:
+    """A trial under way."""
+
+    def __init__(self, trial: Trial, source: HeadSource, first: Frame) -> None:
+        landmarks = source.start.landmarks
+        if landmarks is None:
+            raise RuntimeError("the simulated head knows its features")
+        self._trial = trial
+        self._parameters = revise(
+            HeadTrackerParameters(),
+            {
+                "face_model": "mean" if trial.model == "mean" else "personal",
+                "template_scale": EYE_DISTANCE_PX / eye_distance(landmarks.points_px),
+            },
+        )
+        start = Stream(trial.seed, 0, Purpose.START)
+        self._state = head.start(trial.method, source.start, first, self._parameters, start)
+        self._errors: list[NDArray[np.float64]] = []
+        self._distances_px: list[float] = []
+        self._ratios: list[NDArray[np.float64]] = []
+
+    def step(self, frame: Frame) -> None:
+        """Take a picture and note how far off the tracker is."""
+        self._ratios.append(self._state.ratios)
+        rng = Stream(self._trial.seed, frame.index, Purpose.TRACK)
+        self._state = head.step(self._trial.method, self._state, frame, self._parameters, rng)
+        self._errors.append(np.abs(wrapped(self._state.estimate - _angles(frame))))
+        apart = self._state.feature_means - _features_px(frame)
+        self._distances_px.append(float(np.hypot(*apart.T).mean()))
+
+    def course(self, turned: NDArray[np.bool_]) -> Course:
+        """Return what was measured."""
+        errors = np.rad2deg(np.mean(self._errors, axis=0))
+        return Course(self._trial, errors, float(np.mean(self._distances_px)), np.array(self._ratios), turned)
+
+
+def _angles(frame: Frame) -> NDArray[np.float64]:
+    if frame.target is None:
+        raise RuntimeError("the simulated head knows its pose")
+    return frame.target.position
+
+
+def _features_px(frame: Frame) -> NDArray[np.float64]:
+    if frame.target is None or frame.target.landmarks is None:
+        raise RuntimeError("the simulated head knows its features")
+    return frame.target.landmarks.points_px

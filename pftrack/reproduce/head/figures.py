@@ -1,0 +1,77 @@
+"""The figures of the head: alpha of every feature over the drive (4.15), and success over the threshold (4.16)."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pftrack.geometry.face_model import FEATURES, TITLES
+from pftrack.reproduce.head.course import Course, Model
+from pftrack.reproduce.head.curves import AXES, success_rates
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw"]
+
+COLOURS: dict[Model, str] = {"individual": "#0072b2", "mean": "#e69f00"}
+NAMES: dict[Model, str] = {"individual": "the driver's own face", "mean": "mean face of other people"}
+MOST_DEG = 4.0
+HIDDEN = {"color": "#808080", "alpha": 0.2, "linewidth": 0}
+
+
+def draw(by_model: dict[Model, list[Course]]) -> "dict[str, Figure]":
+    """Return the figures by name, given the trials of one driver with the mixture, by face model."""
+    return {
+        "figure-4.15-alpha": alpha_over_time(by_model["mean"]),
+        "figure-4.16-success-by-threshold": success_by_threshold(by_model),
+    }
+
+
+def alpha_over_time(courses: list[Course]) -> "Figure":
+    """Draw alpha of each feature, the mean of all trials, shaded where the head is turned."""
+    # Drawing loads much that computing does not need, in every process of the pool.
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    ratios = np.mean([course.ratios for course in courses], axis=0)
+    frames = np.arange(1, len(ratios) + 1)
+    figure = Figure(figsize=(9.6, 6.0), layout="constrained")
+    panels = figure.subplots(4, 3, sharex=True, sharey=True)
+    for panel, name, values in zip(panels.flat, FEATURES, ratios.T, strict=False):
+        panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
+        panel.plot(frames, values, color=COLOURS["individual"], linewidth=0.8)
+        panel.set_title(TITLES[name].capitalize(), fontsize=9)
+    panels[3, 2].set_visible(False)
+    panels[2, 2].tick_params(labelbottom=True)
+    _plain(panels.flat)
+    figure.supxlabel("Frame", fontsize=10)
+    figure.supylabel("alpha, share of the head's prediction", fontsize=10)
+    figure.suptitle("Alpha of each feature; shaded where the head is turned by more than 20°", fontsize=11)
+    return figure
+
+
+def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
+    """Draw the success of each axis over the threshold, of both face models."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    thresholds = np.linspace(0.0, MOST_DEG, 401)
+    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+    panels = figure.subplots(1, len(AXES), sharey=True)
+    for axis, (panel, name) in enumerate(zip(panels, AXES, strict=True)):
+        for model, colour in COLOURS.items():
+            rates = success_rates(by_model[model], axis, thresholds)
+            panel.plot(thresholds, rates, color=colour, linewidth=1.5, label=NAMES[model])
+        panel.set_title(name.capitalize(), fontsize=10)
+        panel.set_xlabel("Threshold of the mean error, °")
+    panels[0].set_ylabel("Success rate")
+    panels[0].set_ylim(-0.02, 1.02)
+    _plain(panels)
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=2, frameon=False)
+    figure.suptitle(f"Trials below a threshold, PF-ASD, {len(by_model['mean'])} trials", fontsize=11)
+    return figure
+
+
+def _plain(panels: "object") -> None:
+    for panel in panels:  # type: ignore[attr-defined]
+        panel.grid(color="#e5e5e5", linewidth=0.6)
+        panel.spines[["top", "right"]].set_visible(False)

@@ -1,0 +1,260 @@
+"""The driver's head: document 1, ch. 4 section 4, on the simulated head of specification 9.
+
+Eleven templates in two layers, three drivers, with the mean of other people as the face model or the driver's own face.
+What the document says: the adaptive mixture is clearly best; the features' own prediction alone loses features whose
+look changes; the head's prediction alone fails when its assumptions break; the driver's own face gives more successes
+at small thresholds.
+
+How hard a driver is hangs on the face: on how far it is from the mean, and on what it hides when it turns. The
+specification names the seeds of its drivers and not the order of the draws, so ours are other people. Driver 99 comes
+out alike. Our 101 has a nose 8 mm shorter than the mean, so steep that it hides the inner corners of the eyes when the
+head turns. Our 102 has one 6 mm longer and 4 mm flatter, and the nose is most of what tells a nod from a change of
+scale: with the own nose alone in the mean model the error of the pitch falls from 6.7 to 2.3 degrees. So
+`head_people` compares medians over people too, which do not hang on a single face.
+
+The head's prediction alone is lost at once or not at all, by how fast the head is and how well the model fits. With
+driver 99 that happens between 1.25 and 1.5 times the document's speed here, and at the document's speed there.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pftrack.geometry.face_model import FEATURES
+from pftrack.reproduce.finding import Finding, claim, compare, share
+from pftrack.reproduce.head.course import Course, Drive, Model, Trial, distance_mm, drive
+from pftrack.reproduce.head.curves import curves
+from pftrack.reproduce.head.figures import draw
+from pftrack.reproduce.head.people import people
+from pftrack.reproduce.pool import Pool
+from pftrack.trackers.pose.methods import Method
+
+__all__ = ["pose"]
+
+SOURCE = "document 1, ch. 4 section 4 (specification 14.5)"
+OTHER_FACE = f"{SOURCE}; hangs on the driver's face, which the specification does not determine"
+SOURCE_SPEED = "specification 14.0"
+SOURCE_FACES = "specification 9.1"
+
+METHODS: tuple[Method, ...] = ("pf-asd", "alpha-1", "alpha-0")
+MODELS: tuple[Model, ...] = ("mean", "individual")
+TRIALS = 20
+TOLERANCE_DEG = 0.4
+AXIS_TOLERANCE_DEG = 0.7
+"""Of one axis: the tolerance of the mean over three, times their root."""
+
+ABOVE_DEG = 3.0
+FASTER_FRAMES, FASTER_TRIALS = 600, 5
+"""The document's script is given 900 frames; with 600 the head's prediction alone is always lost."""
+
+DISTANCES_MM = {99: 2.2, 101: 3.9, 102: 3.6}
+TABLE: dict[tuple[int, Model], dict[Method, tuple[float, int]]] = {
+    (99, "mean"): {"pf-asd": (1.64, 0), "alpha-1": (13.1, 14), "alpha-0": (4.50, 11)},
+    (101, "mean"): {"pf-asd": (2.92, 3), "alpha-1": (22.8, 20), "alpha-0": (6.32, 20)},
+    (102, "mean"): {"pf-asd": (2.12, 0), "alpha-1": (37.0, 20), "alpha-0": (8.38, 19)},
+    (99, "individual"): {"pf-asd": (1.27, 0), "alpha-1": (1.19, 0), "alpha-0": (4.12, 11)},
+    (101, "individual"): {"pf-asd": (1.80, 0), "alpha-1": (1.69, 0), "alpha-0": (12.1, 20)},
+    (102, "individual"): {"pf-asd": (1.39, 1), "alpha-1": (12.1, 12), "alpha-0": (8.35, 19)},
+}
+"""Error, degrees, and how many of 20 trials are above 3 degrees. The error of driver 102 with the own face and the
+mixture is the median: its mean, 1.80, is that of one lost trial."""
+
+AXES: dict[Model, tuple[tuple[float, float, float], float]] = {
+    "mean": ((1.91, 2.61, 0.40), 2.8),
+    "individual": ((1.49, 1.86, 0.46), 2.2),
+}
+"""Of driver 99 with the mixture: errors of pitch, yaw and roll, degrees, and of the features, px."""
+
+RATIOS: dict[str, tuple[tuple[str, ...], float, float]] = {
+    "left eye": (("leye",), 0.90, 0.88),
+    "right eye": (("reye",), 0.88, 0.84),
+    "nose": (("nose",), 0.88, 0.74),
+    "left inner corner": (("lmc",), 0.83, 0.61),
+    "right inner corner": (("rmc",), 0.81, 0.58),
+    "outer corners": (("llc", "rlc"), 0.88, 0.79),
+    "brows": (("lbro", "rbro"), 0.88, 0.82),
+    "mouth": (("lmou", "rmou"), 0.89, 0.84),
+}
+"""alpha of driver 99 with the mean model, by whether the head is frontal or turned."""
+
+RATIO_TOLERANCE = 0.12
+LOWER_102 = {"the nose": ("nose",), "the brows": ("lbro", "rbro"), "the mouth": ("lmou", "rmou")}
+"""Features that the reference follows by their own prediction, alpha 0.1 to 0.3, where the mean model is poor."""
+
+FEW = 3
+"""Trials of a reference above 3 degrees, up to which its error is not that of lost trials."""
+
+OTHERWISE: frozenset[tuple[int, Model, Method]] = frozenset(
+    {
+        (99, "mean", "alpha-1"),
+        (101, "mean", "pf-asd"),
+        (101, "individual", "pf-asd"),
+        (101, "individual", "alpha-1"),
+        (102, "mean", "pf-asd"),
+        (102, "individual", "alpha-1"),
+        (102, "individual", "alpha-0"),
+    }
+)
+"""Cells that come out otherwise, since our driver is another person."""
+
+DOTS_PER_INCH = 160
+
+Courses = dict[tuple[int, Model, Method], list[Course]]
+
+
+def pose(pool: Pool, full: bool) -> list[Finding]:
+    """Errors of three methods on three drivers with two face models, their ratios and success curves (table 14.5)."""
+    courses = _courses(pool, full)
+    findings = [
+        compare(
+            f"head: driver {driver}, distance from the mean face, mm", distance_mm(driver), wanted, 0.2, SOURCE_FACES
+        )
+        for driver, wanted in DISTANCES_MM.items()
+    ]
+    findings += _axes(courses)
+    for driver in DISTANCES_MM if full else (99,):
+        findings += _orders(courses, driver)
+    if not full:
+        return findings
+    first = {model: courses[99, model, "pf-asd"] for model in MODELS}
+    if pool.folder is not None:
+        for name, figure in draw(first).items():
+            figure.savefig(pool.folder / f"{name}.png", dpi=DOTS_PER_INCH)
+    return [*findings, *_table(courses), *_ratios(courses), *curves(first), *_faster(pool), *people(pool)]
+
+
+def _courses(pool: Pool, full: bool) -> Courses:
+    if full:
+        work = [
+            Drive(driver, tuple(Trial(method, model, seed) for method in METHODS for seed in range(TRIALS)))
+            for driver, model in TABLE
+        ]
+    else:
+        mixture = tuple(Trial("pf-asd", model, seed) for model in MODELS for seed in range(2))
+        work = [Drive(99, (*mixture, Trial("alpha-0", "mean", 0)))]
+    courses: Courses = {}
+    for given, outcomes in zip(work, pool.map(drive, work), strict=True):
+        for course in outcomes:
+            key = (given.driver, course.trial.model, course.trial.method)
+            courses.setdefault(key, []).append(course)
+    return courses
+
+
+def _axes(courses: Courses) -> list[Finding]:
+    findings = []
+    for model, (angles, feature_px) in AXES.items():
+        found = courses[99, model, "pf-asd"]
+        name = f"head: driver 99, {model} model, pf-asd"
+        findings.append(
+            compare(
+                f"{name}, error, degrees", _mean(found, _error), TABLE[99, model]["pf-asd"][0], TOLERANCE_DEG, SOURCE
+            )
+        )
+        ours = np.mean([course.errors_deg for course in found], axis=0)
+        for axis, error, wanted in zip(("pitch", "yaw", "roll"), ours, angles, strict=True):
+            findings.append(compare(f"{name}, {axis}, degrees", float(error), wanted, AXIS_TOLERANCE_DEG, SOURCE))
+        ours = _mean(found, lambda course: course.feature_px)
+        findings.append(compare(f"{name}, features, px", ours, feature_px, 0.4, SOURCE))
+    return findings
+
+
+def _orders(courses: Courses, driver: int) -> list[Finding]:
+    """Judge what specification 14.5 asserts of every driver, as far as the methods have been run."""
+    own, other = courses[driver, "individual", "pf-asd"], courses[driver, "mean", "pf-asd"]
+    median = float(np.median([_error(course) for course in other]))
+    findings = []
+    limits: tuple[tuple[Method, float], ...] = (("alpha-0", 0.6), ("alpha-1", 0.3))
+    for method, limit in limits:
+        if (driver, "mean", method) in courses:
+            ratio = median / _mean(courses[driver, "mean", method], _error)
+            findings.append(
+                claim(
+                    f"head: driver {driver}, mean model: median of pf-asd over mean of {method} (below {limit})",
+                    ratio,
+                    holds=ratio < limit,
+                    source=OTHER_FACE if method == "alpha-1" else SOURCE,
+                    confirmed=method == "alpha-0",
+                )
+            )
+    astray = float(np.mean([_error(course) > 2.0 * median for course in other]))
+    result = f"head: driver {driver}, mean model: share of pf-asd trials above twice the median (at most 0.1)"
+    findings.append(claim(result, astray, holds=astray <= 0.1, source=SOURCE))
+    gain = _mean(other, _error) - _mean(own, _error)
+    result = f"head: driver {driver}: the own face beats the mean model (gain, degrees)"
+    return [*findings, claim(result, gain, holds=gain > 0.0, source=SOURCE)]
+
+
+def _table(courses: Courses) -> list[Finding]:
+    """Judge errors where few trials are lost, for those of lost trials say little, and everywhere how many are lost."""
+    findings = []
+    for (driver, model), references in TABLE.items():
+        for method, (error, above) in references.items():
+            found = courses[driver, model, method]
+            errors = np.array([_error(course) for course in found])
+            known = (driver, model, method) not in OTHERWISE
+            source = SOURCE if known else OTHER_FACE
+            name = f"head: driver {driver}, {model} model, {method}"
+            if above <= FEW and (driver, method) != (99, "pf-asd"):
+                result = f"{name}, median error, degrees"
+                ours = float(np.median(errors))
+                findings.append(compare(result, ours, error, TOLERANCE_DEG, source, confirmed=known))
+            count, result = int((errors > ABOVE_DEG).sum()), f"{name}, share of trials above 3 degrees"
+            findings.append(share(result, count, len(found), above / TRIALS, TRIALS, source, confirmed=known))
+    return findings
+
+
+def _ratios(courses: Courses) -> list[Finding]:
+    """Judge alpha of each feature, and which features give up the head's prediction when the head turns."""
+    found = courses[99, "mean", "pf-asd"]
+    turned = found[0].turned
+    ratios = np.mean([course.ratios for course in found], axis=0)
+    by_view = {"frontal": ratios[~turned].mean(axis=0), "turned": ratios[turned].mean(axis=0)}
+    findings = []
+    for name, (features, *references) in RATIOS.items():
+        members = [FEATURES.index(feature) for feature in features]
+        for (view, means), reference in zip(by_view.items(), references, strict=True):
+            result = f"head: driver 99, mean model, alpha of the {name}, {view}"
+            findings.append(compare(result, float(means[members].mean()), reference, RATIO_TOLERANCE, SOURCE))
+    fall = by_view["frontal"] - by_view["turned"]
+    lowest = sorted(FEATURES[place] for place in np.argsort(fall)[-2:])
+    result = "head: driver 99: the inner corners of the eyes give up the head's prediction most (fall of alpha)"
+    findings.append(claim(result, float(np.sort(fall)[-2]), holds=lowest == ["lmc", "rmc"], source=SOURCE))
+    own = np.mean([course.ratios.mean(axis=0) for course in courses[102, "mean", "pf-asd"]], axis=0)
+    for name, features in LOWER_102.items():
+        ours = float(np.mean([own[FEATURES.index(feature)] for feature in features]))
+        result = f"head: driver 102, mean model, alpha of {name}"
+        known = name != "the mouth"
+        findings.append(compare(result, ours, 0.2, 0.1, SOURCE if known else OTHER_FACE, confirmed=known))
+    return findings
+
+
+def _faster(pool: Pool) -> list[Finding]:
+    """Judge a head that is half as fast again: the head's prediction alone loses it, the mixture does not always."""
+    methods: tuple[Method, ...] = ("pf-asd", "alpha-1")
+    trials = tuple(Trial(method, "mean", seed) for method in methods for seed in range(FASTER_TRIALS))
+    (found,) = pool.map(drive, [Drive(99, trials, FASTER_FRAMES)])
+    upper = [_error(course) for course in found if course.trial.method == "alpha-1"]
+    mixture = [_error(course) for course in found if course.trial.method == "pf-asd"]
+    ratio = float(np.median(mixture) / np.mean(upper))
+    return [
+        claim(
+            "head: driver 99, mean model, 600 frames: least error of alpha-1, degrees (above 3)",
+            min(upper),
+            holds=min(upper) > ABOVE_DEG,
+            source=SOURCE_SPEED,
+        ),
+        claim(
+            "head: driver 99, mean model, 600 frames: median of pf-asd over mean of alpha-1 (below 0.3)",
+            ratio,
+            holds=ratio < 0.3,
+            source=SOURCE_SPEED,
+        ),
+    ]
+
+
+def _mean(courses: list[Course], of: Callable[[Course], float]) -> float:
+    return float(np.mean([of(course) for course in courses]))
+
+
+def _error(course: Course) -> float:
+    return course.error_deg

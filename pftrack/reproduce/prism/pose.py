@@ -1,0 +1,260 @@
+"""The turning prism: document 1, ch. 4 section 3.
+
+Vertices that hide at times are tracked in two layers. In the document the adaptive mixture has the smallest error, the
+upper prediction alone is slightly worse, for its camera is only affine, the features' own prediction alone is thrown
+off by hidden vertices, and the Rao-Blackwellised filter has too few particles. That comes out so under the readings of
+specification 6, which were chosen to this end; `readings` shows what comes of others.
+
+With the features' own prediction alone a trial diverges now and then, so its mean says little. Medians are compared,
+with an allowance of three standard errors of both sides: on a pinhole those of twenty trials scatter by 7 %, which is
+more than the 0.05 degrees that specification 14.3 allows.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.filters import affine_pose
+from pftrack.gaussian import Gaussian
+from pftrack.geometry.rotation import rotation, wrapped
+from pftrack.random import Purpose, Stream
+from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.pool import Pool
+from pftrack.reproduce.prism.course import Course, Method, Reading, Trial, course
+from pftrack.sources.prism import FRAMES, PrismParameters, sight
+
+__all__ = ["perspective", "pose", "pose_filters", "readings"]
+
+SOURCE = "document 1, ch. 4 section 3.3 (specification 14.1)"
+SOURCE_READINGS = "specification 14.2"
+SOURCE_PERSPECTIVE = "document 1, Appendix E (specification 14.3)"
+SOURCE_POSE = "document 1, Appendix D (specification 14.4)"
+
+METHODS: tuple[Method, ...] = ("pf-asd", "alpha-1", "alpha-0")
+DIVERGING_TRIALS = 100
+MEDIAN_SPREAD = 0.31
+"""Standard error of a median of trials that may diverge, relative to it, times the root of their number; measured."""
+
+AXES = ("theta_x", "theta_y", "theta_z")
+ANGLES: dict[Method, tuple[float, float, float]] = {
+    "pf-asd": (2.25, 1.97, 1.33),
+    "alpha-1": (2.37, 2.41, 1.31),
+    "rb-pf": (2.60, 2.61, 1.54),
+}
+MEANS: dict[Method, tuple[float, float]] = {"pf-asd": (1.85, 0.15), "alpha-1": (2.03, 0.15), "rb-pf": (2.25, 0.25)}
+"""Mean error over the axes and its tolerance, degrees."""
+
+RAMP = {1: 0.15, 5: 0.17, 10: 0.26, 20: 0.49, 30: 0.61, 40: 0.72, 50: 0.78, 60: 0.82}
+VARIANTS: dict[Reading, dict[Method, float]] = {
+    "kernel": {"pf-asd": 1.84, "alpha-1": 2.05, "alpha-0": 2.21},
+    "sharp": {"pf-asd": 8.9, "alpha-1": 2.9},
+    "underflow": {"pf-asd": 4.9, "alpha-1": 2.2},
+}
+RATIOS_BY_DISTANCE = {100: 0.35, 120: 0.6}
+PERSPECTIVE: dict[bool, dict[Method, tuple[float, tuple[float, float, float]]]] = {
+    False: {
+        "pf-asd": (0.38, (0.08, 0.08, 0.34)),
+        "alpha-1": (0.39, (0.07, 0.08, 0.34)),
+        "alpha-0": (1.07, (0.17, 0.20, 0.67)),
+    },
+    True: {
+        "pf-asd": (0.37, (0.10, 0.09, 0.35)),
+        "alpha-1": (0.38, (0.10, 0.09, 0.35)),
+        "alpha-0": (0.82, (0.18, 0.16, 0.58)),
+    },
+}
+"""Pose error, degrees, and translation errors, mm, by whether the prism moves; medians for `alpha-0`."""
+
+
+def pose(pool: Pool, full: bool) -> list[Finding]:
+    """Errors of pose and features of four methods, and the mixing ratios of the adaptive one (table 14.1)."""
+    count = 100 if full else 15
+    courses = _courses(pool, [Trial(method, seed) for seed in range(count) for method in METHODS])
+    courses |= _courses(pool, [Trial("rb-pf", seed) for seed in range(3 if full else 1)])
+    findings = []
+    for method, (reference, tolerance) in MEANS.items():
+        angles = np.mean([one.errors_deg for one in courses[method]], axis=0)
+        # A single trial of one axis scatters by more than is allowed.
+        for axis, ours, wanted in zip(AXES, angles, ANGLES[method], strict=True) if len(courses[method]) > 1 else ():
+            findings.append(
+                compare(f"prism: {method}, error of {axis}, degrees", float(ours), wanted, tolerance, SOURCE)
+            )
+        result = f"prism: {method}, error, mean of the axes, degrees"
+        findings.append(compare(result, _mean(courses[method], _error), reference, tolerance, SOURCE))
+    median = float(np.median([one.error_deg for one in courses["alpha-0"]]))
+    findings.append(compare("prism: alpha-0, median error, degrees", median, 2.27, 0.25, SOURCE))
+    return [*findings, *_orders(courses), *_features(courses), *_ratios(courses["pf-asd"])]
+
+
+def readings(pool: Pool, full: bool) -> list[Finding]:
+    """What comes of other readings of the experiment (table 14.2), and of other distances.
+
+    The features' own prediction goes astray with wild measurements that are trusted, in some trials further than in
+    others, so that its error has no reference there.
+    """
+    seeds = range(5 if full else 3)
+    findings = []
+    for reading, references in VARIANTS.items():
+        courses = _courses(pool, [Trial(method, seed, reading=reading) for seed in seeds for method in METHODS])
+        for method, reference in references.items():
+            result = f"prism-readings: {reading}, {method}, error, degrees"
+            ours = _mean(courses[method], _error)
+            findings.append(compare(result, ours, reference, round(0.2 * reference, 2), SOURCE_READINGS))
+        if reading == "kernel":
+            result = "prism-readings: kernel, alpha of rear vertices while hidden"
+            ours = _mean(courses["pf-asd"], lambda one: one.ratio_hidden)
+            findings.append(compare(result, ours, 0.24, 0.08, SOURCE_READINGS))
+            rise = _mean(courses["pf-asd"], lambda one: one.ratio_hidden - one.ratio_visible)
+            result = "prism-readings: kernel, alpha rises while a vertex is hidden (hidden less visible)"
+        else:
+            rise = 2.0 * MEANS["pf-asd"][0] - _mean(courses["pf-asd"], _error)
+            result = f"prism-readings: {reading}, the pose survives hidden vertices (degrees below twice the error)"
+        holds = rise > 0.15
+        findings.append(claim(result, rise, holds=holds, source=SOURCE_READINGS, confirmed=False))
+    for distance in (*RATIOS_BY_DISTANCE, 150):
+        scene = PrismParameters(distance_mm=distance)
+        courses = _courses(pool, [Trial(method, seed, scene) for seed in seeds for method in ("pf-asd", "alpha-1")])
+        ratio = _mean(courses["pf-asd"], lambda one: 0.5 * (one.ratio_front + one.ratio_visible))
+        result = f"prism-readings: at {distance} mm, alpha of visible vertices"
+        if distance in RATIOS_BY_DISTANCE:
+            findings.append(compare(result, ratio, RATIOS_BY_DISTANCE[distance], 0.1, SOURCE_READINGS))
+        else:
+            findings.append(
+                claim(f"{result} is near its clip of 0.9", ratio, holds=ratio > 0.8, source=SOURCE_READINGS)
+            )
+        gain = _mean(courses["alpha-1"], _error) - _mean(courses["pf-asd"], _error)
+        result = f"prism-readings: at {distance} mm, the mixture beats the upper prediction alone (gain, degrees)"
+        findings.append(claim(result, gain, holds=gain > 0.1, source="specification 14.0", confirmed=False))
+    return findings
+
+
+def perspective(pool: Pool, full: bool) -> list[Finding]:
+    """Pose and translation with a pinhole as the upper layer, of a prism that stays and of one that moves."""
+    count = 20 if full else 6
+    findings = []
+    for moving, references in PERSPECTIVE.items():
+        scene = PrismParameters(translation=float(moving))
+        courses = _courses(pool, [Trial(method, seed, scene, True) for seed in range(count) for method in METHODS])
+        if full:
+            courses |= _courses(pool, [Trial("alpha-0", seed, scene, True) for seed in range(DIVERGING_TRIALS)])
+        for method, (error, translation) in references.items():
+            name = f"prism-perspective: {'moving' if moving else 'fixed'}, {method}"
+            trials = courses[method]
+            slack = 3.0 * MEDIAN_SPREAD * np.sqrt(1.0 / len(trials) + 1.0 / 20.0) if method == "alpha-0" else 0.0
+            ours = float(np.median([one.error_deg for one in trials]))
+            allowed = max(0.05, slack * error)
+            findings.append(compare(f"{name}, error, degrees", ours, error, allowed, SOURCE_PERSPECTIVE))
+            away = np.median([one.translation_mm for one in trials], axis=0)
+            for axis, ours, reference, tolerance in zip("xyz", away, translation, (0.05, 0.05, 0.1), strict=True):
+                allowed = max(tolerance, slack * reference)
+                result = f"{name}, translation error in {axis}, mm"
+                findings.append(compare(result, float(ours), reference, allowed, SOURCE_PERSPECTIVE))
+    return findings
+
+
+def pose_filters(pool: Pool, full: bool) -> list[Finding]:
+    """Pose from a noisy affine camera, by the extended Kalman filter and by 500 particles (table 14.4)."""
+    seeds = range(20 if full else 5)
+    findings = []
+    for name, function, references in (
+        ("extended Kalman filter", partial(_pose_errors, False), (0.42, 0.45, 0.35)),
+        ("500 particles", partial(_pose_errors, True), (0.43, 0.50, 0.38)),
+    ):
+        errors = np.mean(pool.map(function, seeds), axis=0)
+        for axis, ours, reference in zip(AXES, errors, references, strict=True):
+            findings.append(
+                compare(f"pose-filters: {name}, {axis}, degrees", float(ours), reference, 0.08, SOURCE_POSE)
+            )
+    return findings
+
+
+def _courses(pool: Pool, trials: list[Trial]) -> dict[Method, list[Course]]:
+    by_method: dict[Method, list[Course]] = {}
+    for trial, outcome in zip(trials, pool.map(course, trials), strict=True):
+        by_method.setdefault(trial.method, []).append(outcome)
+    return by_method
+
+
+def _mean(courses: list[Course], of: Callable[[Course], float]) -> float:
+    return float(np.mean([of(one) for one in courses]))
+
+
+def _error(one: Course) -> float:
+    return one.error_deg
+
+
+def _orders(courses: dict[Method, list[Course]]) -> list[Finding]:
+    error = {method: _mean(outcomes, _error) for method, outcomes in courses.items()}
+    gain = error["alpha-1"] - error["pf-asd"]
+    findings = [
+        claim(
+            "prism: the mixture beats the upper prediction alone (gain, degrees)",
+            gain,
+            holds=gain >= 0.1,
+            source=SOURCE,
+        )
+    ]
+    for worse in ("alpha-0", "rb-pf"):
+        gain = error[worse] - error["alpha-1"]
+        result = f"prism: the upper prediction alone beats {worse} (gain, degrees)"
+        findings.append(claim(result, gain, holds=gain > 0, source=SOURCE))
+    return findings
+
+
+def _features(courses: dict[Method, list[Course]]) -> list[Finding]:
+    references: dict[Method, tuple[float, float, float, float]] = {
+        "pf-asd": (1.54, 0.1, 19.9, 1.5),
+        "alpha-1": (4.30, 0.2, 19.9, 1.5),
+        "alpha-0": (1.91, 0.3, 62.0, 5.0),
+        "rb-pf": (5.5, 0.3, 20.0, 1.5),
+    }
+    findings = []
+    for method, (visible, near, hidden, far) in references.items():
+        ours = _mean(courses[method], lambda one: one.visible_px)
+        findings.append(compare(f"prism: {method}, visible features, px", ours, visible, near, SOURCE))
+        ours = _mean(courses[method], lambda one: one.hidden_px)
+        findings.append(compare(f"prism: {method}, hidden features, px", ours, hidden, far, SOURCE))
+    ours = float(np.median([one.effective_sample_size for one in courses["rb-pf"]]))
+    return [*findings, compare("prism: rb-pf, median effective sample size of 25,000", ours, 1.2, 0.3, SOURCE)]
+
+
+def _ratios(courses: list[Course]) -> list[Finding]:
+    front, visible = _mean(courses, lambda one: one.ratio_front), _mean(courses, lambda one: one.ratio_visible)
+    hidden = _mean(courses, lambda one: one.ratio_hidden)
+    rise = hidden - visible
+    ramp = np.nanmean([one.ramp for one in courses], axis=0)
+    return [
+        compare("prism: alpha of front vertices", front, 0.21, 0.08, SOURCE),
+        compare("prism: alpha of rear vertices while visible", visible, 0.26, 0.08, SOURCE),
+        compare("prism: alpha of rear vertices while hidden", hidden, 0.52, 0.08, SOURCE),
+        claim(
+            "prism: alpha rises while a vertex is hidden (hidden less visible)", rise, holds=rise > 0.15, source=SOURCE
+        ),
+        *(
+            compare(f"prism: alpha, frames since the vertex hid: {age}", float(ramp[age - 1]), reference, 0.1, SOURCE)
+            for age, reference in RAMP.items()
+        ),
+    ]
+
+
+def _pose_errors(by_particles: bool, seed: int) -> NDArray[np.float64]:
+    """Return the mean absolute errors (3,) of the angles, degrees, from entries of 5 px/mm with noise of 0.05."""
+    scene = PrismParameters()
+    reference, noise = np.eye(2, 3) * 5.0, 0.05**2 * np.eye(6)
+    theta = Gaussian(np.zeros(3), affine_pose.THETA_SD_RAD**2 * np.eye(3))
+    particles = theta.sample(Stream(seed, 0, Purpose.START), affine_pose.THETA_COUNT)
+    errors = []
+    for index in range(1, 150 if by_particles else FRAMES):
+        truth = sight(seed, index, scene).theta_rad
+        measured = (reference @ rotation(truth)).ravel() + 0.05 * Stream(seed, index, Purpose.SCENE).standard_normal(6)
+        if by_particles:
+            rng = Stream(seed, index, Purpose.TRACK)
+            theta, particles = affine_pose.particle(
+                particles, measured, noise, reference, affine_pose.THETA_SD_RAD, rng, affine_pose.THETA_COUNT
+            )
+        else:
+            theta = affine_pose.extended(theta, measured, noise, reference, affine_pose.THETA_SD_RAD)
+        errors.append(np.abs(wrapped(theta.mean - truth)))
+    return np.asarray(np.rad2deg(np.mean(errors, axis=0)))

@@ -1,0 +1,9 @@
+"""Runs: sources folded through trackers, watched or by the thousand, judged and kept.
+
+- `run`: one run, which can seek, rewind and branch; `keyframes`: the states that it keeps for that;
+- `diagnostics`: the numbers of one frame; `scoring`: what they amount to over a run;
+- `batch`: many runs of one condition at once, to the same numbers;
+- `record`: a run as a file.
+"""
+
+__all__: list[str] = []

@@ -1,0 +1,239 @@
+"""Batches: many runs of one condition at once, for what came of them rather than to be watched.
+
+A batch gives the same numbers as live runs, to the bit: any run of it can be opened and stepped through. It is faster
+for three reasons: all runs share the pictures where these do not depend on the seed, a tracker that can takes many
+frames at once, and nothing is kept but the estimates.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiment import Experiment, Setup
+from pftrack.parameters import Parameters, Value, flat, revise
+from pftrack.random import Purpose, Stream
+from pftrack.runs.run import Change, Run
+from pftrack.runs.scoring import estimates_hash, judge
+from pftrack.sources.source import History, Source
+from pftrack.trackers import Tracker, TrackState
+
+__all__ = ["Outcome", "outcomes"]
+
+BLOCK_BYTES = 64 * 1024 * 1024
+"""Pictures held at a time; sixty of the document's scene are a quarter of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of one run.
+
+    Attributes:
+        success: Whether few enough frames were lost; None where the experiment has no notion of lost.
+        mean_error: Over the frames whose truth is known, in the experiment's unit; None where there are none.
+        lost_frames: How many frames were lost; None where the experiment has no notion of lost.
+        first_lost_frame: The first of them, or None.
+        labelled_frames: Frames whose truth is known.
+        observation_share: Mean share of the particles that came from the observation sampler.
+        switches: How often the sampler or the process noise changed.
+        step_ms: Mean time of a step, ms; the one figure that differs from run to run.
+        estimates_sha256: Hash of all estimates, as of a live run.
+    """
+
+    success: bool | None
+    mean_error: float | None
+    lost_frames: int | None
+    first_lost_frame: int | None
+    labelled_frames: int
+    observation_share: float
+    switches: int
+    step_ms: float
+    estimates_sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Consecutive frames of a source.
+
+    Attributes:
+        first: Index of the first within the run.
+        pictures_rgb: (L, height, width, 3), read-only.
+        truths: (L, d) true positions, NaN where unknown.
+        sizes: (L,) of the target.
+    """
+
+    first: int
+    pictures_rgb: NDArray[np.uint8]
+    truths: NDArray[np.float64]
+    sizes: NDArray[np.float64]
+
+
+def outcomes(
+    experiment: Experiment,
+    setup: Setup,
+    *,
+    values: Mapping[str, Value],
+    trackers: Sequence[str],
+    seeds: Sequence[int],
+    frames: int,
+) -> list[list[Outcome]]:
+    """Carry out all runs of one condition.
+
+    Args:
+        experiment: The wiring.
+        setup: The source.
+        values: Of the parameters that differ from the setup's.
+        trackers: Names of the trackers.
+        seeds: One a trial; every tracker meets the same.
+        frames: Length of a run; a recording that is shorter ends earlier.
+
+    Returns:
+        The outcomes by seed, and for each seed by tracker.
+
+    Raises:
+        ParameterError: A value is unknown, out of bounds or at odds with another.
+    """
+    parameters = revise(setup.parameters, values)
+    noisy = setup.open_source(seeds[0], parameters).noisy
+    groups = [[seed] for seed in seeds] if noisy else [list(seeds)]
+    known: dict[tuple[int, str], Outcome] = {}
+    for group in groups:
+        known |= _folded(experiment, setup, parameters, trackers, group, frames)
+    return [
+        [known.get((seed, name)) or _live(experiment, setup, values, name, seed, frames) for name in trackers]
+        for seed in seeds
+    ]
+
+
+def _folded(
+    experiment: Experiment,
+    setup: Setup,
+    parameters: Parameters,
+    trackers: Sequence[str],
+    seeds: Sequence[int],
+    frames: int,
+) -> dict[tuple[int, str], Outcome]:
+    """Carry out the runs, by seed and tracker, that see the same pictures and can take many of them at once."""
+    source = setup.open_source(seeds[0], parameters)
+    names = [name for name in trackers if experiment.trackers[name].fold is not None]
+    runs = {
+        (seed, name): _begun(experiment.trackers[name], source, parameters, seed) for seed in seeds for name in names
+    }
+    truths, sizes = [], []
+    for block in _blocks(source, parameters, min(frames, source.frame_count or frames)) if runs else ():
+        for key in list(runs):
+            if not runs[key].take(block, parameters):
+                del runs[key]
+        truths.append(block.truths)
+        sizes.append(block.sizes)
+    if not runs:
+        return {}
+    positions, extents = np.concatenate(truths), np.concatenate(sizes)
+    return {key: run.outcome(experiment, parameters, positions, extents) for key, run in runs.items()}
+
+
+def _blocks(source: Source[Any], parameters: Parameters, frames: int) -> Iterator[Block]:
+    """Read the frames of a source, as many at a time as may be held; none if it shows no pictures."""
+    history = History(((0, parameters),))
+    first = source.frame(0, history)
+    if first.image_rgb is None:
+        return
+    held = min(max(BLOCK_BYTES // first.image_rgb.nbytes, 1), frames)
+    pictures = np.empty((held, *first.image_rgb.shape), np.uint8)
+    for start in range(0, frames, held):
+        length = min(held, frames - start)
+        truths = np.full((length, len(source.start.position)), np.nan)
+        sizes = np.zeros(length)
+        for place in range(length):
+            frame = source.frame(start + place, history)
+            pictures[place] = frame.image_rgb
+            if frame.target is not None:
+                truths[place], sizes[place] = frame.target.position, frame.target.size
+        yield Block(start, pictures[:length], truths, sizes)
+
+
+def _begun(tracker: Tracker, source: Source[Any], parameters: Parameters, seed: int) -> "_Folding":
+    first = source.frame(0, History(((0, parameters),)))
+    state = tracker.start(source.start, first, parameters, Stream(seed, 0, Purpose.START))
+    return _Folding(tracker, seed, state)
+
+
+class _Folding:
+    """A run under way: its newest state, and what is kept of the frames behind it."""
+
+    def __init__(self, tracker: Tracker, seed: int, state: TrackState) -> None:
+        self._tracker = tracker
+        self._seed = seed
+        self._state = state
+        self._estimates = [state.estimate[None]]
+        self._shares = [np.zeros(0)]
+        self._switches = 0
+        self._seconds = 0.0
+
+    def take(self, block: Block, parameters: Parameters) -> bool:
+        """Track through a block; return False if the tracker cannot with these parameters."""
+        skipped = 1 if block.first == 0 else 0
+        if len(block.pictures_rgb) == skipped:
+            return True
+        begun = perf_counter()
+        fold = self._tracker.fold and self._tracker.fold(
+            self._state, block.pictures_rgb[skipped:], parameters, self._seed, block.first + skipped
+        )
+        if fold is None:
+            return False
+        self._seconds += perf_counter() - begun
+        self._state = fold.state
+        self._estimates.append(fold.estimates)
+        self._shares.append(fold.observation_shares)
+        self._switches += fold.switches
+        return True
+
+    def outcome(
+        self, experiment: Experiment, parameters: Parameters, truths: NDArray[np.float64], sizes: NDArray[np.float64]
+    ) -> Outcome:
+        """Judge the finished run."""
+        estimates, shares = np.concatenate(self._estimates), np.concatenate(self._shares)
+        errors = experiment.error(estimates, truths)
+        lost = experiment.lost(errors, sizes, parameters) if experiment.lost else None
+        verdict = judge(errors, lost, float(flat(parameters).get("lost_share", 0.0)))
+        steps = len(estimates) - 1
+        return Outcome(
+            verdict.success,
+            verdict.mean_error,
+            verdict.lost_frames,
+            verdict.first_lost_frame,
+            verdict.labelled_frames,
+            float(shares.mean()) if steps else 0.0,
+            self._switches,
+            1e3 * self._seconds / steps if steps else 0.0,
+            estimates_hash(experiment.scale * estimates),
+        )
+
+
+def _live(
+    experiment: Experiment, setup: Setup, values: Mapping[str, Value], tracker: str, seed: int, frames: int
+) -> Outcome:
+    timeline = (Change(0, values),)
+    run = Run(experiment, setup, tracker=tracker, seed=seed, frames=frames, timeline=timeline)
+    run.finish()
+    summary = run.summary()
+    rows = run.diagnostics[1:]
+    shares = [
+        row.observation_count / (row.prediction_count + row.observation_count)
+        for row in rows
+        if row.prediction_count + row.observation_count
+    ]
+    return Outcome(
+        summary["success"],
+        summary["mean_error"],
+        summary["lost_frames"],
+        summary["first_lost_frame"],
+        summary["labelled_frames"],
+        float(np.mean(shares)) if shares else 0.0,
+        sum(row.switched for row in rows),
+        float(np.mean([row.step_ms for row in rows])) if rows else 0.0,
+        summary["estimates_sha256"],
+    )

@@ -1,0 +1,281 @@
+"""Trackers of a ball by its colour: the filters of document 1, ch. 3, with the likelihood of its section 2.2.
+
+All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in how the posterior of the
+next frame is sampled. Those that draw by prediction or by observation share one compiled loop, `ball_loop`, and differ
+in the rule by which it chooses. Whether the dynamics are learned and the path smoothed is the same for all.
+"""
+
+from dataclasses import replace
+from functools import lru_cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.filters import fixed_lag, kalman, unscented_particle
+from pftrack.frame import Frame, Target
+from pftrack.gaussian import Gaussian
+from pftrack.likelihoods import chromaticity
+from pftrack.particles import ParticleSet
+from pftrack.random import Generator, Purpose, Stream
+from pftrack.resampling import RESAMPLERS
+from pftrack.trackers.ball import motion
+from pftrack.trackers.ball.loop import Colour, Loop, Motion, Rule, Scheme, loop
+from pftrack.trackers.ball.motion import TRACKED, begin_learning, learned, noise, with_learner
+from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.point_state import PointState
+from pftrack.trackers.tracker import Fold, Tracker
+
+__all__ = ["TRACKERS", "colour_model"]
+
+
+def colour_model(parameters: BallTrackerParameters) -> chromaticity.ColourModel:
+    """Return the colour that the parameters describe."""
+    green = parameters.green_spread if parameters.colour_model == "chromaticity" else np.inf
+    return chromaticity.ColourModel(
+        (parameters.target_red_share, parameters.target_green_share), (parameters.red_spread, green)
+    )
+
+
+def start(target: Target, frame: Frame, parameters: BallTrackerParameters, rng: Generator) -> PointState:
+    """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
+    deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
+    positions = target.position + deviations
+    particles = ParticleSet.uniform(np.hstack([positions, positions]))
+    known = Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED))
+    learner = begin_learning(known, _size(_picture(frame)), parameters) if parameters.learn_dynamics else None
+    return PointState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
+
+
+def step_loop(
+    rule: Rule, state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
+) -> PointState:
+    """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
+    image = _picture(frame)
+    size = _size(image)
+    state = with_learner(state, size, parameters)
+    particles = _particles(state, parameters, rng)
+    result = _loop(rule, replace(state, particles=particles), image[None], parameters, rng.seed, rng.frame)
+    tracked = _last(result, state)
+    lineage = _lineage(state, particles, tracked.particles, parameters)
+    return learned(replace(tracked, learner=state.learner, lineage=lineage), parameters, size)
+
+
+def fold_loop(
+    rule: Rule,
+    state: PointState,
+    pictures_rgb: NDArray[np.uint8],
+    parameters: BallTrackerParameters,
+    seed: int,
+    first_frame: int,
+) -> Fold | None:
+    """Take many frames at once, unless the dynamics are to be learned between them."""
+    if parameters.learn_dynamics:
+        return None
+    result = _loop(rule, state, pictures_rgb, parameters, seed, first_frame)
+    alert = result.alert if state.alert is None else np.append(state.alert, result.alert)
+    return Fold(
+        _last(result, state),
+        result.estimates,
+        result.observation_counts / parameters.sample_count,
+        int(np.count_nonzero(alert[1:] != alert[:-1])),
+    )
+
+
+def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
+    """Draw every particle towards the colour centroid of the picture."""
+    image, model = _picture(frame), colour_model(parameters)
+    size = _size(image)
+    state = with_learner(state, size, parameters)
+    particles = _particles(state, parameters, rng)
+    posterior = unscented_particle.step(
+        particles,
+        motion.dynamics(state, parameters, size),
+        lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
+        rng,
+        measurement=chromaticity.centroid(image, model),
+        observe=lambda positions: positions,
+        noise_covariance=parameters.measurement_noise_px**2 * np.eye(TRACKED),
+        count=parameters.sample_count,
+        resample=RESAMPLERS[parameters.resampling],
+    )
+    tracked = PointState(
+        Gaussian(*posterior.particles.moments),
+        TRACKED,
+        posterior.particles,
+        log_evidence=posterior.log_evidence,
+        resampled=posterior.resampled,
+        switched=state.alert is True,
+        alert=False,
+        learner=state.learner,
+        lineage=_lineage(state, particles, posterior.particles, parameters),
+    )
+    return learned(tracked, parameters, size)
+
+
+def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
+    """Follow the colour centroid with a Kalman filter; without any pixel of the colour, predict only."""
+    del rng
+    image = _picture(frame)
+    size = _size(image)
+    state = with_learner(state, size, parameters)
+    predicted = kalman.predict(state.posterior, motion.dynamics(state, parameters, size))
+    measurement = chromaticity.centroid(image, colour_model(parameters))
+    log_evidence = 0.0
+    if measurement is not None:
+        noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
+        predicted, log_evidence = kalman.update(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
+    tracked = PointState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
+    return learned(tracked, parameters, size)
+
+
+def _loop(
+    rule: Rule,
+    state: PointState,
+    pictures_rgb: NDArray[np.uint8],
+    parameters: BallTrackerParameters,
+    seed: int,
+    first_frame: int,
+) -> Loop:
+    particles = state.particles
+    if particles is None:
+        raise ValueError("the loop needs particles to begin with")
+    # Compiled code tells arrays that may be written from those that may not, and would be compiled for each.
+    pictures = pictures_rgb.view()
+    pictures.flags.writeable = False
+    return loop(
+        pictures,
+        np.ascontiguousarray(particles.states.T),
+        particles.log_weights,
+        state.sigma,
+        _motion(state, parameters, _size(pictures_rgb[0])),
+        _colour(parameters),
+        _scheme(rule, parameters),
+        seed,
+        first_frame,
+    )
+
+
+def _last(result: Loop, before: PointState) -> PointState:
+    """Return the state of the last frame of a loop."""
+    alert = bool(result.alert[-1])
+    earlier = bool(result.alert[-2]) if len(result.alert) > 1 else before.alert
+    return PointState(
+        Gaussian(result.mean, result.covariance),
+        TRACKED,
+        ParticleSet(result.coordinates.T, result.log_weights, result.ancestors),
+        int(result.observation_counts[-1]),
+        float(result.log_evidences[-1]),
+        bool(result.resampled[-1]),
+        switched=earlier is not None and alert != earlier,
+        alert=alert,
+    )
+
+
+@lru_cache(maxsize=64)
+def _scheme(rule: Rule, parameters: BallTrackerParameters) -> Scheme:
+    return Scheme(
+        rule.value,
+        parameters.sample_count,
+        parameters.gamma_px,
+        parameters.gamma_min_px,
+        parameters.gamma_max_px,
+        parameters.apf_weights != "sharpened",
+        parameters.apf_weights == "balanced",
+        list(RESAMPLERS).index(parameters.resampling),
+        parameters.resampling_threshold,
+    )
+
+
+@lru_cache(maxsize=64)
+def _colour(parameters: BallTrackerParameters) -> Colour:
+    model = colour_model(parameters)
+    return Colour(model.mean, model.precision, parameters.background_level)
+
+
+def _motion(state: PointState, parameters: BallTrackerParameters, size: tuple[int, int]) -> Motion:
+    dynamics = motion.dynamics(state, parameters, size)
+    return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
+
+
+def _particles(state: PointState, parameters: BallTrackerParameters, rng: Stream) -> ParticleSet:
+    """Return the particles, drawn from the posterior if a filter without particles was at work before."""
+    if state.particles is not None:
+        return state.particles
+    fresh = Stream(rng.seed, rng.frame, Purpose.START)
+    return ParticleSet.uniform(state.posterior.sample(fresh, parameters.sample_count))
+
+
+def _picture(frame: Frame) -> NDArray[np.uint8]:
+    if frame.image_rgb is None:
+        raise ValueError("a tracker of colour needs pictures, got a signal")
+    return frame.image_rgb
+
+
+def _size(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
+    height, width, _ = image_rgb.shape
+    return width, height
+
+
+def _lineage(
+    state: PointState, parents: ParticleSet, particles: ParticleSet | None, parameters: BallTrackerParameters
+) -> fixed_lag.Lineage | None:
+    if parameters.smoothing_lag_frames == 0 or particles is None:
+        return None
+    lineage = state.lineage or fixed_lag.begin_lineage(parents, TRACKED)
+    return fixed_lag.extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
+
+
+def _loop_tracker(name: str, title: str, description: str, rule: Rule) -> Tracker:
+    return Tracker(name, title, description, start, partial(step_loop, rule), partial(fold_loop, rule))
+
+
+TRACKERS: dict[str, Tracker] = {
+    tracker.id: tracker
+    for tracker in (
+        _loop_tracker(
+            "h-spf",
+            "Hard switching (h-SPF)",
+            "Draws by prediction while it is sure and wholly by observation when it is not.",
+            Rule.HARD,
+        ),
+        _loop_tracker(
+            "s-spf",
+            "Soft switching (s-SPF)",
+            "Draws a share of the particles by observation that grows with its uncertainty.",
+            Rule.SOFT,
+        ),
+        _loop_tracker(
+            "condensation",
+            "Condensation",
+            "Draws every particle by prediction: the bootstrap filter.",
+            Rule.PREDICTION,
+        ),
+        _loop_tracker(
+            "apf",
+            "Auxiliary (APF)",
+            "Draws every parent with regard to the new picture.",
+            Rule.OBSERVATION,
+        ),
+        Tracker(
+            "upf",
+            "Unscented (UPF)",
+            "Draws every particle towards the colour centroid of the whole picture.",
+            start,
+            step_unscented,
+        ),
+        _loop_tracker(
+            "pc-pf",
+            "Process-noise control (PC-PF)",
+            "Draws by prediction, with more process noise when it is unsure.",
+            Rule.NOISE,
+        ),
+        Tracker(
+            "kalman",
+            "Kalman filter",
+            "Follows the colour centroid of the whole picture with one Gaussian.",
+            start,
+            step_kalman,
+        ),
+    )
+}
+"""The trackers of a ball, by name, in the order in which they are shown."""

@@ -1,0 +1,129 @@
+"""What can be turned on the trackers of a head by its eleven features."""
+
+from typing import Literal
+
+from pftrack.parameters import parameter
+from pftrack.trackers.pose.parameters import FEATURES, UPPER, PoseTrackerParameters
+
+__all__ = ["HeadTrackerParameters"]
+
+LOOK, LOSS = "What features look like", "A lost face"
+
+
+class HeadTrackerParameters(PoseTrackerParameters):
+    """The trackers of a solid's points, with templates as what the points look like."""
+
+    joint_sample_count: int = parameter(
+        5000,
+        "Joint particles",
+        "Number of particles that carry all features at once; the document's 25,000 take a tenth of a second a frame.",
+        ge=10,
+        le=100_000,
+        step=10,
+        group=FEATURES,
+        trackers=("rb-pf",),
+    )
+    face_model: Literal["mean", "personal"] = parameter(
+        "mean",
+        "Face model",
+        "Whether the face is assumed to be the mean of other people or the person's own; on a recording, the mean face "
+        "stretched over the points of the first picture.",
+        group=UPPER,
+    )
+    focal_widths: float = parameter(
+        1.875,
+        "Focal length",
+        "Of the pinhole, in widths of the picture; a recording does not say it, and 1 is a usual guess.",
+        unit="widths",
+        ge=0.3,
+        le=20,
+        step=0.05,
+        group=UPPER,
+    )
+    correlation_spread: float = parameter(
+        0.15,
+        "Correlation spread",
+        "How far a patch's correlation with its template may be from 1; at 0.15 a correlation of 0.5 weighs 0.004.",
+        ge=0.02,
+        le=2,
+        step=0.01,
+        group=LOOK,
+    )
+    hidden_weight: float = parameter(
+        0,
+        "Weight of a hidden feature",
+        "Weight that a particle has wherever it is, since its feature may be hidden; 0 is the document's. With a "
+        "little of it, what is hidden becomes uncertain in place of clinging to what looks most like it.",
+        ge=0,
+        le=0.5,
+        step=0.0005,
+        group=LOOK,
+    )
+    template_scale: float = parameter(
+        1,
+        "Template size",
+        "Size of the templates, as a multiple of the document's for a face of this size.",
+        ge=0.3,
+        le=2,
+        step=0.05,
+        group=LOOK,
+    )
+    template_renewal: float = parameter(
+        0,
+        "Template renewal",
+        "How fast templates follow what is seen; they then also follow every error, so it is 0 in the document.",
+        ge=0,
+        le=0.2,
+        step=0.005,
+        group=LOOK,
+    )
+    templates_by_pose: bool = parameter(
+        False,
+        "Templates by pose",
+        "Whether to gather further templates while the head is turned, and use those of the nearest pose.",
+        group=LOOK,
+    )
+    recognised_correlation: float = parameter(
+        0.5,
+        "Recognised from",
+        "Least correlation with its template at which a feature counts as recognised.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=LOSS,
+    )
+    least_recognised: int = parameter(
+        3,
+        "Features that make a face",
+        "With fewer recognised features for some frames the face is lost.",
+        ge=1,
+        le=11,
+        step=1,
+        group=LOSS,
+    )
+    largest_misfit: float = parameter(
+        0.25,
+        "Features out of place",
+        "With the features further from where the pose has them than this share of the distance between the eyes, by "
+        "their median and for some frames, the face is lost.",
+        ge=0.02,
+        le=2,
+        step=0.01,
+        group=LOSS,
+    )
+    patience_frames: int = parameter(
+        8,
+        "Patience",
+        "After so many frames with too few recognised features, or with features out of place, the face is lost.",
+        unit="frames",
+        ge=1,
+        le=300,
+        step=1,
+        group=LOSS,
+    )
+    find_again: bool = parameter(
+        False,
+        "Find again",
+        "Whether a lost face is given up and looked for anew; the document does neither.",
+        group=LOSS,
+    )

@@ -1,0 +1,243 @@
+"""Trackers of a head: eleven features by their templates, by the methods of `pose` (document 1, ch. 4 section 4).
+
+Templates are cut from frame 0 around the features, and the pose is relative to that frame: there theta = 0, and the
+affine camera is the one that fits the face model to the features best. So a face model that is not the person's own
+gives no constant error. The pinhole cannot be bent like that; for it the model is turned to fit frame 0.
+
+Another face model, another camera or other templates may be chosen in mid-run: they are then made from frame 0, as they
+would have been there, and the pose goes on from where it was.
+"""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.detection.face import find_again
+from pftrack.filters.perspective import PerspectiveLayer
+from pftrack.frame import Frame, Target
+from pftrack.gaussian import Gaussian
+from pftrack.geometry.camera import affine_fit
+from pftrack.geometry.face_model import FaceModel, fit_similarity, mean_model
+from pftrack.geometry.rotation import rotation
+from pftrack.likelihoods import template
+from pftrack.likelihoods.template import Templates
+from pftrack.likelihoods.template_bank import TemplateBank
+from pftrack.random import Purpose, Stream
+from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, Form, HeadMemory, around, widened
+from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.pose import methods as pose
+from pftrack.trackers.pose.methods import METHODS, Method
+from pftrack.trackers.pose.state import PoseState, Solid
+from pftrack.trackers.tracker import Tracker
+
+__all__ = ["TRACKERS", "camera_of"]
+
+LEAST_SCALE = 0.02
+"""Of a camera, px/mm; what is smaller shows no face."""
+
+SAME_SIZE = (0.8, 1.25)
+"""A face that is found again at a scale between these keeps its templates."""
+
+FOUND_SD_RAD = float(np.deg2rad(10.0))
+FOUND_SPREAD = 0.05
+"""Spread of the particles of a face that is found again, as a share of the distance between its eyes."""
+
+FIT_ROUNDS = 12
+FIT_NOISE = np.array([0.2, 0.2, 0.2, 200.0, 200.0, 400.0])
+
+
+def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
+    """Cut the templates and begin at the features of frame 0, where theta = 0.
+
+    Raises:
+        ValueError: The features are not given, not within the picture, or do not make a face.
+    """
+    landmarks = target.landmarks
+    if landmarks is None:
+        raise ValueError("a head is tracked by its features, got a target without any")
+    sight = FirstSight(_grey(frame), landmarks.points_px, FaceModel(landmarks.model_mm))
+    return _begun(method, sight, parameters, rng)
+
+
+def camera_of(model: FaceModel, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the affine camera (2, 4) that sees a face at these points, px.
+
+    Raises:
+        ValueError: The points do not make a face.
+    """
+    camera = affine_fit(model.points_mm, points_px)
+    if float(np.linalg.svd(camera[:, :3], compute_uv=False)[-1]) < LEAST_SCALE:
+        raise ValueError("expected points that make a face, got points that lie on one line or all in one place")
+    return camera
+
+
+def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
+    """Weigh particles by how well the picture there correlates with the templates; look for a face that is lost."""
+    grey, state = _grey(frame), _formed(state, parameters)
+    memory = _memory(state)
+    if memory.lost:
+        return _searched(method, state, grey, parameters, rng)
+    templates = memory.templates(state.pose.mean, by_pose=parameters.templates_by_pose)
+    belief = pose.advance(state, partial(_log_likelihood, grey, templates, parameters), parameters, method, rng)
+    after = replace(state, belief=belief, pose=belief.pose, switched=pose.switched(state.belief, belief))
+    means = after.feature_means
+    correlations = template.correlations(grey, means[:, None], templates)[:, 0]
+    recognised = correlations >= parameters.recognised_correlation
+    misfit = memory.misfit(after.seen(after.solid.points_mm), means)
+    doubtful = int(recognised.sum()) < parameters.least_recognised or misfit > parameters.largest_misfit
+    patience = parameters.patience_frames if parameters.find_again else 0
+    memory = memory.judged(correlations, means, patience, doubtful=doubtful)
+    return replace(after, recognised=recognised, memory=_learned(memory, grey, after, templates, parameters))
+
+
+def _log_likelihood(
+    grey: NDArray[np.uint8], templates: Templates, parameters: HeadTrackerParameters, positions: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    scores = template.log_likelihood(grey, positions, templates, parameters.correlation_spread)
+    if parameters.hidden_weight > 0.0:
+        scores = np.logaddexp(scores, np.log(parameters.hidden_weight))
+    return scores
+
+
+def _begun(method: Method, sight: FirstSight, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
+    form, points_px = _form(parameters), sight.points_px
+    bank = TemplateBank.begin(sight.templates(form.template_scale))
+    model = _model(sight, form)
+    solid, turn = _solid(sight, model, form)
+    belief = pose.begin(solid, points_px, parameters, method, rng)
+    memory = HeadMemory(bank, sight, form, model, turn, around(points_px))
+    return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), memory=memory)
+
+
+def _formed(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
+    """Make solid and templates anew where the parameters that they depend on have changed."""
+    memory, form = _memory(state), _form(parameters)
+    if form == memory.form:
+        return state
+    if form.template_scale != memory.form.template_scale:
+        bank = TemplateBank.begin(memory.sight.templates(form.template_scale))
+        memory = replace(memory, bank=bank, form=memory.form._replace(template_scale=form.template_scale))
+    if form == memory.form:
+        return replace(state, memory=memory)
+    model = _model(memory.sight, form)
+    solid, turn = _solid(memory.sight, model, form, memory.enlarged)
+    memory = replace(memory, form=form, model=model, turn=turn)
+    return replace(pose.transferred(state, solid, parameters), memory=memory)
+
+
+def _form(parameters: HeadTrackerParameters) -> Form:
+    return Form(parameters.face_model, parameters.upper_layer, parameters.focal_widths, parameters.template_scale)
+
+
+def _model(sight: FirstSight, form: Form) -> FaceModel:
+    return mean_model() if form.face_model == "mean" else sight.own
+
+
+def _solid(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.0) -> tuple[Solid, NDArray[np.float64]]:
+    """Return the head as a solid that is at theta = 0 at first sight, and how its frame is turned from the model's."""
+    points_px, (height, width) = sight.points_px, sight.grey.shape
+    camera = camera_of(model, points_px)
+    camera[:, :3] *= enlarged
+    focal_px, principal_px = form.focal_widths * width, np.array([width, height]) / 2.0
+    place = pose.translation(model.points_mm, points_px, focal_px, principal_px)
+    if form.upper_layer == "affine":
+        return Solid(model.points_mm, camera, focal_px, principal_px, place), np.eye(3)
+    theta, place = _fitted(model.points_mm, points_px, focal_px, principal_px, place)
+    turn = rotation(theta)
+    camera[:, :3] = camera[:, :3] @ turn.T
+    return Solid(np.ascontiguousarray(model.points_mm @ turn.T), camera, focal_px, principal_px, place), turn
+
+
+def _fitted(
+    points_mm: NDArray[np.float64],
+    pixels: NDArray[np.float64],
+    focal_px: float,
+    principal_px: NDArray[np.float64],
+    place_mm: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return angles (3,) and place (3,) at which a pinhole sees points best, by repeating the layer's own update."""
+    start_at = np.concatenate([np.zeros(3), place_mm])
+    layer = PerspectiveLayer(points_mm, focal_px, start_at, principal_px, FIT_NOISE)
+    belief = layer.begin()
+    for _ in range(FIT_ROUNDS):
+        found = layer.update(belief, pixels, np.ones_like(pixels), Stream(0, 0, Purpose.START))
+        belief = Gaussian(np.tile(found.mean[:6], 2), belief.covariance)
+    return belief.mean[:3], belief.mean[3:6]
+
+
+def _searched(
+    method: Method, state: PoseState, grey: NDArray[np.uint8], parameters: HeadTrackerParameters, rng: Stream
+) -> PoseState:
+    """Look for a lost face now and then, and become less and less sure in between."""
+    memory = _memory(state)
+    if memory.lost_frames % SEARCH_EVERY == 1:
+        face = find_again(grey, memory.box, memory.model)
+        if face is not None:
+            return _resumed(method, state, grey, face.points_px, parameters, rng)
+    return replace(
+        state,
+        pose=widened(state.pose, np.deg2rad(parameters.pose_noise_deg)),
+        recognised=np.zeros_like(state.recognised),
+        switched=False,
+        memory=replace(memory, lost_frames=memory.lost_frames + 1),
+    )
+
+
+def _resumed(
+    method: Method,
+    state: PoseState,
+    grey: NDArray[np.uint8],
+    points_px: NDArray[np.float64],
+    parameters: HeadTrackerParameters,
+    rng: Stream,
+) -> PoseState:
+    """Go on with a face that was found again, as seen from the front but perhaps rolled."""
+    memory = _memory(state)
+    moved = fit_similarity(memory.sight.points_px, points_px)
+    if not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
+        return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng)
+    solid, turn = _solid(memory.sight, memory.model, memory.form, moved.scale)
+    roll = np.arctan2(moved.rotation[1, 0], moved.rotation[0, 0])
+    theta = Gaussian(np.array([0.0, 0.0, roll]), FOUND_SD_RAD**2 * np.eye(3))
+    spread_px = FOUND_SPREAD * memory.box[2] / 1.5
+    belief = pose.begin(solid, points_px, parameters, method, rng, theta=theta, spread_px=spread_px)
+    fresh = replace(memory, turn=turn, enlarged=moved.scale, lost_frames=0, doubtful_frames=0, box=around(points_px))
+    return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), switched=True, memory=fresh)
+
+
+def _learned(
+    memory: HeadMemory,
+    grey: NDArray[np.uint8],
+    state: PoseState,
+    templates: Templates,
+    parameters: HeadTrackerParameters,
+) -> HeadMemory:
+    """Renew templates, or gather those of this pose, if so asked for."""
+    bank = memory.bank
+    if parameters.templates_by_pose:
+        bank = bank.learn(grey, state.feature_means, state.pose.mean, float(memory.correlations.mean()))
+    elif parameters.template_renewal > 0.0 and not memory.doubtful_frames:
+        bank = TemplateBank.begin(template.renewed(templates, grey, state.feature_means, parameters.template_renewal))
+    return memory if bank is memory.bank else replace(memory, bank=bank)
+
+
+def _memory(state: PoseState) -> HeadMemory:
+    memory = state.memory
+    if not isinstance(memory, HeadMemory):
+        raise TypeError(f"expected the state of a tracker of heads, got one with {type(memory).__name__}")
+    return memory
+
+
+def _grey(frame: Frame) -> NDArray[np.uint8]:
+    if frame.image_rgb is None:
+        raise ValueError("a head is tracked in pictures, got a frame without one")
+    return template.luma(frame.image_rgb)
+
+
+TRACKERS: dict[str, Tracker] = {
+    method: Tracker(method, title, description, partial(start, method), partial(step, method))
+    for method, (title, description) in METHODS.items()
+}
+"""The trackers of a head, by name, in the order in which they are shown."""

@@ -1,0 +1,230 @@
+"""The methods by which a solid's points are tracked, whatever they look like.
+
+`pf-asd` draws each feature's particles from two predictions and adapts their shares; `alpha-1` and `alpha-0` keep to
+one of them; `rb-pf` samples all features at once. A family of trackers (`prism`, `head`) brings the solid and the
+likelihood and leaves the rest to `begin` and `advance`. The methods understand each other's beliefs, so that one may
+take over from another in mid-run.
+"""
+
+from dataclasses import replace
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.filters import rao_blackwell
+from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
+from pftrack.filters.layers import UpperLayer
+from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
+from pftrack.filters.rao_blackwell import RaoBlackwell
+from pftrack.gaussian import Gaussian
+from pftrack.geometry.rotation import rotation
+from pftrack.learning import mixture_em
+from pftrack.random import Generator
+from pftrack.trackers.pose import layered
+from pftrack.trackers.pose.layered import FeatureLikelihood, Layered
+from pftrack.trackers.pose.parameters import PoseTrackerParameters
+from pftrack.trackers.pose.state import PoseState, Solid
+
+__all__ = ["METHODS", "Belief", "Method", "advance", "begin", "switched", "transferred", "translation"]
+
+Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
+Belief: TypeAlias = Layered[Any] | RaoBlackwell
+
+RATIOS: dict[Method, float] = {"pf-asd": 0.5, "alpha-1": 1.0, "alpha-0": 0.0}
+
+METHODS: dict[Method, tuple[str, str]] = {
+    "pf-asd": (
+        "Adaptive sampling (PF-ASD)",
+        "Draws each feature's particles from the solid's pose and from its own past, and learns how many of each.",
+    ),
+    "alpha-1": ("Solid only (alpha 1)", "Draws all particles of a feature where the solid's pose says it should be."),
+    "alpha-0": ("Features only (alpha 0)", "Draws all particles of a feature from its own past."),
+    "rb-pf": (
+        "Rao-Blackwellised (RB-PF)",
+        "Draws all features at once, with an exact Kalman filter of the camera in each particle; slow.",
+    ),
+}
+"""Title and description by method."""
+
+
+def begin(
+    solid: Solid,
+    positions: NDArray[np.float64],
+    parameters: PoseTrackerParameters,
+    method: Method,
+    rng: Generator,
+    *,
+    theta: Gaussian | None = None,
+    spread_px: float | None = None,
+) -> Belief:
+    """Begin with features at known positions, at rest.
+
+    Args:
+        solid: What is tracked.
+        positions: (F, 2) px of its features.
+        parameters: In force.
+        method: How it will be tracked.
+        rng: The frame's generator.
+        theta: Belief in the angles (3,), rad; as certain as one frame's process noise around 0 if not given.
+        spread_px: Standard deviation of the particles; that of the parameters if not given.
+    """
+    sd = float(np.deg2rad(parameters.pose_noise_deg))
+    pose = theta or Gaussian(np.zeros(3), sd**2 * np.eye(3))
+    if method == "rb-pf":
+        return _joint(solid, parameters, positions, np.zeros((len(positions), 2, 2)), pose)
+    return layered.begin(
+        _layer(solid, parameters),
+        _upper(solid, parameters, positions, pose),
+        positions,
+        _settings(parameters, method),
+        rng,
+        ratio=RATIOS[method],
+        spread_px=parameters.initial_sd_px if spread_px is None else spread_px,
+    )
+
+
+def advance(
+    state: PoseState,
+    log_likelihood: FeatureLikelihood,
+    parameters: PoseTrackerParameters,
+    method: Method,
+    rng: Generator,
+) -> Belief:
+    """Take one observation, given its likelihood."""
+    belief = state.belief
+    if method == "rb-pf":
+        if not isinstance(belief, RaoBlackwell):
+            means, covariances = state.feature_means, state.feature_covariances
+            belief = _joint(state.solid, parameters, means, covariances, belief.pose)
+        layer = _affine(state.solid, parameters)
+        return rao_blackwell.step(belief, layer, log_likelihood, rng, count=parameters.joint_sample_count)
+    if isinstance(belief, RaoBlackwell):
+        belief = begin(state.solid, state.feature_means, parameters, method, rng, theta=belief.pose)
+    apart: Layered[Any] = belief  # type: ignore[assignment] # `begin` gives no joint particles to these methods
+    if isinstance(apart.upper, AffineBelief) != (parameters.upper_layer == "affine"):
+        apart = replace(apart, upper=_upper(state.solid, parameters, apart.features.means, apart.pose))
+    apart = replace(apart, mixture=_steered(apart.mixture, parameters, method))
+    settings = _settings(parameters, method)
+    return layered.step(apart, _layer(state.solid, parameters), log_likelihood, settings, rng)
+
+
+def transferred(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
+    """Return a state that believes the same of pose and features, but of another solid or through another camera.
+
+    The upper layer begins anew from them, at rest; it is left alone if nothing that it reads has changed.
+    """
+    belief, before = state.belief, state.solid
+    same = np.array_equal(before.points_mm, solid.points_mm) and np.array_equal(before.reference, solid.reference)
+    if isinstance(belief, RaoBlackwell):
+        if not same:
+            belief = _joint(solid, parameters, belief.feature_means, belief.feature_covariances, belief.pose)
+        return replace(state, solid=solid, belief=belief)
+    if same and isinstance(belief.upper, AffineBelief) and parameters.upper_layer == "affine":
+        return replace(state, solid=solid)
+    upper = _upper(solid, parameters, belief.features.means, belief.pose)
+    return replace(state, solid=solid, belief=replace(belief, upper=upper))
+
+
+def switched(before: Belief, after: Belief) -> bool:
+    """Return whether a feature went over from trusting one prediction more to trusting the other."""
+    if isinstance(before, RaoBlackwell) or isinstance(after, RaoBlackwell):
+        return type(before) is not type(after)
+    return bool(((before.mixture.ratios > 0.5) != (after.mixture.ratios > 0.5)).any())
+
+
+def translation(
+    turned_mm: NDArray[np.float64], pixels: NDArray[np.float64], focal_px: float, principal_px: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where a solid is whose pose is known, (3,) mm in the camera's frame, by least squares.
+
+    A point seen at (u, v) from the principal point obeys f (X + t_x) = u (Z + t_z), and alike for v: linear in t.
+
+    Args:
+        turned_mm: (F, 3) R X.
+        pixels: (F, 2) where the points are seen.
+        focal_px: Focal length.
+        principal_px: (2,).
+    """
+    seen = pixels - principal_px
+    count = len(seen)
+    slopes, wanted = np.zeros((2 * count, 3)), np.empty(2 * count)
+    for axis in range(2):
+        rows = slice(axis * count, (axis + 1) * count)
+        slopes[rows, axis] = focal_px
+        slopes[rows, 2] = -seen[:, axis]
+        wanted[rows] = seen[:, axis] * turned_mm[:, 2] - focal_px * turned_mm[:, axis]
+    return np.asarray(np.linalg.lstsq(slopes, wanted, rcond=None)[0], dtype=np.float64)
+
+
+def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Settings:
+    learning = None
+    if method == "pf-asd":
+        learning = mixture_em.Settings(parameters.forgetting, parameters.alpha_clip, parameters.lower_density)
+    return layered.Settings(parameters.sample_count, parameters.feature_noise_px, parameters.sd_floor_px, learning)
+
+
+def _steered(mixture: mixture_em.Mixture, parameters: PoseTrackerParameters, method: Method) -> mixture_em.Mixture:
+    """Return the ratios as the method and the present clip have them; another method may have been at work before."""
+    if method == "pf-asd":
+        return replace(mixture, ratios=np.clip(mixture.ratios, parameters.alpha_clip, 1.0 - parameters.alpha_clip))
+    return replace(mixture, ratios=np.full(len(mixture.ratios), RATIOS[method]))
+
+
+def _layer(solid: Solid, parameters: PoseTrackerParameters) -> UpperLayer[Any]:
+    if parameters.upper_layer == "affine":
+        return _affine(solid, parameters)
+    start = np.concatenate([np.zeros(3), solid.translation_mm])
+    noise = parameters.camera_noise * np.array(POSE_NOISE)
+    return PerspectiveLayer(solid.points_mm, solid.focal_px, start, solid.principal_px, noise)
+
+
+def _affine(solid: Solid, parameters: PoseTrackerParameters) -> AffineLayer:
+    return AffineLayer(
+        solid.points_mm,
+        solid.reference,
+        parameters.camera_noise * np.array(ENTRY_NOISE),
+        float(np.deg2rad(parameters.pose_noise_deg)),
+        parameters.pose_estimator,
+        parameters.pose_sample_count,
+    )
+
+
+def _upper(
+    solid: Solid, parameters: PoseTrackerParameters, positions: NDArray[np.float64], pose: Gaussian
+) -> AffineBelief | Gaussian:
+    """Return the belief of the upper layer in a solid of this pose whose features are here."""
+    initial = _layer(solid, parameters).begin()
+    if isinstance(initial, AffineBelief):
+        return AffineBelief(np.tile(_camera(solid, positions, pose.mean), 2), initial.covariance, pose)
+    turned = solid.points_mm @ rotation(pose.mean).T
+    place = translation(turned, positions, solid.focal_px, solid.principal_px)
+    covariance = initial.covariance.copy()
+    covariance[:3, :3] = np.maximum(covariance[:3, :3], pose.covariance)
+    return Gaussian(np.tile(np.concatenate([pose.mean, place]), 2), covariance)
+
+
+def _joint(
+    solid: Solid,
+    parameters: PoseTrackerParameters,
+    positions: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    pose: Gaussian,
+) -> RaoBlackwell:
+    """Return joint particles of a solid of this pose whose features are here, all of them at one place."""
+    count = parameters.joint_sample_count
+    camera = np.tile(_camera(solid, positions, pose.mean), 2)
+    return replace(
+        rao_blackwell.begin(_affine(solid, parameters), count),
+        cameras=np.repeat(camera[:, :, None], count, axis=2),
+        coordinates=np.repeat(positions.T[:, :, None], count, axis=2),
+        feature_means=positions,
+        feature_covariances=covariances,
+        pose=pose,
+    )
+
+
+def _camera(solid: Solid, positions: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the affine camera (2, 4) that sees a solid of this pose with the middle of its features in theirs."""
+    slopes = solid.reference[:, :3] @ rotation(theta)
+    return np.column_stack([slopes, positions.mean(axis=0) - slopes @ solid.points_mm.mean(axis=0)])

@@ -1,0 +1,228 @@
+"""Messages: the one typed, versioned vocabulary of a session's stream.
+
+What is sent to the page is built and encoded once for all listeners. `hello` tells everything there is to know, so a
+listener that lost messages is simply greeted again.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from pftrack.experiments import Plot, Reading
+from pftrack.parameters import Value
+from server.schemas.spec import Bookmark
+
+__all__ = [
+    "VERSION",
+    "Bookmarks",
+    "BranchPublic",
+    "Branches",
+    "ChangePublic",
+    "Frame",
+    "Frames",
+    "Hello",
+    "Message",
+    "Parameters",
+    "Phase",
+    "Ping",
+    "Pong",
+    "Position",
+    "Refused",
+    "SessionNews",
+    "SessionPublic",
+    "TrackerPublic",
+    "encode",
+    "ping",
+]
+
+VERSION: Literal[1] = 1
+Phase = Literal["starting", "ready", "playing", "ended", "suspended", "crashed"]
+
+
+class TrackerPublic(BaseModel):
+    """A tracker that can be chosen."""
+
+    id: str
+    title: str
+
+
+class ChangePublic(BaseModel):
+    """A change of parameters on the timeline."""
+
+    frame: int
+    values: dict[str, Value]
+
+
+class BranchPublic(BaseModel):
+    """A branch as the page lists it."""
+
+    id: str
+    title: str
+    parent: str | None
+    frame: int
+    tracker: str
+    colour: str
+
+
+class SessionPublic(BaseModel):
+    """A session as everybody outside sees it."""
+
+    id: str
+    experiment: str
+    title: str
+    unit: str = "px"
+    target: str = "target"
+    features: list[str] = []
+    plots: list[Plot] = []
+    readings: list[Reading] = []
+    first_tracker: str
+    tracker: str
+    seed: int
+    frames: int
+    position: int
+    head: int
+    playing: bool
+    speed: float
+    state: Phase
+    message: str | None = None
+    parameters: dict[str, Value]
+    first_parameters: dict[str, Value] = {}
+    declarations: list[dict[str, Any]]
+    trackers: list[TrackerPublic]
+    layers: dict[str, bool]
+    timeline: list[ChangePublic]
+    branch: str
+    branches: list[BranchPublic]
+    bookmarks: list[Bookmark]
+    sweep: str | None = None
+    upload: str | None = None
+    box: tuple[float, float, float, float] | None = None
+    points: dict[str, tuple[float, float]] | None = None
+    start: int = 0
+    width: int
+    height: int
+    frame_rate_hz: float
+    created: str
+    page: str
+    viewer: str
+
+
+class Message(BaseModel):
+    """Base of all messages: each names its version and its type."""
+
+    model_config = ConfigDict(frozen=True)
+
+    version: Literal[1] = VERSION
+
+
+class Hello(Message):
+    """Everything there is to know; the first message of every connection."""
+
+    type: Literal["hello"] = "hello"
+    session: SessionPublic
+    diagnostics: dict[str, list[Any]]
+
+
+class Frame(Message):
+    """A frame was computed."""
+
+    type: Literal["frame"] = "frame"
+    branch: str
+    diagnostics: dict[str, Any]
+    shown: bool
+
+
+class Frames(Message):
+    """Several frames were computed since the last message."""
+
+    type: Literal["frames"] = "frames"
+    branch: str
+    rows: list[dict[str, Any]]
+
+
+class Position(Message):
+    """Another frame is shown, or the transport changed."""
+
+    type: Literal["position"] = "position"
+    branch: str
+    frame: int
+    head: int
+    playing: bool
+    speed: float
+
+
+class Parameters(Message):
+    """The values in force; `values` are those that changed, from `frame` on."""
+
+    type: Literal["parameters"] = "parameters"
+    branch: str
+    frame: int
+    parameters: dict[str, Value]
+    tracker: str
+    values: dict[str, Value]
+
+
+class Branches(Message):
+    """A branch was made or chosen."""
+
+    type: Literal["branches"] = "branches"
+    branch: str
+    branches: list[BranchPublic]
+
+
+class Bookmarks(Message):
+    """The bookmarks changed."""
+
+    type: Literal["bookmarks"] = "bookmarks"
+    bookmarks: list[Bookmark]
+
+
+class SessionNews(Message):
+    """The session is in another state."""
+
+    type: Literal["session"] = "session"
+    state: Phase
+    message: str | None = None
+
+
+class Refused(Message):
+    """A change that came through the scene's panel was refused."""
+
+    type: Literal["refused"] = "refused"
+    message: str
+    field: str | None = None
+    bound: str | None = None
+    value: Any = None
+
+
+class Pong(Message):
+    """The answer to a ping, with its time."""
+
+    type: Literal["pong"] = "pong"
+    sent: float
+
+
+class Ping(Message):
+    """The only thing that a page says on the stream."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    type: Literal["ping"]
+    sent: Annotated[float, Field(allow_inf_nan=False)]
+
+
+PING: TypeAdapter[Ping] = TypeAdapter(Ping)
+
+
+def encode(message: Message) -> str:
+    """Return a message as JSON text; a number that is not finite becomes null."""
+    return message.model_dump_json()
+
+
+def ping(text: str) -> Ping:
+    """Read what a page sent.
+
+    Raises:
+        ValueError: It is no ping of this version.
+    """
+    return PING.validate_json(text)

@@ -1,0 +1,216 @@
+"""Models: the shapes that the REST interface takes and gives."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from pftrack.parameters import Declaration, Value
+from server.schemas.messages import TrackerPublic
+from server.schemas.spec import LARGEST_SEED, Box, Points
+
+__all__ = [
+    "BookmarkCreate",
+    "BranchCreate",
+    "Changed",
+    "Columns",
+    "ExperimentDetail",
+    "ExperimentPublic",
+    "FeaturesPublic",
+    "PresetPublic",
+    "RunCreate",
+    "RunPublic",
+    "SessionCreate",
+    "TimelineChange",
+    "TrackerPublic",
+    "TransportUpdate",
+    "TruthPublic",
+    "UploadPublic",
+]
+
+SLOWEST = 0.1
+
+Frame = Annotated[int, Field(ge=0, le=10_000_000)]
+Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+Values = dict[Annotated[str, Field(max_length=64)], Any]
+Title = Annotated[str, Field(max_length=200)]
+
+
+def _speed(value: float) -> float:
+    if value != 0 and value < SLOWEST:
+        raise ValueError("Input should be 0 (as fast as possible) or between 0.1 and 10")
+    return value
+
+
+class RequestBody(BaseModel):
+    """Base of what a client sends: closed to unknown names."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class PresetPublic(BaseModel):
+    """A named starting point."""
+
+    name: str
+    title: str
+    tracker: str
+    parameters: dict[str, Value]
+    seed: int
+
+
+class ExperimentPublic(BaseModel):
+    """An experiment as the gallery shows it."""
+
+    id: str
+    title: str
+    question: str
+    document: str
+    description: str
+    accepts_video: bool
+    target: str = Field(description="What is tracked, one word")
+    finds_target: bool
+    features: dict[str, str] = Field(description="What people call the target's features, by name")
+    links: list[tuple[str, str]] = Field(description="Features between which a line helps the eye")
+    outline: str = Field(description="How far a box around the target reaches")
+    advice: str = Field(description="What a person who marks the features should know")
+    truth_columns: list[str] = Field(description="What a table of truth for a recording has")
+    default_tracker: str
+    frames: int
+    trackers: list[dict[str, str]]
+    presets: list[PresetPublic]
+    thumbnail: str
+
+
+class ExperimentDetail(ExperimentPublic):
+    """An experiment with everything that can be turned."""
+
+    declarations: list[Declaration]
+    layers: dict[str, bool]
+    parameter_schema: dict[str, Any] = Field(serialization_alias="schema")
+
+
+class UploadPublic(BaseModel):
+    """An upload and what was found in it."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    id: str
+    name: str
+    kind: str
+    frames: int
+    width: int
+    height: int
+    frame_rate_hz: float
+    duration_s: float
+    sha256: str
+    warnings: list[str]
+    size_bytes: int
+    created: str
+
+
+class FeaturesPublic(BaseModel):
+    """What came of looking for a target in an upload.
+
+    As long as there are no points and `looked` is less than `of`, one may go on looking.
+    """
+
+    frame: int = Field(description="Where it was found, or the last frame that was looked into")
+    points: dict[str, tuple[float, float]] | None = Field(description="Its features, px; null if it was not found")
+    placed: list[str] = Field(description="Features that a model has placed rather than the picture shown")
+    remarks: list[str] = Field(description="What to look at, or why nothing was found")
+    looked: int = Field(description="How many frames were looked into")
+    of: int = Field(description="How many frames there are to look into")
+
+
+class TruthPublic(BaseModel):
+    """What is truly so in an upload, in short."""
+
+    frames: int = Field(description="How many frames there is truth of")
+    first: int
+    last: int
+    warnings: list[str]
+
+
+class TimelineChange(RequestBody):
+    """A change of parameters on the timeline of a new session."""
+
+    frame: Frame
+    values: Values
+
+
+class SessionCreate(RequestBody):
+    """What a new session is to be."""
+
+    experiment: str = Field(max_length=64)
+    tracker: str | None = Field(None, max_length=64)
+    seed: Seed = 0
+    parameters: Values = {}
+    frames: Frame | None = None
+    upload: str | None = Field(None, max_length=64)
+    box: Box | None = None
+    points: Points | None = Field(None, description="Features of the target in the frame `start`, px, by name")
+    start: Frame = Field(0, description="Frame of the upload to begin at, or to look for the target from")
+    timeline: list[TimelineChange] = Field([], max_length=10_000)
+    position: Frame = 0
+
+
+class TransportUpdate(RequestBody):
+    """What the run is to do."""
+
+    action: Literal["play", "pause", "step", "back", "seek", "speed", "restart"]
+    frame: Frame | None = None
+    speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
+    seed: Seed | None = Field(None, description="With restart: the seed to begin anew with")
+
+
+class BranchCreate(RequestBody):
+    """Where to leave the active branch, and with what to go on."""
+
+    frame: Frame
+    tracker: str | None = Field(None, max_length=64)
+    parameters: Values = {}
+    title: Title | None = None
+
+
+class BookmarkCreate(RequestBody):
+    """What is worth remembering of the frame that is shown."""
+
+    note: str = Field("", max_length=500)
+
+
+class RunCreate(RequestBody):
+    """Which session's active branch to save."""
+
+    session: str = Field(max_length=64)
+    title: Title | None = None
+
+
+class Changed(BaseModel):
+    """The values in force after a change, and the frame from which they count."""
+
+    parameters: dict[str, Value]
+    tracker: str
+    frame: int
+    branch: str
+
+
+class Columns(BaseModel):
+    """The diagnostics of a branch, a list a column."""
+
+    branch: str
+    columns: dict[str, list[Any]]
+
+
+class RunPublic(BaseModel):
+    """A saved run."""
+
+    id: str
+    title: str
+    experiment: str
+    tracker: str
+    seed: int
+    frames: int
+    created: str
+    outcome: str
+    summary: dict[str, Any]
+    thumbnail: str
+    page: str

@@ -1,0 +1,54 @@
+"""Messages: the one typed, versioned vocabulary of a sweep's stream.
+
+`hello` tells everything there is to know; after it come the progress, and of the map only the cells that have changed.
+A page that is slow gets fewer and larger messages, never old ones.
+"""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from server.sweeps.views import CellsPublic, MapPublic, State, SweepPublic
+
+__all__ = ["VERSION", "Cells", "Hello", "Message", "Progress"]
+
+VERSION: Literal[1] = 1
+
+
+class Message(BaseModel):
+    """Base of all messages: each names its version and its type."""
+
+    model_config = ConfigDict(frozen=True)
+
+    version: Literal[1] = VERSION
+
+
+class Hello(Message):
+    """Everything there is to know; the first message of every connection."""
+
+    type: Literal["hello"] = "hello"
+    sweep: SweepPublic
+    cells: CellsPublic
+
+
+class Progress(Message):
+    """How far it is, and what it is doing. Rates are in runs a second, times in seconds."""
+
+    type: Literal["progress"] = "progress"
+    state: State
+    message: str | None
+    done: int
+    successes: int | None
+    rate: float | None
+    seconds: float
+    seconds_left: float | None
+    outcome: str
+
+
+class Cells(Message):
+    """The cells that have changed, by their number: row after row of the y axis."""
+
+    type: Literal["cells"] = "cells"
+    done: int
+    at: list[int]
+    maps: list[MapPublic]

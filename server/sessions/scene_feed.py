@@ -1,0 +1,140 @@
+"""The scene feed: the viser scene of a session, fed with the newest drawing and never with a queue of them.
+
+The viewer is made when somebody first looks. It keeps the newest drawing and sends as many as its browsers can follow,
+so handing it one costs nothing; changes of its panel run in threads, one at a time, and while one runs only the newest
+waits. The worker gets credit for its next drawing when the last one has arrived and somebody looks on.
+"""
+
+import asyncio
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import structlog
+
+from pftrack.drawing import Drawing
+from pftrack.parameters import Declaration, Value
+from server.worker.protocol import SessionInfo
+
+if TYPE_CHECKING:
+    from server.viewer import Endpoint, Viewer
+
+__all__ = ["SceneFeed"]
+
+log = structlog.get_logger(__name__)
+
+Values = dict[str, Value]
+
+
+class SceneFeed:
+    """The scene of one session and those who look at it."""
+
+    def __init__(
+        self,
+        *,
+        credit: Callable[[], None],
+        on_values: Callable[[dict[str, Any]], None],
+        on_transport: Callable[[dict[str, Any]], None],
+    ) -> None:
+        self._credit = credit
+        self._on_values = on_values
+        self._on_transport = on_transport
+        self._viewer: Viewer | None = None
+        self._opening = asyncio.Lock()
+        self._loop = asyncio.get_running_loop()
+        self._pump: asyncio.Task[None] | None = None
+        self._values: tuple[Values, str, float, int] | None = None
+        self._refusals: list[str] = []
+        self.watchers = 0
+
+    async def open(self, card: SessionInfo, values: Values, tracker: str, seed: int) -> "Endpoint":
+        """Make the viewer unless there is one, and return where the bridge connects to it."""
+        async with self._opening:
+            if self._viewer is None:
+                self._viewer = await asyncio.to_thread(self._made, card, values, tracker, seed)
+            return self._viewer.endpoint
+
+    @contextmanager
+    def watch(self) -> Iterator[None]:
+        """Count somebody as looking on for as long as the context lasts."""
+        self.watchers += 1
+        self._credit()
+        try:
+            yield
+        finally:
+            self.watchers -= 1
+
+    def offer(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+        """Show a drawing; the viewer leaves it out if a newer one comes before it can be sent."""
+        if self._viewer is not None:
+            self._viewer.show(drawing, diagnostics)
+        if self.watchers:
+            self._credit()
+
+    def tell(self, values: Values, tracker: str, speed: float, seed: int) -> None:
+        """Show the values in force in the panel."""
+        self._values = (values, tracker, speed, seed)
+        self._start()
+
+    def refuse(self, message: str) -> None:
+        """Tell that a value was refused; its control springs back."""
+        self._refusals.append(message)
+        self._start()
+
+    def resumed(self) -> None:
+        """Ask a new worker for its first drawing."""
+        if self.watchers:
+            self._credit()
+
+    async def close(self) -> None:
+        """Close the viewer, if there is one; it can be opened again."""
+        if self._pump is not None:
+            await asyncio.gather(self._pump, return_exceptions=True)
+        async with self._opening:
+            viewer, self._viewer = self._viewer, None
+            if viewer is not None:
+                await asyncio.to_thread(viewer.close)
+
+    def _made(self, card: SessionInfo, values: Values, tracker: str, seed: int) -> "Viewer":
+        from server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
+
+        return Viewer(
+            declarations=[Declaration.model_validate(item) for item in card.declarations],
+            values=values,
+            trackers=card.trackers,
+            tracker=tracker,
+            seed=seed,
+            layers=card.layers,
+            title=card.title,
+            on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),
+            on_tracker=lambda chosen: self._from_thread(self._on_values, {"tracker": chosen}),
+            on_transport=lambda command: self._from_thread(self._on_transport, dict(command)),
+        )
+
+    def _from_thread(self, callback: Callable[[dict[str, Any]], None], command: dict[str, Any]) -> None:
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(callback, command)
+
+    def _start(self) -> None:
+        if self._viewer is not None and (self._pump is None or self._pump.done()):
+            self._pump = asyncio.ensure_future(self._run())
+
+    async def _run(self) -> None:
+        """Bring what waits into the panel until nothing waits."""
+        while (viewer := self._viewer) is not None and (self._values or self._refusals):
+            values, self._values = self._values, None
+            refusals, self._refusals = self._refusals, []
+            try:
+                await asyncio.to_thread(_apply, viewer, values, refusals)
+            except Exception:
+                # A panel that cannot be drawn must not end the session: its page still has the plots.
+                log.exception("viewer failed")
+
+
+def _apply(viewer: "Viewer", values: tuple[Values, str, float, int] | None, refusals: list[str]) -> None:
+    if values is not None:
+        viewer.set_values(values[0], values[1])
+        viewer.set_speed(values[2])
+        viewer.set_seed(values[3])
+    for message in refusals:
+        viewer.refuse(message)

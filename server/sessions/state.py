@@ -1,0 +1,216 @@
+"""The state of a session: what the worker has reported of its run, and what of that is news for the pages.
+
+It alone changes the spec's branches and positions, and it alone decides what of that is news.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from server.schemas import messages
+from server.schemas.messages import Phase
+from server.schemas.spec import Bookmark, BranchSpec, SessionSpec, as_models
+from server.sessions.history import History
+from server.sessions.view import branch_views, view
+from server.stream.listeners import Listeners
+from server.worker.protocol import Ready, RunStatus, SessionInfo
+
+__all__ = ["SessionState"]
+
+
+class SessionState:
+    """Spec, state and diagnostics of one session.
+
+    Attributes:
+        spec: Everything that is kept of the session.
+        state: What it is doing.
+        message: Why it is in this state, where there is something to say.
+        playing: Whether the run goes on by itself.
+        dirty: Whether something that people made has changed since the spec was last stored.
+        moved: Whether the position has.
+        frames_computed: Frames that its workers have computed.
+        listeners: Who hears the news.
+    """
+
+    def __init__(self, spec: SessionSpec, state: Phase, on_values: Callable[[], None]) -> None:
+        """Begin with a spec; `on_values` is called when the values in force have changed."""
+        self.spec = spec
+        self.phase: Phase = state
+        self.message: str | None = None
+        self.playing = False
+        self.dirty = True
+        self.moved = False
+        self.frames_computed = 0
+        self.card = SessionInfo(**spec.card) if spec.card else None
+        self.listeners = Listeners(self.hello)
+        self._on_values = on_values
+        self._histories: dict[str, History] = {}
+        self._last: RunStatus | None = None
+
+    # ------------------------------------------------------------ what is known
+
+    def view(self) -> messages.SessionPublic:
+        """Return the session as everybody outside sees it."""
+        assert self.card is not None  # noqa: S101 - a session without a card is shown to nobody
+        return view(self.spec, self.card, self.phase, self.message, playing=self.playing)
+
+    def hello(self) -> messages.Hello:
+        """Return everything there is to know."""
+        return messages.Hello(session=self.view(), diagnostics=self.columns(self.spec.branch))
+
+    def columns(self, branch: str) -> dict[str, list[Any]]:
+        """Return the diagnostics of a branch."""
+        history = self._histories.get(branch)
+        return dict(history.columns) if history else {}
+
+    # ------------------------------------------------------------ what is told by the worker
+
+    def begin(self, ready: Ready) -> None:
+        """Take down what a new worker has made of the spec, and tell everything anew."""
+        self.card = ready.card
+        self.spec.card = {name: getattr(ready.card, name) for name in SessionInfo.__slots__}
+        self.spec.frames = ready.card.frames
+        if ready.found is not None:
+            self.spec.start, points = ready.found
+            self.spec.box, self.spec.points = None, dict(points)
+        self._last = None
+        self._histories[self.spec.branch] = History()
+        self._histories[self.spec.branch].put(ready.rows)
+        self.stand(ready.status)
+        self.listeners.greet()
+
+    def add(self, branch: str, rows: list[dict[str, Any]], shown: int | None) -> None:
+        """Take down the diagnostics of frames just computed."""
+        if not rows:
+            return
+        self.frames_computed += len(rows)
+        self._history(branch).put(rows)
+        if len(rows) == 1:
+            row = rows[0]
+            self.listeners.emit(messages.Frame(branch=branch, diagnostics=row, shown=shown == row["frame"]))
+        else:
+            self.listeners.emit(messages.Frames(branch=branch, rows=rows))
+
+    def stand(self, now: RunStatus, rows: Sequence[dict[str, Any]] = (), shown: int | None = None) -> None:
+        """Take down where the run stands and the diagnostics of frames just computed, and tell what has changed.
+
+        The diagnostics of a frame are told before the position, so that no page stands on a frame it knows nothing of.
+        """
+        last, self._last = self._last, now
+        branch = self.spec.branches.get(now.branch) or self._new_branch(now)
+        switched = self.spec.branch != now.branch
+        changed = {name: value for name, value in now.values.items() if self.spec.values.get(name) != value}
+        if branch.tracker != now.tracker and not switched:
+            changed["tracker"] = now.tracker
+        self.spec.branch, self.spec.second, self.spec.values = now.branch, now.second, now.values
+        branch.position, branch.head = now.position, now.head
+        branch.first_tracker, branch.tracker = now.first_tracker, now.tracker
+        branch.first_values = now.first_values
+        self.playing, self.spec.speed = now.playing, now.speed
+        reseeded, self.spec.seed = self.spec.seed != now.seed, now.seed
+        if last is None or now.timeline != last.timeline:
+            branch.timeline = as_models(now.timeline)
+        self.moved = True
+        # While it plays only its position changes, which is worth a look now and then.
+        self.dirty = self.dirty or not now.playing or changed != {} or switched or reseeded
+        if last is not None and now.restarts != last.restarts:
+            self._forget(now.branch)
+        self.become("playing" if now.playing else "ended" if now.ended else "ready")
+        if switched:
+            self.tell_branches()
+        if changed or switched:
+            self._tell_values(branch, changed)
+        if last is None or reseeded or last.speed != now.speed:
+            self._on_values()
+        self.add(now.branch, list(rows), shown)
+        if last is None or switched or _where(last) != _where(now):
+            self._tell_position(now)
+
+    def become(self, state: Phase, message: str | None = None) -> None:
+        """Be in another state, and say so unless the transport says it already."""
+        if state == self.phase and message == self.message:
+            return
+        between = {self.phase, state} <= {"ready", "playing"}
+        self.phase, self.message = state, message
+        if not between:
+            self.listeners.emit(messages.SessionNews(state=state, message=message))
+
+    def _history(self, branch: str) -> History:
+        return self._histories.setdefault(branch, History())
+
+    def _new_branch(self, now: RunStatus) -> BranchSpec:
+        """Take note of a branch that the worker made."""
+        assert self.card is not None  # noqa: S101 - a worker shows its card first
+        parent = self.spec.branch
+        made = BranchSpec(
+            id=now.branch,
+            title=f"{self.card.trackers.get(now.tracker, now.tracker)} from frame {now.position}",
+            parent=parent,
+            frame=now.position,
+            tracker=now.tracker,
+        )
+        self.spec.branches_made += 1
+        self.spec.branches[made.id] = made
+        self._histories[made.id] = self._history(parent).upto(now.position)
+        return made
+
+    def _forget(self, branch: str) -> None:
+        """Forget the past of a branch that has begun anew."""
+        self._histories[branch] = History()
+        self.spec.bookmarks = [item for item in self.spec.bookmarks if item.branch != branch]
+        self.listeners.greet()
+
+    # ------------------------------------------------------------ what people do to it
+
+    def name_branch(self, branch: str, title: str) -> None:
+        """Give a branch another title."""
+        self.spec.branches[branch].title = title
+        self.tell_branches()
+
+    def bookmark(self, name: str, note: str) -> Bookmark:
+        """Remember the frame that is shown."""
+        made = Bookmark(id=name, frame=self.spec.active.position, note=note, branch=self.spec.branch)
+        self.spec.bookmarks = sorted([*self.spec.bookmarks, made], key=lambda item: item.frame)
+        self._tell_bookmarks()
+        return made
+
+    def unbookmark(self, name: str) -> bool:
+        """Forget a bookmark; return whether there was one."""
+        kept = [item for item in self.spec.bookmarks if item.id != name]
+        found = len(kept) < len(self.spec.bookmarks)
+        self.spec.bookmarks = kept
+        self._tell_bookmarks()
+        return found
+
+    # ------------------------------------------------------------ telling
+
+    def tell_branches(self) -> None:
+        """Tell which branches there are."""
+        self.dirty = True
+        self.listeners.emit(messages.Branches(branch=self.spec.branch, branches=branch_views(self.spec)))
+
+    def _tell_values(self, branch: BranchSpec, changed: dict[str, Any]) -> None:
+        self._on_values()
+        self.listeners.emit(
+            messages.Parameters(
+                branch=branch.id,
+                frame=branch.position + 1,
+                parameters=self.spec.values,
+                tracker=branch.tracker,
+                values=changed,
+            )
+        )
+
+    def _tell_position(self, now: RunStatus) -> None:
+        self.listeners.emit(
+            messages.Position(
+                branch=now.branch, frame=now.position, head=now.head, playing=now.playing, speed=now.speed
+            )
+        )
+
+    def _tell_bookmarks(self) -> None:
+        self.dirty = True
+        self.listeners.emit(messages.Bookmarks(bookmarks=self.spec.bookmarks))
+
+
+def _where(status: RunStatus) -> tuple[int, int, bool, float]:
+    return status.position, status.head, status.playing, status.speed

@@ -1,0 +1,195 @@
+"""The worker handle: a worker process as the web process sees it.
+
+It starts the worker, numbers requests and waits for their answers, notices when the worker falls silent or dies, and
+says in one sentence why.
+"""
+
+import asyncio
+import itertools
+import signal
+import time
+from collections.abc import Callable
+from multiprocessing.context import ForkServerProcess
+
+import structlog
+
+from server.errors import UnavailableError
+from server.worker import forkserver
+from server.worker.pipe import WebEnd, pair
+from server.worker.protocol import Command, Credit, Event, Failed, Ready, Reply, Request, WorkerConfig
+from server.worker.worker import main
+
+__all__ = ["WorkerHandle", "WorkerLostError"]
+
+log = structlog.get_logger(__name__)
+
+LAST_WORDS_S = 2.0
+
+
+class WorkerLostError(UnavailableError):
+    """The worker ended before it could answer."""
+
+
+class WorkerHandle:
+    """One worker process and the pipe to it.
+
+    Attributes:
+        heard: When the worker last gave a sign of life (monotonic, s).
+    """
+
+    def __init__(self, config: WorkerConfig, on_event: Callable[[Event], None], on_lost: Callable[[str], None]) -> None:
+        self._config = config
+        self._on_event = on_event
+        self._on_lost = on_lost
+        self._numbers = itertools.count(1)
+        self._waiting: dict[int, asyncio.Future[object]] = {}
+        self._ready: asyncio.Future[Ready] = asyncio.get_running_loop().create_future()
+        self._process: ForkServerProcess | None = None
+        self._end: WebEnd | None = None
+        self._reason: str | None = None
+        self._closing = False
+        self._gone = asyncio.Event()
+        self._farewell: asyncio.Task[None] | None = None
+        self.heard = time.monotonic()
+
+    @property
+    def pid(self) -> int | None:
+        """The worker's process number."""
+        return self._process.pid if self._process else None
+
+    async def start(self, timeout_s: float) -> Ready:
+        """Start the worker and wait until its run stands.
+
+        Raises:
+            Exception: Whatever refused the config, as the worker raised it.
+            WorkerLostError: It ended or did not get ready in time.
+        """
+        ours, theirs = pair()
+        try:
+            self._process = await asyncio.to_thread(
+                forkserver.spawn, main, theirs, self._config, name=f"pftrack-{self._config.session}"
+            )
+            self._end = await WebEnd.connect(ours, self._event, self._lost)
+        except BaseException:
+            ours.close()
+            raise
+        finally:
+            theirs.close()
+        try:
+            return await asyncio.wait_for(asyncio.shield(self._ready), timeout_s)
+        except TimeoutError:
+            self.kill(f"The worker was not ready after {timeout_s:g} s.")
+            raise WorkerLostError(f"The session did not start within {timeout_s:g} s; try again.") from None
+        except BaseException:
+            await self.close()
+            raise
+
+    async def request(self, command: Command, timeout_s: float) -> object:
+        """Send a command and return its answer.
+
+        Raises:
+            Exception: Whatever refused the command, as the worker raised it.
+            WorkerLostError: The worker ended first.
+            UnavailableError: There was no answer in time.
+        """
+        if self._end is None or self._gone.is_set():
+            raise WorkerLostError("The session's worker has ended; resume the session.")
+        number = next(self._numbers)
+        future: asyncio.Future[object] = asyncio.get_running_loop().create_future()
+        self._waiting[number] = future
+        self._end.send(Request(number, command))
+        try:
+            return await asyncio.wait_for(future, timeout_s)
+        except TimeoutError:
+            raise UnavailableError(f"The session did not answer within {timeout_s:g} s; it may be busy.") from None
+        finally:
+            self._waiting.pop(number, None)
+
+    def credit(self) -> None:
+        """Let the worker send one more drawing."""
+        if self._end is not None:
+            self._end.send(Credit())
+
+    def kill(self, reason: str) -> None:
+        """End the worker at once, and say why when its end is noticed."""
+        self._reason = self._reason or reason
+        process = self._process
+        if process is not None and process.is_alive():
+            process.kill()
+
+    async def close(self) -> None:
+        """Hang up, wait for the worker's end, and free everything."""
+        self._closing = True
+        if self._end is not None:
+            self._end.close()
+            await self._gone.wait()
+        if self._farewell is not None:
+            await self._farewell
+
+    def _event(self, event: Event) -> None:
+        self.heard = time.monotonic()
+        match event:
+            case Ready():
+                if not self._ready.done():
+                    self._ready.set_result(event)
+            case Reply(number=number, result=result, error=error):
+                future = self._waiting.get(number)
+                if future is not None and not future.done():
+                    if error is None:
+                        future.set_result(result)
+                    else:
+                        future.set_exception(error)
+            case Failed(message=message, error=error):
+                self._reason = message
+                if error is not None and not self._ready.done():
+                    self._ready.set_exception(error)
+            case _:
+                self._on_event(event)
+
+    def _lost(self) -> None:
+        self._gone.set()
+        self._farewell = asyncio.ensure_future(self._bury())
+
+    async def _bury(self) -> None:
+        """Wait for the process to end, and tell everybody who waits why it did."""
+        code = await asyncio.to_thread(self._ended)
+        reason = self._reason or _cause(code, self._config)
+        lost = WorkerLostError(reason)
+        for future in self._waiting.values():
+            if not future.done():
+                future.set_exception(lost)
+        if not self._ready.done():
+            self._ready.set_exception(lost)
+        # Nobody may be waiting for it any more.
+        self._ready.exception()
+        if not self._closing:
+            log.warning("worker lost", session=self._config.session, code=code, reason=reason)
+            self._on_lost(reason)
+
+    def _ended(self) -> int | None:
+        process = self._process
+        if process is None:
+            return None
+        process.join(LAST_WORDS_S)
+        if process.is_alive():
+            process.kill()
+            process.join(LAST_WORDS_S)
+        code = process.exitcode
+        if code is not None:
+            process.close()
+            self._process = None
+        return code
+
+
+def _cause(code: int | None, config: WorkerConfig) -> str:
+    """Say in a sentence what an exit code means to a person."""
+    if code == -signal.SIGXCPU:
+        return (
+            f"The session used up its {config.cpu_seconds} s of processor time. Resume it to go on with as much again."
+        )
+    if code == -signal.SIGKILL:
+        return "The session's worker was killed, by the system or by somebody. Resume it to go on where it was."
+    if code is not None and code < 0:
+        name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+        return f"The session's worker crashed ({name}). Resume it to go on where it was."
+    return "The session's worker ended unexpectedly. Resume it to go on where it was."

@@ -1,0 +1,3 @@
+"""The stream to the pages: `duplex` joins a websocket to its `listeners`."""
+
+__all__: list[str] = []

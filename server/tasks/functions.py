@@ -1,0 +1,220 @@
+"""Jobs: what is done in a confined process because a stranger's file is involved, or because it takes a while."""
+
+import socket
+import sys
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from pftrack.experiment import Sighting
+from pftrack.experiments import find
+from pftrack.parameters import ParameterError
+from pftrack.rendering import png, render
+from pftrack.runs import record
+from pftrack.runs.run import Change, Run
+from pftrack.sources.recording import Box
+from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
+from pftrack.sources.truth import TruthError
+from server.schemas.spec import LARGEST_SEED
+from server.worker.limits import confine
+from server.worker.pipe import WorkerEnd
+from server.worker.protocol import Failed, Reply
+from server.worker.run_tree import check_timeline
+
+__all__ = [
+    "PATIENCE_S",
+    "Question",
+    "draw_experiment",
+    "find_features",
+    "frame_jpeg",
+    "main",
+    "nothing",
+    "read_record",
+    "read_truth",
+    "weigh_record",
+]
+
+PATIENCE_S = 30.0
+# So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
+SEARCH_S = 1.5
+THUMBNAIL_FRAMES = 90
+THUMBNAIL_WIDTH_PX = 480
+
+
+def main(end: socket.socket, job: Callable[..., Any], arguments: tuple[object, ...], memory_bytes: int) -> None:
+    """Do one job in a confined process and tell its result."""
+    from server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
+
+    assert_preloaded()
+    confine(memory_bytes=memory_bytes, cpu_seconds=int(PATIENCE_S))
+    pipe = WorkerEnd(end)
+    try:
+        pipe.send(Reply(0, job(*arguments)))
+    except (SourceError, ParameterError, TruthError, record.RecordError, LookupError) as error:
+        pipe.send(Failed(str(error)))
+    except BrokenPipeError:
+        return
+    except Exception:  # noqa: BLE001 - told as a process that died
+        traceback.print_exc()
+        sys.exit(1)
+
+
+def nothing() -> bool:
+    """Do nothing: whoever gets the answer knows that processes can be made."""
+    return True
+
+
+def draw_experiment(experiment_id: str) -> bytes:
+    """Return the PNG of a frame from the middle of an experiment's own simulated run, by its first preset."""
+    experiment = find(experiment_id)
+    preset = experiment.presets[0]
+    timeline = (Change(0, preset.parameters),)
+    run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+    run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
+    drawing = experiment.draw(run.current, run.diagnostics)
+    scale = THUMBNAIL_WIDTH_PX / drawing.width
+    return png(render(drawing, layers=experiment.layers, scale=scale, caption=False))
+
+
+def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
+    """Return a frame of an upload as JPEG."""
+    sequence = _opened(path, index, number, limits)
+    done, encoded = cv2.imencode(".jpg", cv2.cvtColor(sequence.picture(number), cv2.COLOR_RGB2BGR))
+    if not done:
+        raise SourceError("the frame cannot be drawn")
+    return encoded.tobytes()
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Where to look for a target's features.
+
+    Attributes:
+        experiment: Identifier of the experiment.
+        frame: First frame of the upload to look into.
+        last: Last one, not before the first, or None for that of the upload.
+        looked: How many of the frames worth looking into were looked into before.
+        box: Around the target, px, if a person has drawn one in that frame.
+    """
+
+    experiment: str
+    frame: int
+    last: int | None = None
+    looked: int = 0
+    box: Box | None = None
+
+
+def find_features(path: str, index: str | None, question: Question, limits: Limits) -> dict[str, Any]:
+    """Look for a target's features in an upload for a while, and return what came of it."""
+    finder = find(question.experiment).finder
+    if finder is None:
+        raise SourceError(f"the experiment {question.experiment} does not find its target by itself; draw a box")
+    sequence = _opened(path, index, question.frame, limits)
+    if question.box is not None:
+        try:
+            seen = finder.within(sequence, question.frame, question.box)
+        except ValueError as error:
+            raise SourceError(str(error)) from None
+        return _told(seen, 1, 1)
+    end = sequence.frame_count - 1
+    last = end if question.last is None else min(question.last, end)
+    if last < question.frame:
+        raise ParameterError("last", question.last, f"a frame from {question.frame} on")
+    frames = finder.frames(question.frame, last)
+    until, looked = time.monotonic() + SEARCH_S, min(question.looked, len(frames) - 1)
+    for seen in finder.search(sequence, frames[looked:]):
+        looked += 1
+        # What is only guessed may do where it was asked for, and is not looked for elsewhere.
+        if seen.sure or (seen.points and len(frames) == 1) or time.monotonic() > until:
+            break
+    if seen.sure and question.last is None:
+        seen = finder.better(sequence, seen)
+    guessed = seen.points and not seen.sure and len(frames) > 1
+    return _told(Sighting(seen.frame) if guessed else seen, looked, len(frames))
+
+
+def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
+    return {
+        "frame": seen.frame,
+        "points": dict(seen.points) or None,
+        "placed": list(seen.placed),
+        "remarks": [f"{remark[:1].upper()}{remark[1:]}." for remark in seen.remarks],
+        "looked": looked,
+        "of": of,
+    }
+
+
+def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
+    """Read a table of truth of the kind that goes with an experiment, for an upload of so many frames."""
+    kind, name = find(experiment_id).truth, Path(path).name
+    try:
+        table = kind.read(Path(path))
+    except TruthError as error:
+        # What the file is called here, and where it lies, is nobody's business.
+        said = str(error)
+        raise TruthError(f"the file{said.removeprefix(name) if said.startswith(name) else ' cannot be read'}") from None
+    rows = {frame: row for frame, row in table.rows.items() if frame < frames}
+    if not rows:
+        least = min(table.rows, default=None)
+        found = "lists none with any" if least is None else f"begins at frame {least}"
+        raise TruthError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
+    view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
+    warnings = [f"The file{warning.removeprefix(name)}." for warning in table.warnings]
+    return {**view, "warnings": warnings, "rows": rows}
+
+
+def _opened(path: str, index: str | None, number: int, limits: Limits) -> FrameSequence:
+    """Open an upload that has a frame."""
+    known = FrameIndex.from_json(index) if index else None
+    sequence = open_sequence(Path(path), limits, index=known)
+    if not 0 <= number < sequence.frame_count:
+        raise ParameterError("frame", number, f"a frame of the upload, 0 to {sequence.frame_count - 1}")
+    return sequence
+
+
+def read_record(path: str) -> dict[str, Any]:
+    """Read what a record says of its run."""
+    try:
+        return record.read(Path(path)).model_dump()
+    except record.RecordError as error:
+        # What the file is called here is nobody's business.
+        raise record.RecordError(str(error).replace(Path(path).name, "The file")) from None
+
+
+def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: Limits) -> dict[str, Any]:
+    """Compute the run of a record as far as it was computed, and return what came of it.
+
+    Args:
+        path: The record.
+        videos: Path and index of the uploads by their sha256.
+        limits: How large their frames may be.
+    """
+
+    def reopen(reference: Mapping[str, Any]) -> FrameSequence:
+        known = videos.get(str(reference.get("sha256")))
+        if known is None:
+            name = reference.get("name", "a recording")
+            raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
+        index = FrameIndex.from_json(known[1]) if known[1] else None
+        return open_sequence(Path(known[0]), limits, index=index)
+
+    found = record.Record.model_validate(read_record(path))
+    if found.frames > limits.frames:
+        raise ParameterError("frames", found.frames, f"at most {limits.frames} on this server")
+    if found.seed > LARGEST_SEED:
+        raise ParameterError("seed", found.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
+    run = record.rebuild(found, open_sequence=reopen)
+    check_timeline(run.timeline, run.frames)
+    run.seek(min(max(found.computed, 1), run.frames) - 1)
+    drawing = run.experiment.draw(run.current, run.diagnostics)
+    return {
+        "record": found.model_dump(),
+        "title": run.experiment.title,
+        "summary": {**run.summary(), "reproduced": run.estimates_sha256 == found.estimates_sha256},
+        "thumbnail": png(render(drawing, layers=run.experiment.layers)),
+    }

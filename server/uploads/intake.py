@@ -1,0 +1,90 @@
+"""Intake: from files that have just arrived to an upload that may be used.
+
+Every frame is decoded once, in a confined process, before an upload is anybody's to use; what does not pass is deleted.
+"""
+
+import dataclasses
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from pftrack.sources.images import natural_order
+from pftrack.sources.probe import Probe, probe
+from pftrack.sources.sequence import DEFAULT_LIMITS, Limits
+from server.errors import ConflictError
+from server.settings import Settings
+from server.store.files import new_name, now
+from server.store.store import Store
+from server.store.tables import UploadRow
+from server.uploads.multipart import Received
+
+__all__ = ["limits_of", "take_in"]
+
+
+def limits_of(settings: Settings) -> Limits:
+    """Return how large a sequence may be on this server."""
+    return dataclasses.replace(
+        DEFAULT_LIMITS,
+        frames=settings.max_frames,
+        pixels=settings.max_pixels,
+        file_bytes=settings.max_upload_bytes,
+    )
+
+
+def take_in(
+    store: Store, settings: Settings, folder: Path, received: Received, stopped: Callable[[], bool]
+) -> UploadRow:
+    """Look through files that arrived, and keep them, unless the server stops meanwhile.
+
+    Raises:
+        SourceError: They are no sequence of pictures, or exceed the limits.
+        ConflictError: There is no room for more uploads.
+    """
+    try:
+        if store.count(UploadRow) >= settings.max_uploads:
+            raise ConflictError(f"The server keeps at most {settings.max_uploads} uploads; delete one first.")
+        content = _arranged(folder, received)
+        found = probe(content, limits_of(settings), stopped=stopped)
+        row = _row(found, received)
+        target = store.files.upload(row.id)
+        target.parent.mkdir(mode=0o700)
+        (target.parent / "index.json").write_text(found.index.to_json(), encoding="utf-8")
+        content.replace(target)
+        try:
+            store.add_upload(row)
+        except BaseException:
+            store.files.remove_upload(row.id)
+            raise
+        return row
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _arranged(folder: Path, received: Received) -> Path:
+    """Return one file as it is, several as a folder in which they stand in the natural order of their names."""
+    if len(received.paths) == 1:
+        return received.paths[0]
+    pictures = folder / "pictures"
+    pictures.mkdir()
+    named = sorted(zip(received.names, received.paths, strict=True), key=lambda pair: natural_order(pair[0]))
+    for number, (_, path) in enumerate(named):
+        path.rename(pictures / f"{number:06d}")
+    return pictures
+
+
+def _row(found: Probe, received: Received) -> UploadRow:
+    first, count = received.names[0], len(received.names)
+    return UploadRow(
+        id=new_name(),
+        name=first if count == 1 else f"{first} and {count - 1} more",
+        kind=found.kind,
+        frames=found.frames,
+        width=found.width,
+        height=found.height,
+        frame_rate_hz=found.frame_rate_hz,
+        duration_s=found.duration_s,
+        sha256=found.sha256,
+        warnings=list(found.warnings),
+        size_bytes=received.size_bytes,
+        created=now(),
+    )

@@ -1,0 +1,130 @@
+"""The pipe between web process and worker: whole messages over a socket pair, length first.
+
+The worker's end blocks, as it has nothing else to do. The web process's end never does: a worker that is stopped in the
+middle of a message must not stop everybody else, which is why `multiprocessing`'s own connections will not do here.
+"""
+
+import asyncio
+import pickle
+import select
+import socket
+import struct
+from collections.abc import Callable
+from typing import cast
+
+from server.worker.protocol import Credit, Event, Request
+
+__all__ = ["WebEnd", "WorkerEnd", "pair"]
+
+LENGTH = struct.Struct("!Q")
+LARGEST_MESSAGE = 256 * 1024 * 1024
+BUFFER_BYTES = 1024 * 1024
+
+
+def pair() -> tuple[socket.socket, socket.socket]:
+    """Return two connected ends with room for a picture in between."""
+    ends = socket.socketpair()
+    for end in ends:
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
+    return ends
+
+
+def _packed(message: object) -> list[bytes]:
+    body = pickle.dumps(message, protocol=5)
+    return [LENGTH.pack(len(body)), body]
+
+
+class WorkerEnd:
+    """The worker's end: blocking."""
+
+    def __init__(self, end: socket.socket) -> None:
+        self._socket = end
+        self._socket.setblocking(True)
+
+    def send(self, event: Event) -> None:
+        """Send an event, waiting while the web process is busy."""
+        for part in _packed(event):
+            self._socket.sendall(part)
+
+    def receive(self, wait_s: float) -> Request | Credit | None:
+        """Return the next command, or None when none came in time.
+
+        Raises:
+            EOFError: The web process is gone.
+        """
+        if not select.select([self._socket], [], [], max(0.0, wait_s))[0]:
+            return None
+        (length,) = LENGTH.unpack(self._exactly(LENGTH.size))
+        message: Request | Credit = pickle.loads(self._exactly(length))  # noqa: S301 - from the process that made us
+        return message
+
+    def _exactly(self, length: int) -> bytearray:
+        data = bytearray(length)
+        view = memoryview(data)
+        while view:
+            count = self._socket.recv_into(view)
+            if count == 0:
+                raise EOFError
+            view = view[count:]
+        return data
+
+
+class WebEnd(asyncio.BufferedProtocol):
+    """The web process's end: reads straight into the buffer of the message that is coming."""
+
+    def __init__(self, on_event: Callable[[Event], None], on_lost: Callable[[], None]) -> None:
+        self._on_event = on_event
+        self._on_lost = on_lost
+        self._transport: asyncio.WriteTransport | None = None
+        self._buffer = bytearray(LENGTH.size)
+        self._filled = 0
+        self._in_body = False
+
+    @classmethod
+    async def connect(
+        cls, end: socket.socket, on_event: Callable[[Event], None], on_lost: Callable[[], None]
+    ) -> "WebEnd":
+        """Take over one end of a pair and call back for every event, and once when the worker is gone."""
+        end.setblocking(False)
+        loop = asyncio.get_running_loop()
+        _, protocol = await loop.create_unix_connection(lambda: cls(on_event, on_lost), sock=end)
+        return protocol
+
+    def send(self, message: Request | Credit) -> None:
+        """Send a command without waiting; to a worker that is gone it is lost."""
+        if self._transport is not None and not self._transport.is_closing():
+            self._transport.write(b"".join(_packed(message)))
+
+    def close(self) -> None:
+        """Hang up; the worker ends when it notices."""
+        if self._transport is not None:
+            self._transport.abort()
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Keep the transport (asyncio)."""
+        # uvloop's transports are such, too, but do not inherit from asyncio's.
+        self._transport = cast("asyncio.WriteTransport", transport)
+
+    def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002 - asyncio's signature
+        """Offer what is left of the current message (asyncio)."""
+        return memoryview(self._buffer)[self._filled :]
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Take note of what came, and hand over whole messages (asyncio)."""
+        self._filled += nbytes
+        if self._filled < len(self._buffer):
+            return
+        buffer, self._filled = self._buffer, 0
+        if not self._in_body:
+            (length,) = LENGTH.unpack(buffer)
+            if not 0 < length <= LARGEST_MESSAGE:
+                self.close()
+                return
+            self._buffer, self._in_body = bytearray(length), True
+            return
+        self._buffer, self._in_body = bytearray(LENGTH.size), False
+        self._on_event(pickle.loads(buffer))  # noqa: S301 - from a process that this one made
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's signature
+        """Tell that the worker is gone (asyncio)."""
+        self._on_lost()

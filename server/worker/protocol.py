@@ -1,0 +1,299 @@
+"""The pipe protocol: what the web process and a worker say to each other.
+
+Commands go down, events come up, each a small frozen dataclass. A command with an answer carries a request number. The
+worker sends a drawing only when it holds a credit, and the web process gives the next credit when the last drawing has
+arrived and somebody looks: so drawings are never queued, and nobody draws for an empty room.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from pftrack.drawing import Drawing
+from pftrack.parameters import Value
+from pftrack.runs.run import Timeline
+from pftrack.sources.points import Marks
+
+__all__ = [
+    "Activate",
+    "Branch",
+    "Change",
+    "Command",
+    "Credit",
+    "Event",
+    "Failed",
+    "Heartbeat",
+    "Picture",
+    "Progress",
+    "Ready",
+    "Reply",
+    "Request",
+    "Restart",
+    "RunStatus",
+    "Save",
+    "SessionInfo",
+    "Speed",
+    "Transport",
+    "WorkerConfig",
+]
+
+Values: TypeAlias = dict[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerConfig:
+    """Everything that a worker needs to know to make, or make again, a session's run.
+
+    Attributes:
+        session: The session's name, for the log.
+        experiment: Identifier of the experiment.
+        tracker: Tracker at frame 0; None for the experiment's own choice.
+        seed: Seed of run and scene.
+        frames: Length of the run; None for the source's own.
+        timeline: The changes of parameters.
+        branch: Name of the branch to begin with.
+        head: Frame to compute up to before it is ready.
+        position: Frame to show then.
+        speed: Times real time; 0 is as fast as possible.
+        video: Path of an upload, or None for a simulated scene.
+        video_name: What people call it.
+        index: What was found when the upload was decoded first, as JSON, so that it opens at once.
+        box: The target in the upload's frame `start`, (x, y, w, h) in px.
+        points: Features of the target in that frame, px, instead of a box.
+        start: First frame of the upload that is used, or from which on the target is looked for.
+        truth: What is truly so by number of the upload's frame, where it is known: boxes or poses.
+        memory_bytes: What the worker may allocate.
+        cpu_seconds: CPU time that the worker may use.
+        max_frames: Longest run allowed.
+        max_pixels: Most pixels of a frame allowed.
+        max_particles: Most particles allowed.
+    """
+
+    session: str
+    experiment: str
+    tracker: str | None
+    seed: int
+    frames: int | None
+    timeline: Timeline
+    branch: str
+    head: int = 0
+    position: int = 0
+    speed: float = 1.0
+    video: str | None = None
+    video_name: str | None = None
+    index: str | None = None
+    box: tuple[float, float, float, float] | None = None
+    points: Marks | None = None
+    start: int = 0
+    truth: Mapping[int, tuple[float, ...]] | None = None
+    memory_bytes: int = 1 << 30
+    cpu_seconds: int = 7200
+    max_frames: int = 20_000
+    max_pixels: int = 1920 * 1080 * 2
+    max_particles: int = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class SessionInfo:
+    """What does not change while a session lives: the session's shape, as page and panel need it."""
+
+    experiment: str
+    title: str
+    declarations: list[dict[str, Any]]
+    trackers: dict[str, str]
+    layers: dict[str, bool]
+    width: int
+    height: int
+    frame_rate_hz: float
+    frames: int
+    unit: str = "px"
+    target: str = "target"
+    features: list[str] = field(default_factory=list)
+    plots: list[dict[str, Any]] = field(default_factory=list)
+    readings: list[dict[str, Any]] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class RunStatus:
+    """Where a run stands.
+
+    Attributes:
+        branch: The active branch.
+        position: Frame that is shown.
+        head: Furthest frame computed.
+        playing: Whether it goes on by itself.
+        ended: Whether it stands on the last frame.
+        speed: Times real time; 0 is as fast as possible.
+        first_tracker: Tracker at frame 0.
+        tracker: Tracker in force for the next frame.
+        values: Parameters in force for the next frame.
+        timeline: Changes of the active branch.
+        restarts: Counts how often the branch began anew, with nothing of its past left.
+        seed: Seed of run and scene.
+        first_values: Parameters at frame 0.
+        second: Branch that is drawn beside the active one, if there is one.
+    """
+
+    branch: str
+    position: int
+    head: int
+    playing: bool
+    ended: bool
+    speed: float
+    first_tracker: str
+    tracker: str
+    values: Values
+    timeline: Timeline
+    restarts: int
+    seed: int = 0
+    first_values: Values = field(default_factory=dict)
+    second: str | None = None
+
+
+# ---------------------------------------------------------------- commands
+
+
+@dataclass(frozen=True, slots=True)
+class Transport:
+    """Play, pause, step, back, or seek to a frame."""
+
+    action: str
+    frame: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """Go at so many times real time; 0 is as fast as possible."""
+
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Restart:
+    """Begin the active branch anew with the values in force, and with another seed if one is given."""
+
+    seed: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Change parameters; in the past this makes the branch that is named here."""
+
+    values: dict[str, object]
+    branch: str
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """Leave the active branch at a frame and go on under a new name."""
+
+    branch: str
+    frame: int
+    values: dict[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class Activate:
+    """Show another branch; what is given here makes it again where this worker does not hold it."""
+
+    branch: str
+    tracker: str
+    timeline: Timeline
+    head: int
+    position: int
+
+
+@dataclass(frozen=True, slots=True)
+class Save:
+    """Write the active branch to a file; answered with `Saved` as a dictionary."""
+
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Draw the current frame; answered with the bytes of a PNG."""
+
+
+@dataclass(frozen=True, slots=True)
+class Credit:
+    """One drawing may be sent; no answer."""
+
+
+Command: TypeAlias = Transport | Speed | Restart | Change | Branch | Activate | Save | Picture
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A command that wants the answer with this number."""
+
+    number: int
+    command: Command
+
+
+# ---------------------------------------------------------------- events
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """The run stands; the first event of every worker that did not fail.
+
+    Attributes:
+        card: Its shape.
+        standing: Where it stands.
+        rows: Diagnostics of the frames computed.
+        found: Frame of the upload in which the target's features are, and these, where it has features: told so that
+            they need not be looked for again.
+    """
+
+    card: SessionInfo
+    status: RunStatus
+    rows: list[dict[str, Any]]
+    found: tuple[int, Marks] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Frames were computed or another one is shown.
+
+    Attributes:
+        standing: Where the run stands now.
+        rows: Diagnostics of the frames computed since the last event, in config.
+        drawing: The newest picture, where a credit was left for it.
+        shown: Diagnostics of the drawing's frame.
+    """
+
+    status: RunStatus
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    drawing: Drawing | None = None
+    shown: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """The answer to a request: a result, or the error that refused it."""
+
+    number: int
+    result: object = None
+    error: Exception | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """The worker is alive; sent when there is nothing else to say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """The worker cannot go on; the last event before it ends.
+
+    Attributes:
+        message: What a person is told.
+        error: The refusal that stopped it from starting, where it was one.
+    """
+
+    message: str
+    error: Exception | None = None
+
+
+Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Failed

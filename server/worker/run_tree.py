@@ -1,0 +1,295 @@
+"""The run tree: the runs of one session, a branch each, and what a person may do with them.
+
+It knows neither pipe nor clock: the worker drives it, and tests can too.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pftrack.drawing import Drawing
+from pftrack.experiment import Experiment, Setup
+from pftrack.experiments import find
+from pftrack.parameters import ParameterError, declarations, flat
+from pftrack.runs import record
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.runs.run import Change, Run, Timeline
+from pftrack.sources.points import Marks
+from pftrack.sources.recording import check_box
+from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, SourceError, open_sequence
+from server.worker.protocol import RunStatus, SessionInfo, WorkerConfig
+
+__all__ = ["RunTree", "check_timeline"]
+
+
+class RunTree:
+    """The branches of a session's run, one of them active."""
+
+    def __init__(self, config: WorkerConfig) -> None:
+        """Wire the experiment and begin the run at frame 0.
+
+        Raises:
+            ParameterError: A value of the config is refused.
+            SourceError: The upload cannot be used so.
+            LookupError: There is no such experiment.
+        """
+        self._config = config
+        self.experiment: Experiment = find(config.experiment)
+        self._limits = {"sample_count": config.max_particles, "frames": config.max_frames}
+        self._within_limits({"frames": config.frames})
+        for change in config.timeline:
+            self._within_limits(change.values)
+        self._setup = self._wired(config)
+        self.active = config.branch
+        self._runs: dict[str, Run] = {}  # the one that was active last comes last
+        self._left: dict[str, str] = {}
+        self._restarts = 0
+        self._runs[self.active] = self._begin(config.tracker, config.timeline)
+        check_timeline(config.timeline, self.run.frames)
+
+    @property
+    def run(self) -> Run:
+        """The active branch."""
+        return self._runs[self.active]
+
+    @property
+    def ended(self) -> bool:
+        """Whether the active branch stands on its last frame."""
+        return self.run.position >= self.run.frames - 1
+
+    @property
+    def at_head(self) -> bool:
+        """Whether the next frame has to be computed."""
+        return self.run.position == self.run.head
+
+    def card(self) -> SessionInfo:
+        """Return what does not change while the session lives."""
+        source = self.run.source
+        width, height = source.size
+        return SessionInfo(
+            experiment=self.experiment.id,
+            title=self.experiment.title,
+            declarations=[item.model_dump(mode="json") for item in declarations(type(self._setup.parameters))],
+            trackers={name: tracker.title for name, tracker in self.experiment.trackers.items()},
+            layers=dict(self.experiment.layers),
+            width=width,
+            height=height,
+            frame_rate_hz=source.frame_rate_hz,
+            frames=self.run.frames,
+            unit=self.experiment.unit,
+            target=self.experiment.target,
+            features=list(self.experiment.features),
+            plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
+            readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
+        )
+
+    def status(self, *, playing: bool, speed: float) -> RunStatus:
+        """Return where the active branch stands."""
+        run = self.run
+        following = run.position + 1
+        return RunStatus(
+            branch=self.active,
+            position=run.position,
+            head=run.head,
+            playing=playing,
+            ended=self.ended,
+            speed=speed,
+            first_tracker=run.tracker,
+            tracker=run.tracker_at(following),
+            values=flat(run.parameters_at(following)),
+            timeline=run.timeline,
+            restarts=self._restarts,
+            seed=run.seed,
+            first_values=flat(run.parameters_at(0)),
+            second=self.second,
+        )
+
+    def found(self) -> tuple[int, Marks] | None:
+        """Return in which frame of the upload the target's features are, and these, where it has features."""
+        points = self._setup.reference.get("points")
+        return (self._setup.reference["start"], {name: (x, y) for name, (x, y) in points.items()}) if points else None
+
+    def forward(self) -> dict[str, Any] | None:
+        """Go to the next frame; return its diagnostics when it had to be computed."""
+        if self.at_head:
+            return self.run.advance().diagnostics.as_dict()
+        self.run.seek(self.run.position + 1)
+        return None
+
+    def rows(self, first: int) -> list[dict[str, Any]]:
+        """Return the diagnostics of the active branch from a frame on."""
+        return [row.as_dict() for row in self.run.diagnostics[first:]]
+
+    def drawing(self) -> Drawing:
+        """Return what is to be seen of the frame that is shown."""
+        step = self.run.current
+        past = self.run.diagnostics[: step.frame.index + 1]
+        return self.experiment.draw(step, past, self.other)
+
+    @property
+    def second(self) -> str | None:
+        """The branch that the active one left, else the one active before it, of those that see the same scene."""
+        others = [name for name, run in self._runs.items() if name != self.active and run.seed == self.run.seed]
+        left = self._left.get(self.active)
+        return left if left in others else others[-1] if others else None
+
+    @property
+    def other(self) -> Diagnostics | None:
+        """The frame that is shown, in the second branch.
+
+        None if that has not come so far, or estimates the same: branches share their past.
+        """
+        if self.second is None:
+            return None
+        rows = self._runs[self.second].diagnostics
+        here = self.run.current.diagnostics
+        there = rows[here.frame] if here.frame < len(rows) else None
+        return there if there is not None and there.estimate != here.estimate else None
+
+    def change(self, values: Mapping[str, object], branch: str) -> None:
+        """Change parameters from the next frame on.
+
+        In the past this makes a branch; a parameter that cannot change in the middle of a run begins it anew.
+
+        Raises:
+            ParameterError: A value is refused; nothing has changed then.
+        """
+        self._within_limits(values)
+        fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
+        if fixed & values.keys():
+            self._restart(values)
+        elif not self.at_head:
+            self.branch(branch, self.run.position, values)
+        else:
+            self.run.change(values)
+
+    def branch(self, name: str, frame: int, values: Mapping[str, object]) -> None:
+        """Leave the active branch at a frame and go on under a new name.
+
+        Raises:
+            ParameterError: The frame or a value is refused; nothing has changed then.
+        """
+        self._within_limits(values)
+        if not 0 <= frame <= self.run.head:
+            raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.head}")
+        self._runs[name] = self.run.branch(frame, values)
+        self._left[name] = self.active
+        self._show(name)
+
+    def activate(self, name: str, tracker: str, timeline: Timeline) -> bool:
+        """Show another branch; return whether it had to be begun anew because this worker did not hold it."""
+        anew = name not in self._runs
+        if anew:
+            self._runs[name] = self._begin(tracker, timeline)
+        self._show(name)
+        return anew
+
+    def restart(self, seed: int | None = None) -> None:
+        """Begin the active branch anew with the values in force and an empty past.
+
+        Args:
+            seed: What to begin with instead of the seed so far; it is then the seed of all branches to come.
+        """
+        if seed is not None:
+            self._config = dataclasses.replace(self._config, seed=seed)
+        self._restart({})
+
+    def save(self, path: Path) -> dict[str, Any]:
+        """Write the active branch to a file and return its summary."""
+        record.save(self.run, path)
+        return self.run.summary()
+
+    def _show(self, name: str) -> None:
+        self._runs[self.active] = self._runs.pop(self.active)
+        self.active = name
+
+    def _restart(self, values: Mapping[str, object]) -> None:
+        run = self.run
+        following = run.position + 1
+        tracker: Any = values.get("tracker", run.tracker_at(following))
+        defaults = flat(self._setup.parameters)
+        inforce: dict[str, Any] = {
+            key: value for key, value in flat(run.parameters_at(following)).items() if value != defaults[key]
+        }
+        inforce.update({key: value for key, value in values.items() if key != "tracker"})
+        timeline = (Change(0, inforce),) if inforce else ()
+        self._runs[self.active] = self._begin(tracker, timeline)
+        self._restarts += 1
+
+    def _begin(self, tracker: str | None, timeline: Timeline) -> Run:
+        return Run(
+            self.experiment,
+            self._setup,
+            tracker=tracker,
+            seed=self._config.seed,
+            frames=self._config.frames,
+            timeline=timeline,
+        )
+
+    def _wired(self, config: WorkerConfig) -> Setup:
+        if config.video is None:
+            return self.experiment.simulate()
+        if self.experiment.on_video is None:
+            raise SourceError(f"The experiment {self.experiment.id} has no use for a video")
+        limits = dataclasses.replace(DEFAULT_LIMITS, frames=config.max_frames, pixels=config.max_pixels)
+        index = FrameIndex.from_json(config.index) if config.index else None
+        sequence = open_sequence(Path(config.video), limits, index=index)
+        _check_place(config, sequence)
+        _check_points(config.points or {}, self.experiment.features, sequence.size)
+        truth = self.experiment.truth.table(config.truth) if config.truth else None
+        try:
+            setup = self.experiment.on_video(
+                sequence, config.box, start=config.start, truth=truth, points=config.points or None
+            )
+        except ParameterError:
+            raise
+        except ValueError as error:
+            raise SourceError(str(error)) from None
+        # A saved run speaks of the recording by the name that people know, and takes the truth along.
+        known: dict[str, Any] = {"name": config.video_name or sequence.name}
+        if config.truth:
+            known["truth"] = {str(frame): list(row) for frame, row in config.truth.items()}
+        return dataclasses.replace(setup, reference={**setup.reference, **known})
+
+    def _within_limits(self, values: Mapping[str, object]) -> None:
+        for name, most in self._limits.items():
+            value = values.get(name)
+            if isinstance(value, int | float) and value > most:
+                raise ParameterError(name, value, f"at most {most} on this server")
+
+
+def check_timeline(timeline: Timeline, frames: int) -> None:
+    """Refuse a change that no frame of the run would ever see.
+
+    Raises:
+        ParameterError: A change lies beyond the last frame.
+    """
+    last = max((change.frame for change in timeline), default=0)
+    if last >= frames:
+        raise ParameterError("timeline", last, f"changes within the run, frames 0 to {frames - 1}")
+
+
+def _check_place(config: WorkerConfig, sequence: FrameSequence) -> None:
+    """Refuse a box or a start that is not within the recording, by its name."""
+    if not 0 <= config.start < sequence.frame_count:
+        raise ParameterError("start", config.start, f"a frame of the video, 0 to {sequence.frame_count - 1}")
+    if config.box is None:
+        return
+    try:
+        check_box(config.box, sequence.size)
+    except ValueError:
+        width, height = sequence.size
+        bound = f"(x, y, width, height) within the picture of {width} x {height} px"
+        raise ParameterError("box", config.box, bound) from None
+
+
+def _check_points(points: Marks, features: Sequence[str], size: tuple[int, int]) -> None:
+    """Refuse a point that is none of the target's or not within the picture, by its name."""
+    width, height = size
+    for name, (x, y) in points.items():
+        if name not in features:
+            raise ParameterError(f"points.{name}", name, f"one of {', '.join(features)}")
+        if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
+            bound = f"(x, y) within the picture of {width} x {height} px"
+            raise ParameterError(f"points.{name}", (x, y), bound)

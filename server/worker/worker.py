@@ -1,0 +1,316 @@
+"""The worker: one process that owns a session's run and computes it at the speed asked for.
+
+Between two frames it listens to the pipe. It tells of every computed frame, at most thirty times a second, and draws
+only when the web process has taken the last drawing. A seek into frames not computed yet is worked off in the same
+loop, so that a pause or another seek can cut it short.
+"""
+
+import socket
+import sys
+import time
+import traceback
+from pathlib import Path
+from typing import Any
+
+from pftrack.parameters import ParameterError
+from pftrack.rendering import png, render
+from pftrack.runs.record import RecordError
+from pftrack.runs.run import EndOfRun, PastError
+from pftrack.sources.sequence import SourceError
+from server.worker.limits import confine
+from server.worker.pipe import WorkerEnd
+from server.worker.protocol import (
+    Activate,
+    Branch,
+    Change,
+    Command,
+    Credit,
+    Failed,
+    Heartbeat,
+    Picture,
+    Progress,
+    Ready,
+    Reply,
+    Request,
+    Restart,
+    RunStatus,
+    Save,
+    Speed,
+    Transport,
+    WorkerConfig,
+)
+from server.worker.run_tree import RunTree
+
+__all__ = ["Worker", "main"]
+
+# What a command may be answered with; anything else is a mistake of ours and ends the session.
+REFUSALS = (ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
+TELL_S = 1 / 30
+# A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
+EARLY = 0.8
+HEARTBEAT_S = 1.0
+
+
+def main(end: socket.socket, config: WorkerConfig) -> None:
+    """Run a session's worker until the web process hangs up."""
+    from server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
+
+    assert_preloaded()
+    confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds)
+    pipe = WorkerEnd(end)
+    try:
+        worker = _made(pipe, config)
+        if worker is not None:
+            worker.serve()
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return
+    except MemoryError:
+        mebibytes = config.memory_bytes >> 20
+        _farewell(pipe, Failed(f"The run needed more than the {mebibytes} MiB of memory that a session may use."))
+        sys.exit(1)
+    except Exception as error:  # noqa: BLE001 - whatever it was, it is told once and ends this session alone
+        traceback.print_exc()
+        _farewell(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
+        sys.exit(1)
+
+
+def _made(pipe: WorkerEnd, config: WorkerConfig) -> "Worker | None":
+    """Return the worker, or tell what of the config was refused."""
+    try:
+        return Worker(pipe, config)
+    except (ParameterError, SourceError) as error:
+        _farewell(pipe, Failed(str(error), error))
+    except LookupError as error:
+        # A session of an older version, whose experiment is no more.
+        _farewell(pipe, Failed(str(error.args[0]) if error.args else "There is no such experiment"))
+    return None
+
+
+def _farewell(pipe: WorkerEnd, failed: Failed) -> None:
+    try:
+        pipe.send(failed)
+    except OSError:
+        return
+
+
+class Worker:
+    """The loop of a worker."""
+
+    def __init__(self, pipe: WorkerEnd, config: WorkerConfig) -> None:
+        self._pipe = pipe
+        self._tree = RunTree(config)
+        self._playing = False
+        self._speed = config.speed
+        self._due = 0.0
+        self._told = 0.0
+        self._rows: list[dict[str, Any]] = []
+        self._news = False
+        self._credits = 0
+        self._undrawn = True
+        self._goal: tuple[int, int | None] | None = None
+        self._catch_up(config.head, config.position)
+
+    def serve(self) -> None:
+        """Say that the run stands, then listen and compute until the web process hangs up."""
+        self._pipe.send(Ready(self._tree.card(), self._status(), self._tree.rows(0), self._tree.found()))
+        self._told = time.monotonic()
+        while True:
+            message = self._pipe.receive(self._patience())
+            if isinstance(message, Credit):
+                self._credits = 1
+            elif message is not None:
+                self._answer(message)
+            self._compute()
+            self._tell()
+
+    # ------------------------------------------------------------ time
+
+    def _patience(self) -> float:
+        """Return how long nothing has to be done, s."""
+        if self._goal is not None or (self._playing and self._speed == 0):
+            return 0.0
+        now = time.monotonic()
+        waits = [self._told + HEARTBEAT_S - now]
+        if self._playing:
+            waits.append(self._due - now)
+        if self._news or (self._undrawn and self._credits):
+            waits.append(self._told + EARLY * TELL_S - now)
+        return min(waits)
+
+    def _compute(self) -> None:
+        """Go on by one frame if one is due."""
+        if self._goal is not None:
+            self._approach(*self._goal)
+        elif self._playing and time.monotonic() >= self._due:
+            self._forward()
+            if self._speed:
+                period = 1 / (self._tree.run.source.frame_rate_hz * self._speed)
+                # After a stall the clock goes on from now: nobody wants to see the lost time in fast motion.
+                self._due = max(self._due + period, time.monotonic() - period)
+            if self._tree.ended:
+                self._playing = False
+
+    def _forward(self) -> None:
+        row = self._tree.forward()
+        if row is not None:
+            self._rows.append(row)
+        self._changed()
+
+    def _changed(self) -> None:
+        self._news = self._undrawn = True
+
+    def _approach(self, goal: int, number: int | None) -> None:
+        if self._tree.run.position < goal and not self._tree.ended:
+            self._forward()
+        if self._tree.run.position >= goal or self._tree.ended:
+            self._goal = None
+            if number is not None:
+                self._reply(number)
+
+    def _catch_up(self, head: int, position: int) -> None:
+        """Compute what was computed before, alive for whoever watches over this process."""
+        while self._tree.run.head < min(head, self._tree.run.frames - 1):
+            self._tree.run.advance()
+            if time.monotonic() - self._told > HEARTBEAT_S:
+                self._heartbeat()
+        self._tree.run.seek(min(position, self._tree.run.head))
+
+    def _heartbeat(self) -> None:
+        self._pipe.send(Heartbeat())
+        self._told = time.monotonic()
+
+    # ------------------------------------------------------------ events
+
+    def _status(self) -> RunStatus:
+        return self._tree.status(playing=self._playing, speed=self._speed)
+
+    def _tell(self) -> None:
+        """Tell what is new, thirty times a second at most, or that there is life."""
+        now = time.monotonic()
+        drawable = self._undrawn and self._credits > 0
+        if (self._news or drawable) and now - self._told >= EARLY * TELL_S:
+            self._report(draw=True)
+            self._told = time.monotonic()
+        elif now - self._told >= HEARTBEAT_S:
+            self._heartbeat()
+
+    def _report(self, *, draw: bool) -> None:
+        rows, self._rows = self._rows, []
+        drawing = shown = None
+        if draw and self._undrawn and self._credits:
+            drawing = self._tree.drawing()
+            shown = self._tree.run.current.diagnostics.as_dict()
+            self._credits, self._undrawn = 0, False
+        self._pipe.send(Progress(self._status(), rows, drawing, shown))
+        self._news = False
+
+    def _reply(self, number: int, result: object = None) -> None:
+        # What the answer rests on goes first, so that it never contradicts what is known. While it plays that is told
+        # out of turn and without a drawing: the next frame, which shows what the command did, finds the way free.
+        self._report(draw=not self._playing)
+        self._pipe.send(Reply(number, result))
+
+    # ------------------------------------------------------------ commands
+
+    def _answer(self, request: Request) -> None:
+        # A look at the picture interrupts nothing; any other command ends a seek that is under way.
+        looks = isinstance(request.command, Picture)
+        if self._goal is not None and not looks:
+            waiting, self._goal = self._goal[1], None
+            if waiting is not None:
+                self._reply(waiting)
+        try:
+            result = self._obey(request.command, request.number)
+        except REFUSALS as error:
+            if self._news or self._rows:
+                self._report(draw=not self._playing)
+            self._pipe.send(Reply(request.number, error=error))
+            return
+        if self._goal is None or looks:
+            self._reply(request.number, result)
+
+    def _obey(self, command: Command, number: int) -> object:  # noqa: C901 - one case a command
+        match command:
+            case Transport(action="play"):
+                self._play()
+            case Transport(action="pause"):
+                self._playing = False
+            case Transport(action="step"):
+                self._seek(self._tree.run.position + 1, number, clamp=True)
+            case Transport(action="back"):
+                self._seek(self._tree.run.position - 1, number, clamp=True)
+            case Transport(action="seek", frame=frame):
+                self._seek(frame, number)
+            case Speed(speed=speed):
+                self._speed, self._due = speed, time.monotonic()
+            case Restart(seed=seed):
+                self._tree.restart(seed)
+                self._anew()
+            case Change(values=values, branch=branch):
+                return self._change(values, branch)
+            case Branch(branch=branch, frame=frame, values=values):
+                self._flush()
+                self._tree.branch(branch, frame, values)
+            case Activate():
+                self._activate(command)
+            case Save(path=path):
+                return {"summary": self._tree.save(Path(path)), "thumbnail": self._picture()}
+            case Picture():
+                return self._picture()
+        self._changed()
+        return None
+
+    def _play(self) -> None:
+        if self._tree.ended:
+            self._tree.run.seek(0)
+        self._playing, self._due = True, time.monotonic()
+
+    def _seek(self, frame: int, number: int, *, clamp: bool = False) -> None:
+        last = self._tree.run.frames - 1
+        if clamp:
+            frame = min(max(frame, 0), last)
+        if not 0 <= frame <= last:
+            raise ParameterError("frame", frame, f"a frame of the run, 0 to {last}")
+        self._playing = False
+        if frame <= self._tree.run.head:
+            self._tree.run.seek(frame)
+        else:
+            self._tree.run.seek(self._tree.run.head)
+            self._goal = (frame, number)
+
+    def _change(self, values: dict[str, object], branch: str) -> object:
+        """Change parameters; the answer is the frame from which they count."""
+        self._flush()
+        before = self._tree.status(playing=False, speed=0).restarts
+        self._tree.change(values, branch)
+        if self._tree.status(playing=False, speed=0).restarts != before:
+            self._anew()
+            return 0
+        return self._tree.run.position + 1
+
+    def _activate(self, command: Activate) -> None:
+        self._flush()
+        anew = self._tree.activate(command.branch, command.tracker, command.timeline)
+        self._playing = False
+        if anew:
+            self._catch_up(command.head, command.position)
+
+    def _anew(self) -> None:
+        """Tell the rows of a run that has just begun anew."""
+        self._rows = self._tree.rows(0)
+        self._due = time.monotonic()
+        self._changed()
+
+    def _flush(self) -> None:
+        """Tell the active branch's rows before another one becomes active."""
+        if self._rows:
+            self._report(draw=False)
+
+    def _picture(self) -> bytes:
+        drawing = self._tree.drawing()
+        return png(render(drawing, layers=self._tree.experiment.layers, scale=_scale(drawing.width), caption=False))
+
+
+def _scale(width: int) -> float:
+    """Return by how much a picture is drawn larger so that it can be looked at, up to 640 px wide."""
+    return max(1.0, min(4.0, 640 / max(width, 1)))

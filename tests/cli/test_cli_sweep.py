@@ -1,0 +1,225 @@
+"""`pftrack sweep`: one JSON value, one clear line, an exit status; signals end it cleanly and nothing is lost."""
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pftrack.cli.app import main
+from pftrack.sweep import read_result
+
+Call = Callable[..., tuple[int, str, str]]
+
+SMALL = ("--set", "sample_count=50", "--frames", "20")
+AXES = ("--axis", "occlusion_width_px=0:60:20", "--axis", "distracter_radius_px=1,10")
+PLAN = ("ball", *AXES, "--trackers", "h-spf,s-spf", "--trials", "2", *SMALL)
+
+
+@pytest.fixture
+def call(capfd: pytest.CaptureFixture[str]) -> Call:
+    """Run the command in this process; give status, standard output and standard error."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as ended:
+            main(["sweep", *(str(argument) for argument in arguments)])
+        out, err = capfd.readouterr()
+        assert isinstance(ended.value.code, int)
+        return ended.value.code, out, err
+
+    return run
+
+
+def test_a_sweep_says_what_came_of_it(call: Call, tmp_path: Path) -> None:
+    """One JSON value with runs, seconds, success rates and the path, and nothing else on either stream."""
+    out = tmp_path / "a.parquet"
+    status, text, err = call(*PLAN, "--jobs", 1, "--out", out, "--json")
+    found = json.loads(text)
+    assert (status, err) == (0, "")
+    assert set(found) == {"runs", "problems", "success_rate", "success_rate_by_tracker", "seconds", "path"}
+    assert (found["runs"], found["problems"], found["path"]) == (32, 0, str(out))
+    assert set(found["success_rate_by_tracker"]) == {"h-spf", "s-spf"}
+    assert 0 < found["seconds"] < 60
+    assert found["success_rate"] == pytest.approx(sum(found["success_rate_by_tracker"].values()) / 2)
+    assert sorted(tmp_path.iterdir()) == [out]
+    again = json.loads(call("--resume", out, "--json")[1])
+    assert {**again, "seconds": 0} == {**found, "seconds": 0}
+
+
+def test_for_people_it_is_a_table(call: Call, tmp_path: Path) -> None:
+    """Trackers, runs, success and interval, and where the rows are."""
+    status, text, _ = call("run", *PLAN, "--jobs", 1, "--out", tmp_path / "b.parquet")
+    assert status == 0
+    assert "95 % interval" in text
+    assert "h-spf" in text
+    assert "32 rows in" in text
+
+
+def test_a_dry_run_computes_nothing(call: Call, tmp_path: Path) -> None:
+    """It says how many runs and cells it would be and how long it takes, and needs no place to write."""
+    status, text, _ = call(*PLAN, "--dry-run", "--json")
+    found = json.loads(text)
+    assert status == 0
+    assert (found["runs"], found["cells"]) == (32, 8)
+    assert 0 < found["seconds"] < 60
+    assert "32 runs in 8 cells, about" in call(*PLAN, "--dry-run")[1]
+
+
+def test_nothing_is_overwritten(call: Call, tmp_path: Path) -> None:
+    """A file that exists is refused, with what to do, and stays."""
+    out = tmp_path / "c.parquet"
+    out.write_text("mine")
+    status, text, err = call(*PLAN, "--out", out, "--json")
+    assert status == 1
+    assert "exists already; a sweep overwrites nothing" in json.loads(text)["error"]["message"]
+    assert err.count("\n") == 1
+    assert out.read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (("ball", "--axis", "sampel_count=1,2"), "no parameter 'sampel_count'; did you mean sample_count"),
+        (("ball", "--axis", "occlusion_width_px=0:900:9"), "between 0 and 640 px, got 900"),
+        (("ball", "--axis", "occlusion_width_px="), "is empty"),
+        (("ball", "--axis", "occlusion_width_px=0:640:0.00006"), "at most 2,000,000 runs"),
+        (("ball", "--axis", "layout=1", "--axis", "layout=2"), "the axis layout can be given only once"),
+        (("ball", "--axis", "tracker=apf", "--trackers", "apf"), "the trackers can be given only once"),
+        (("ball", "--trackers", "h-spf,"), "a tracker of ball is one of"),
+        (("ball", "--trials", "0"), "--trials must be a whole number"),
+        (("ball", "--frames", "0"), "--frames must be a whole number"),
+        (("ball", "--seed", "x"), "--seed must be a whole number"),
+        (("ball", "--jobs", "0"), "--jobs must be a whole number between 1 and 256"),
+        (("ball", "--set", "sample_count"), "--set expected name=value"),
+        (("ball", "--set", "sample_count=many"), "sample_count must be a whole number"),
+        (("ball", "--set", "sample_cout=5"), "did you mean sample_count"),
+        (("ball", "--set", "layout=1", "--set", "layout=2"), "--set gives layout twice"),
+        (("ball", "--axis", "layout=1", "--set", "layout=2"), "is an axis of the sweep and cannot have a fixed value"),
+        (("ball", "--set", "tracker=apf"), "tracker is no fixed value"),
+        (("ball", "--jobs", "1", "--cluster", "x:1"), "--cluster computes on its own workers and takes no --jobs"),
+        (("balls",), "there is no experiment 'balls'"),
+        ((), "name an experiment"),
+        (("ball",), "--out FILE.parquet says where the result goes"),
+        (("ball", "--out", "x.csv"), "--out must end in .parquet"),
+        (("ball", "--resume", "x.parquet"), "--resume goes on with the plan of its file"),
+        (("--resume", "x.parquet", "--out", "y.parquet"), "--resume goes on with the plan of its file"),
+        (("report", "x.parquet", "--level", "2"), "--level must be a number between 0 and 1"),
+    ],
+)
+def test_wrong_use_is_told(
+    arguments: tuple[str, ...], reason: str, call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Exit status 2 and one sentence that says what would be right."""
+    monkeypatch.chdir(tmp_path)
+    status, text, err = call(*arguments, "--json")
+    assert (status, err.count("\n")) == (2, 1)
+    assert reason in json.loads(text)["error"]["message"]
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (("--resume", "none.parquet"), "there is no sweep none.parquet, neither finished nor begun"),
+        (("--resume", "text.parquet"), "text.parquet is no Parquet file, or was cut short"),
+        (("report", "none.parquet"), "there is no file none.parquet"),
+        (("report", "text.parquet"), "text.parquet is no Parquet file, or was cut short"),
+        (("ball", "--out", "nowhere/a.parquet"), "cannot be written: there is no folder"),
+    ],
+)
+def test_what_cannot_be_done_is_told(
+    arguments: tuple[str, ...], reason: str, call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Exit status 1 and one sentence."""
+    monkeypatch.chdir(tmp_path)
+    Path("text.parquet").write_text("no result")
+    status, text, err = call(*arguments, "--json")
+    assert (status, err.count("\n")) == (1, 1)
+    assert reason in json.loads(text)["error"]["message"]
+
+
+def test_problems_are_told(call: Call, tmp_path: Path) -> None:
+    """Runs that could not be computed are counted, and a line says where their problem is."""
+    arguments = "ball", "--axis", "gamma_min_px=10,30", "--trackers", "s-spf", "--trials", 1, *SMALL
+    status, text, err = call(*arguments, "--jobs", 1, "--out", tmp_path / "d.parquet", "--json")
+    assert status == 0
+    assert json.loads(text)["problems"] == 1
+    assert err == "pftrack: 1 runs could not be computed; the column problem says why\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_cleanly(number: signal.Signals, tmp_path: Path) -> None:
+    """Exit status 1, one line that tells --resume, no process left; going on finishes it."""
+    out = tmp_path / "stopped.parquet"
+    plan = "ball", *AXES, "--trackers", "h-spf", "--trials", "300", "--set", "sample_count=200"
+    command = [sys.executable, "-m", "pftrack", "sweep"]
+    process = subprocess.Popen(
+        [*command, *plan, "--out", str(out), "--jobs", "2", "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    folder = tmp_path / "stopped.parquet.partial"
+    end = time.monotonic() + 60
+    while not list(folder.glob("0*.parquet")) and time.monotonic() < end:
+        time.sleep(0.02)
+    os.killpg(process.pid, number)
+    text, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    error = json.loads(text)["error"]
+    assert err == f"pftrack: {error['message']}\n"
+    assert error["message"].endswith(f"go on with pftrack sweep --resume {out}")
+    assert 0 < error["runs"] < error["of"] == 2400
+    assert len(read_result(out).table) == error["runs"]
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)
+
+
+def test_a_terminal_shows_how_far_it_is(tmp_path: Path) -> None:
+    """On a terminal the bar shows runs done and the rate; standard output has the result alone."""
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "pftrack", "sweep", *PLAN, "--jobs", "1", "--out", str(tmp_path / "e.parquet")]
+    process = subprocess.Popen(
+        [*command, "--json"],
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+        text=True,
+        env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
+    )
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            shown += os.read(ours, 65536)
+        except OSError:
+            break
+    os.close(ours)
+    assert json.loads(process.communicate(timeout=60)[0])["runs"] == 32
+    assert b"/32" in shown
+    assert b"measuring" in shown
+
+
+def test_a_report_is_written_beside_the_result(call: Call, tmp_path: Path) -> None:
+    """Tables for people or one JSON value, and a folder with figures and page."""
+    out = tmp_path / "f.parquet"
+    call(*PLAN, "--jobs", 1, "--out", out)
+    status, text, err = call("report", out)
+    assert status == 0
+    assert "By tracker" in text
+    assert "open" in err
+    assert (tmp_path / "f-report" / "index.html").exists()
+    status, text, err = call("report", out, "--out", tmp_path / "other", "--x", "distracter_radius_px", "--json")
+    found = json.loads(text)
+    assert (status, err, found["runs"], found["complete"]) == (0, "", 32, True)
+    assert Path(found["page"]) == tmp_path / "other" / "index.html"
+    assert all(Path(path).exists() for path in found["files"])
+    status, text, _ = call("report", out, "--x", "width", "--json")
+    assert status == 1
+    assert "no axis 'width'" in json.loads(text)["error"]["message"]

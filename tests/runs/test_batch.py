@@ -1,0 +1,123 @@
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.experiment import Setup
+from pftrack.experiments import find
+from pftrack.parameters import ParameterError, Value
+from pftrack.runs import batch
+from pftrack.runs.run import Change, Run
+
+CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
+BALL = find("ball")
+
+
+def live(tracker: str, seed: int, values: Mapping[str, Value], frames: int = 60) -> Run:
+    run = Run(BALL, BALL.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=(Change(0, values),))
+    run.finish()
+    return run
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        {},
+        {"image_noise_sd": 6},
+        {"learn_dynamics": True},
+        {"apf_weights": "corrected"},
+        {"apf_weights": "balanced"},
+        {"resampling": "residual"},
+        {"resampling": "stratified", "resampling_threshold": 0.5},
+        {"resampling": "multinomial"},
+        {"background_level": 0},
+        {"colour_model": "chromaticity", "smoothing_lag_frames": 5},
+        {"sample_count": 1},
+        {"gamma_px": 0, "gamma_min_px": 0, "gamma_max_px": 0},
+    ],
+)
+def test_a_batch_comes_to_the_same_numbers_as_live_runs(extra: dict[str, Value]) -> None:
+    """Every figure of every run is that of the live run with the same seed, the estimates to the bit."""
+    values = {**CONDITION, **extra}
+    trackers = list(BALL.trackers)
+    rows = batch.outcomes(BALL, BALL.simulate(), values=values, trackers=trackers, seeds=[3, 4], frames=60)
+    for seed, row in zip((3, 4), rows, strict=True):
+        for tracker, outcome in zip(trackers, row, strict=True):
+            run = live(tracker, seed, values)
+            summary = run.summary()
+            names = ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames", "estimates_sha256")
+            assert {name: getattr(outcome, name) for name in names} == {name: summary[name] for name in names}
+            assert outcome.switches == sum(step.switched for step in run.diagnostics)
+
+
+def test_blocks_of_pictures_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run too long for memory is taken in several blocks, to the same numbers."""
+
+    def outcomes() -> list[list[batch.Outcome]]:
+        rows = batch.outcomes(
+            BALL, BALL.simulate(), values=CONDITION, trackers=["h-spf", "s-spf"], seeds=[1, 2], frames=40
+        )
+        return [[replace(outcome, step_ms=0.0) for outcome in row] for row in rows]
+
+    whole = outcomes()
+    for held in (1, 7):
+        monkeypatch.setattr(batch, "BLOCK_BYTES", held * 320 * 240 * 3)
+        assert outcomes() == whole
+
+
+@pytest.mark.parametrize("frames", [1, 2])
+def test_the_shortest_runs_are_judged_too(frames: int) -> None:
+    """A run of one or two frames has an outcome."""
+    [[outcome]] = batch.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["h-spf"], seeds=[0], frames=frames)
+    assert outcome.labelled_frames == frames
+    assert outcome.success is True
+
+
+def test_an_experiment_without_pictures_runs_too() -> None:
+    """The signal is run step by step, and has an error but no notion of lost."""
+    sine = find("sine")
+    [[exact, sampled]] = batch.outcomes(
+        sine, sine.simulate(), values={}, trackers=["kalman", "condensation"], seeds=[0], frames=30
+    )
+    assert exact.success is None
+    assert exact.mean_error is not None
+    assert sampled.mean_error != exact.mean_error
+
+
+def test_values_at_odds_are_refused() -> None:
+    """A condition that no run could have is refused with the names of both sides."""
+    setup: Setup = BALL.simulate()
+    with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
+        batch.outcomes(BALL, setup, values={"gamma_min_px": 30}, trackers=["s-spf"], seeds=[0], frames=5)
+
+
+def test_the_share_of_the_observation_sampler_is_that_of_the_counts() -> None:
+    """What a batch says of the samplers is the mean over the frames of what a live run says of each."""
+    [[outcome]] = batch.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["s-spf"], seeds=[5], frames=60)
+    rows = live("s-spf", 5, CONDITION).diagnostics[1:]
+    shares = [row.observation_count / (row.observation_count + row.prediction_count) for row in rows]
+    assert outcome.observation_share == pytest.approx(np.mean(shares), abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["prism", "head"])
+def test_a_batch_of_poses_comes_to_the_same_numbers_as_live_runs(name: str) -> None:
+    """Trackers that take one frame at a time are run in batches as well, with the same figures."""
+    experiment = find(name)
+    values: dict[str, Value] = {"joint_sample_count": 50}
+    rows = batch.outcomes(
+        experiment, experiment.simulate(), values=values, trackers=["pf-asd", "rb-pf"], seeds=[3, 4], frames=8
+    )
+    for seed, row in zip((3, 4), rows, strict=True):
+        for tracker, outcome in zip(("pf-asd", "rb-pf"), row, strict=True):
+            run = Run(
+                experiment,
+                experiment.simulate(),
+                tracker=tracker,
+                seed=seed,
+                frames=8,
+                timeline=(Change(0, values),),
+            )
+            run.finish()
+            assert outcome.estimates_sha256 == run.estimates_sha256
+            assert outcome.mean_error == run.summary()["mean_error"]

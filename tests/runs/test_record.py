@@ -1,0 +1,142 @@
+"""Saved runs: the same numbers from a file, and a clear word for every file that is none."""
+
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pftrack.experiments import find
+from pftrack.runs.record import RecordError, load, read, save
+from pftrack.runs.run import Change, Run
+from tests.experiments.heads import Pictures, pictures
+
+BALL = find("ball")
+CHANGES = (Change(0, {"sample_count": 150}), Change(12, {"occlusion_width_px": 80, "tracker": "s-spf"}))
+
+
+@pytest.fixture
+def run() -> Run:
+    made = Run(BALL, BALL.simulate(), seed=9, frames=30, timeline=CHANGES)
+    made.finish()
+    return made
+
+
+def _rewritten(path: Path, **changes: object) -> Path:
+    with zipfile.ZipFile(path) as archive:
+        raw = json.loads(archive.read("run.json"))
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("run.json", json.dumps({**raw, **changes}))
+    return path
+
+
+def test_a_saved_run_computes_to_the_same_numbers(run: Run, tmp_path: Path) -> None:
+    """Loading and finishing gives the hash that was saved; the whole description survives."""
+    save(run, tmp_path / "a.pft")
+    again = load(tmp_path / "a.pft")
+    again.finish()
+    assert again.estimates_sha256 == run.estimates_sha256 == read(tmp_path / "a.pft").estimates_sha256
+    assert again.timeline == run.timeline
+    assert again.summary()["mean_error_px"] == run.summary()["mean_error_px"]
+
+
+def test_another_process_computes_the_same_numbers(run: Run, tmp_path: Path) -> None:
+    """A fresh process gives the same hash."""
+    save(run, tmp_path / "a.pft")
+    code = (
+        "import sys; from pathlib import Path; from pftrack.runs.record import load;"
+        "r = load(Path(sys.argv[1])); r.finish(); print(r.estimates_sha256)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "a.pft")], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == run.estimates_sha256
+
+
+def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
+    """The file holds every frame's numbers and, on request, every frame's particles."""
+    run.seek(4)
+    save(run, tmp_path / "a.pft", states=True)
+    with zipfile.ZipFile(tmp_path / "a.pft") as archive:
+        with archive.open("diagnostics.npz") as file:
+            columns = dict(np.load(file))
+        with archive.open("states.npz") as file:
+            states = dict(np.load(file))
+    assert columns["estimate"].tolist() == [list(row.estimate) for row in run.diagnostics]
+    assert columns["proposal"].tolist() == [row.proposal for row in run.diagnostics]
+    assert np.array_equal(states["states_20"], run.seek(20).state.particles.states)
+    assert run.position == 20
+
+
+def test_saving_replaces_whole_files_only(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When writing fails, what was there before is still there, and nothing else."""
+    path = tmp_path / "a.pft"
+    save(run, path)
+    before = path.read_bytes()
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pftrack.runs.record._packed", fail)
+    with pytest.raises(OSError, match="No space"):
+        save(run, path)
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["a.pft"]
+
+
+def test_foreign_files_are_refused(run: Run, tmp_path: Path) -> None:
+    """A file that is missing, foreign, cut short or of a later format is refused with one sentence."""
+    good = tmp_path / "good.pft"
+    save(run, good)
+    cut = tmp_path / "cut.pft"
+    cut.write_bytes(good.read_bytes()[:400])
+    text = tmp_path / "text.pft"
+    text.write_text("hello")
+    foreign = tmp_path / "foreign.pft"
+    with zipfile.ZipFile(foreign, "w") as archive:
+        archive.writestr("other.json", "{}")
+    for path, word in (
+        (tmp_path / "missing.pft", "no file"),
+        (cut, "cut short"),
+        (text, "no saved run"),
+        (foreign, "no saved run"),
+    ):
+        with pytest.raises(RecordError, match=word):
+            load(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"version": 2}, "format 2"),
+        ({"version": "x"}, "version is missing or wrong"),
+        ({"seed": "many"}, "seed"),
+        ({"experiment": "cards"}, "no experiment 'cards'"),
+        ({"tracker": "magic"}, "tracker must be one of"),
+        ({"timeline": [{"frame": 0, "values": {"colour_of_magic": 8}}]}, "colour_of_magic"),
+        ({"timeline": [{"frame": 3, "values": {"sample_count": 0}}]}, "between 1 and"),
+        ({"frames": -5}, "frames must be"),
+        ({"reference": {"kind": "recording", "name": "clip.mp4"}}, "clip.mp4"),
+        ({"reference": {}}, "does not say what it was made on"),
+    ],
+)
+def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[str, object], word: str) -> None:
+    """A description that does not fit is refused with what does not fit."""
+    save(run, tmp_path / "a.pft")
+    with pytest.raises(RecordError, match=word):
+        load(_rewritten(tmp_path / "a.pft", **changes))
+
+
+@pytest.mark.parametrize("row", [[1, 2, float("nan"), 4], [1, 2, 1e300, 4], [1, 2, 3]])
+def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[float]) -> None:
+    """The truth in a saved run is held to what is asked of a table."""
+    truth = BALL.truth.table({0: (1, 2, 30, 40)})
+    setup = BALL.on_video(Pictures(pictures(2, width=160)), (1, 2, 30, 40), truth=truth)  # type: ignore[misc]
+    save(Run(BALL, setup), tmp_path / "a.pft")
+    reference = {**read(tmp_path / "a.pft").reference, "truth": {"0": row}}
+    path = _rewritten(tmp_path / "a.pft", reference=reference)
+    with pytest.raises(RecordError, match="frame 0 has no box of px"):
+        load(path, open_sequence=lambda _: Pictures(pictures(2, width=160)))

@@ -1,0 +1,228 @@
+"""Runs: the same numbers whichever way one comes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pftrack.experiments import find
+from pftrack.parameters import ParameterError
+from pftrack.runs.keyframes import Keyframes
+from pftrack.runs.run import Change, EndOfRun, PastError, Run
+
+BALL = find("ball")
+TRACKERS = pytest.mark.parametrize("tracker", BALL.trackers)
+CHANGES = (
+    Change(10, {"occlusion_width_px": 70, "sample_count": 200}),
+    Change(23, {"frame_rate_hz": 20, "image_noise_sd": 4}),
+    Change(31, {"tracker": "s-spf", "smoothing_lag_frames": 4, "learn_dynamics": True}),
+)
+
+
+def ball(tracker: str = "h-spf", **options: object) -> Run:
+    return Run(BALL, BALL.simulate(), tracker=tracker, **{"seed": 3, "frames": 45, **options})
+
+
+def finished(**options: object) -> Run:
+    run = ball(**options)
+    run.finish()
+    return run
+
+
+@TRACKERS
+def test_same_seed_same_estimates(tracker: str) -> None:
+    """The same seed and timeline give the same estimates, to the bit; another seed gives others."""
+    first = finished(tracker=tracker, timeline=CHANGES)
+    assert first.estimates_sha256 == finished(tracker=tracker, timeline=CHANGES).estimates_sha256
+    if tracker != "kalman":
+        assert first.estimates_sha256 != finished(tracker=tracker, timeline=CHANGES, seed=4).estimates_sha256
+
+
+@TRACKERS
+def test_changes_as_one_goes_equal_a_given_timeline(tracker: str) -> None:
+    """Changing parameters while the run goes on gives what the finished timeline gives."""
+    run = ball(tracker=tracker)
+    for step in run:
+        for change in CHANGES:
+            if change.frame == step.diagnostics.frame + 1:
+                run.change(change.values)
+    assert run.timeline == finished(tracker=tracker, timeline=CHANGES).timeline
+    assert run.estimates_sha256 == finished(tracker=tracker, timeline=CHANGES).estimates_sha256
+
+
+def test_change_before_one_to_come_keeps_the_timeline_in_order() -> None:
+    """A change made while others are still to come does not bring them forward, and replays to the same numbers."""
+    run = ball(timeline=(Change(20, {"sample_count": 100}),))
+    run.seek(4)
+    run.change({"gamma_px": 9})
+    assert run.parameters_at(5).sample_count == 800
+    assert (run.parameters_at(20).sample_count, run.parameters_at(20).gamma_px) == (100, 9)
+    run.finish()
+    assert run.timeline == (Change(5, {"gamma_px": 9}), Change(20, {"sample_count": 100}))
+    assert run.estimates_sha256 == finished(timeline=run.timeline).estimates_sha256
+
+
+def test_change_at_odds_with_one_to_come_is_refused_whole() -> None:
+    """A change that would make a later one invalid is refused, and nothing has changed."""
+    to_come = (Change(20, {"gamma_max_px": 5.0}),)
+    run = ball(timeline=to_come)
+    with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
+        run.change({"gamma_min_px": 6})
+    assert run.timeline == to_come
+    assert run.parameters_at(1).gamma_min_px == 4
+
+
+@settings(max_examples=25)
+@given(frames=st.lists(st.integers(0, 44), min_size=1, max_size=6))
+def test_seeking_anywhere_gives_the_same_states(frames: list[int]) -> None:
+    """Whatever way one seeks, forward and back, each frame's state is that of a run straight through."""
+    straight = {step.diagnostics.frame: step for step in ball(timeline=CHANGES)}
+    run = ball(timeline=CHANGES)
+    for frame in frames:
+        step = run.seek(frame)
+        assert run.position == frame
+        assert step.diagnostics.estimate == straight[frame].diagnostics.estimate
+        assert np.array_equal(step.state.particles.states, straight[frame].state.particles.states)
+        assert np.array_equal(step.state.particles.log_weights, straight[frame].state.particles.log_weights)
+        assert np.array_equal(step.frame.image_rgb, straight[frame].frame.image_rgb)
+        assert step.tracker == straight[frame].tracker
+    run.finish()
+    assert run.estimates_sha256 == finished(timeline=CHANGES).estimates_sha256
+
+
+def test_seeking_back_does_not_forget() -> None:
+    """Going back keeps the head and all diagnostics; going on from there computes nothing anew."""
+    run = finished(timeline=CHANGES)
+    before = list(run.diagnostics)
+    run.seek(7)
+    assert run.head == 44
+    run.advance()
+    assert run.diagnostics == before
+
+
+def test_branch_shares_the_past_and_only_that() -> None:
+    """A branch has the same frames up to its root and goes its own way from there; the trunk does not notice."""
+    trunk = finished(timeline=CHANGES)
+    sha = trunk.estimates_sha256
+    branch = trunk.branch(20, {"tracker": "condensation", "sample_count": 100})
+    assert branch.position == branch.head == 20
+    branch.finish()
+    assert branch.diagnostics[:21] == trunk.diagnostics[:21]
+    assert branch.diagnostics[21].estimate != trunk.diagnostics[21].estimate
+    assert branch.timeline == (CHANGES[0], Change(21, {"tracker": "condensation", "sample_count": 100}))
+    assert trunk.estimates_sha256 == sha
+    assert branch.estimates_sha256 == finished(timeline=branch.timeline).estimates_sha256
+
+
+def test_branch_without_changes_is_the_trunk_again() -> None:
+    """A branch that changes nothing comes to the numbers of a run without the later changes."""
+    branch = finished(timeline=CHANGES).branch(9)
+    branch.finish()
+    assert branch.estimates_sha256 == finished().estimates_sha256
+
+
+def test_the_past_is_the_past() -> None:
+    """A change at a frame that has been computed is refused and says to branch; nothing has changed."""
+    run = finished()
+    run.seek(12)
+    with pytest.raises(PastError, match="branch"):
+        run.change({"gamma_px": 9})
+    assert run.timeline == ()
+
+
+def test_bad_changes_change_nothing() -> None:
+    """A refused change leaves timeline and parameters as they were."""
+    run = ball()
+    run.seek(5)
+    for values in ({"gamma_px": 7, "sample_count": 0}, {"tracker": "magic"}, {"nothing": 1}, {"gamma_min_px": 30}):
+        with pytest.raises(ParameterError):
+            run.change(values)
+    with pytest.raises(ParameterError, match="before the run starts"):
+        run.change({"image_width_px": 640})
+    assert run.timeline == ()
+    assert run.parameters_at(6) == run.parameters_at(0)
+
+
+def test_two_changes_of_one_frame_are_one() -> None:
+    """Changes before the next frame is computed add up, the later value counting."""
+    run = ball()
+    run.change({"gamma_px": 7, "sample_count": 100})
+    run.change({"gamma_px": 8})
+    assert run.timeline == (Change(1, {"gamma_px": 8.0, "sample_count": 100}),)
+    assert run.parameters_at(1).gamma_px == 8
+    assert len(run.advance().state.particles) == 100
+
+
+def test_the_end() -> None:
+    """After the last frame there is none, neither to compute nor to change."""
+    run = finished(frames=3)
+    with pytest.raises(EndOfRun, match="frame 2"):
+        run.advance()
+    with pytest.raises(EndOfRun):
+        run.change({"gamma_px": 7})
+    for frame in (-1, 3):
+        with pytest.raises(ParameterError, match="between 0 and 2"):
+            run.seek(frame)
+
+
+@pytest.mark.parametrize(
+    "options", [{"frames": 0}, {"frames": 10**9}, {"seed": -1}, {"tracker": "magic"}, {"timeline": (Change(-1, {}),)}]
+)
+def test_bad_beginnings_are_refused(options: dict[str, object]) -> None:
+    """A length, seed, tracker or timeline that cannot be is refused with its bound."""
+    with pytest.raises(ParameterError):
+        ball(**options)
+
+
+def test_trackers_take_over_from_each_other() -> None:
+    """Any tracker can follow any other in mid-run, particles from a Gaussian and back included."""
+    names = list(BALL.trackers)
+    timeline = tuple(Change(3 * n + 1, {"tracker": name}) for n, name in enumerate([*names, *reversed(names)]))
+    run = ball(timeline=timeline)
+    for step in run:
+        assert np.isfinite(step.state.estimate).all()
+    assert run.tracker_at(44) == names[0]
+
+
+def test_success_counts_lost_frames() -> None:
+    """The summary counts what the diagnostics say, and frame by frame lost means further than three radii."""
+    run = finished(tracker="condensation", frames=60)
+    summary = run.summary()
+    lost = [row.frame for row in run.diagnostics if row.error > 15]
+    assert summary["lost_frames"] == len(lost) > 15
+    assert summary["first_lost_frame"] == lost[0]
+    assert summary["success"] is False
+    assert summary["hit_rate"] == pytest.approx(1 - len(lost) / 60)
+    assert summary["mean_error_px"] == pytest.approx(np.mean([row.error for row in run.diagnostics]))
+    assert run.lost_before(59) <= 59
+    assert run.diagnostics[run.lost_before(59)].lost
+    assert not run.diagnostics[run.lost_before(59) - 1].lost
+    assert run.lost_before(lost[0] - 1) is None
+    assert not any(row.searching for row in run.diagnostics)
+
+
+def test_keyframes_stay_within_their_budget() -> None:
+    """When the budget is used up every other keyframe goes; frame 0 always stays."""
+    run = ball(frames=40)
+    states = [step.state for step in run]
+    keyframes = Keyframes(interval=1, budget_bytes=400_000)
+    for frame, state in enumerate(states):
+        keyframes.offer(frame, state)
+    assert keyframes.latest(0)[0] == 0
+    held = {keyframes.latest(frame)[0] for frame in range(40)}
+    assert 2 <= len(held) <= 10
+    assert all(np.array_equal(keyframes.latest(k)[1].estimate, states[k].estimate) for k in held)
+
+
+def test_signals_run_beside_their_exact_answer() -> None:
+    """A run of a signal carries the exact posterior mean beside the particles', and has no notion of lost."""
+    sine = find("sine")
+    run = Run(sine, sine.simulate(), seed=1, frames=100)
+    run.finish()
+    summary = run.summary()
+    assert summary["success"] is None
+    assert summary["mean_error_px"] is None
+    exact = Run(sine, sine.simulate(), tracker="kalman", seed=1, frames=100)
+    exact.finish()
+    assert [row.reference for row in run.diagnostics[1:]] == [row.estimate for row in exact.diagnostics[1:]]
+    assert summary["mean_error"] < 3 * exact.summary()["mean_error"]

@@ -1,0 +1,221 @@
+"""The run tree and the pipe, without processes."""
+
+import asyncio
+import dataclasses
+import json
+import socket
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.parameters import ParameterError
+from pftrack.runs.run import Change
+from server.schemas.spec import BranchSpec, SessionSpec
+from server.sessions.view import view
+from server.worker.pipe import WebEnd, WorkerEnd, pair
+from server.worker.protocol import Credit, Heartbeat, Picture, Reply, Request, SessionInfo, WorkerConfig
+from server.worker.run_tree import RunTree
+from tests.server.apart import run
+
+
+def config(**more: Any) -> WorkerConfig:
+    known: dict[str, Any] = {
+        "session": "s",
+        "experiment": "ball",
+        "tracker": None,
+        "seed": 3,
+        "frames": 60,
+        "timeline": (),
+        "branch": "b0",
+    }
+    return WorkerConfig(**{**known, **more})
+
+
+def forward(tree: RunTree, frames: int) -> None:
+    for _ in range(frames):
+        tree.forward()
+
+
+class TestWorkbench:
+    def test_only_new_frames_have_news(self) -> None:
+        """Going forward tells of a frame when it is computed, and not when it is seen again."""
+        tree = RunTree(config())
+        first = tree.forward()
+        assert first is not None
+        assert first["frame"] == 1
+        tree.run.seek(0)
+        assert tree.forward() is None
+
+    @pytest.mark.parametrize("name", EXPERIMENTS)
+    def test_a_card_that_was_stored_shows_the_same_plots(self, name: str) -> None:
+        """What is drawn and written is told to the page as the experiment declares it, also from a file."""
+        experiment = EXPERIMENTS[name]
+        card = RunTree(config(experiment=name, frames=2)).card()
+        spec = SessionSpec(id="s", experiment=name, branches={"b0": BranchSpec(id="b0", title="Main", tracker="t")})
+        for known in (card, SessionInfo(**json.loads(json.dumps(dataclasses.asdict(card))))):
+            shown = view(spec, known, "ready", None, playing=False)
+            assert tuple(shown.plots) == experiment.plots
+            assert tuple(shown.readings) == experiment.readings
+            assert (shown.features, shown.target) == (list(experiment.features), experiment.target)
+            told = json.loads(shown.model_dump_json())
+            assert told["plots"] == json.loads(json.dumps([dataclasses.asdict(plot) for plot in experiment.plots]))
+
+    def test_changes_in_one_frame_are_one(self) -> None:
+        """Several changes before the same frame are one change on the timeline."""
+        tree = RunTree(config())
+        forward(tree, 5)
+        for count in (100, 150, 200):
+            tree.change({"sample_count": count}, "b1")
+        assert tree.run.timeline == (Change(6, {"sample_count": 200}),)
+        assert tree.status(playing=False, speed=1).values["sample_count"] == 200
+
+    def test_a_refused_change_changes_nothing(self) -> None:
+        """A refused change leaves run, timeline and branches as they were."""
+        tree = RunTree(config())
+        forward(tree, 5)
+        tree.run.seek(2)
+        before = tree.status(playing=False, speed=1)
+        with pytest.raises(ParameterError):
+            tree.change({"sample_count": 100, "gamma_px": -1}, "b1")
+        assert tree.status(playing=False, speed=1) == before
+
+    def test_restart_keeps_the_values(self) -> None:
+        """A restart keeps tracker and values in force, and nothing else."""
+        tree = RunTree(config(timeline=(Change(0, {"sample_count": 100}), Change(3, {"tracker": "apf"}))))
+        forward(tree, 10)
+        tree.restart()
+        now = tree.status(playing=False, speed=1)
+        assert (now.head, now.tracker, now.restarts) == (0, "apf", 1)
+        assert now.values["sample_count"] == 100
+
+    def test_every_branch_stands_on_its_own(self) -> None:
+        """A branch made again from its timeline alone has the same numbers."""
+        tree = RunTree(config())
+        forward(tree, 20)
+        tree.branch("b1", 10, {"tracker": "condensation"})
+        forward(tree, 8)
+        there = tree.status(playing=False, speed=1)
+        alone = RunTree(config(timeline=there.timeline, tracker=there.first_tracker))
+        forward(alone, 18)
+        assert alone.run.estimates_sha256 == tree.run.estimates_sha256
+
+    def test_a_branch_is_compared_with_the_one_it_left(self) -> None:
+        """The same frame of the branch that was left is drawn beside, as far as that one came, where they differ."""
+        tree = RunTree(config())
+        forward(tree, 20)
+        first = tree.run.diagnostics
+        assert tree.other is None
+        tree.branch("b1", 10, {"tracker": "condensation"})
+        assert tree.other is None
+        forward(tree, 8)
+        assert tree.other is first[18]
+        second = tree.drawing().primitives["second"]
+        assert np.allclose(second.segments[..., :2].mean(axis=(0, 1)), first[18].estimate)  # type: ignore[union-attr]
+        forward(tree, 5)
+        assert tree.other is None
+        assert "second" not in tree.drawing().primitives
+
+    def test_a_branch_with_another_seed_is_not_compared(self) -> None:
+        """It sees another scene, so that what is estimated there says nothing of this one."""
+        tree = RunTree(config())
+        forward(tree, 20)
+        tree.branch("b1", 10, {"tracker": "condensation"})
+        tree.restart(seed=8)
+        forward(tree, 5)
+        assert tree.other is None
+        assert tree.status(playing=False, speed=1).second is None
+
+    def test_the_first_branch_is_compared_with_the_last_that_was_shown(self) -> None:
+        """It left none, so that the one shown before it is what a person compares it with."""
+        tree = RunTree(config())
+        forward(tree, 20)
+        for name, tracker in (("b1", "condensation"), ("b2", "apf")):
+            tree.branch(name, 10, {"tracker": tracker})
+            forward(tree, 10)
+            tree.activate("b0", "h-spf", ())
+        tree.run.seek(20)
+        assert tree.other is tree._runs["b2"].diagnostics[20]
+        tree.activate("b1", "h-spf", ())
+        tree.activate("b0", "h-spf", ())
+        assert tree.other is tree._runs["b1"].diagnostics[20]
+        tree.activate("b2", "h-spf", ())
+        assert tree.other is tree._runs["b0"].diagnostics[20]
+
+    def test_unknown_experiment(self) -> None:
+        """An experiment that is not there is refused."""
+        with pytest.raises(LookupError):
+            RunTree(config(experiment="chess"))
+
+
+class TestPipe:
+    def test_there_and_back(self) -> None:
+        """Messages arrive whole and in config, however large they are, and a hang-up is noticed on both sides."""
+
+        async def talk() -> None:
+            ours, theirs = pair()
+            heard: list[Any] = []
+            lost = asyncio.Event()
+            both = asyncio.Event()
+
+            def hear(event: Any) -> None:
+                heard.append(event)
+                if len(heard) == 2:
+                    both.set()
+
+            web = await WebEnd.connect(ours, hear, lost.set)
+            worker = WorkerEnd(theirs)
+            web.send(Credit())
+            web.send(Request(7, Picture()))
+            assert await asyncio.to_thread(worker.receive, 5) == Credit()
+            assert await asyncio.to_thread(worker.receive, 5) == Request(7, Picture())
+            assert worker.receive(0) is None
+            large = b"x" * 5_000_000
+            await asyncio.to_thread(worker.send, Reply(1, large))
+            await asyncio.to_thread(worker.send, Heartbeat())
+            await asyncio.wait_for(both.wait(), 5)
+            assert heard == [Reply(1, large), Heartbeat()]
+            web.close()
+            await asyncio.wait_for(lost.wait(), 5)
+            with pytest.raises((EOFError, ConnectionResetError)):
+                worker.receive(5)
+            theirs.close()
+
+        run(talk())
+
+    def test_half_a_message(self) -> None:
+        """A worker that stops in the middle of a message stops nobody else."""
+
+        async def talk() -> None:
+            ours, theirs = pair()
+            heard: list[Any] = []
+            web = await WebEnd.connect(ours, heard.append, lambda: None)
+            theirs.sendall(b"\0\0\0\0\0\0\0\x10half")
+            await asyncio.sleep(0.05)
+            assert heard == []
+            web.close()
+            await asyncio.sleep(0)
+            theirs.close()
+
+        run(talk())
+
+    def test_an_absurd_length(self) -> None:
+        """A length that cannot be closes the pipe rather than fill the memory."""
+
+        async def talk() -> None:
+            ours, theirs = pair()
+            lost = asyncio.Event()
+            await WebEnd.connect(ours, lambda _: None, lost.set)
+            theirs.sendall(b"\xff" * 8)
+            await asyncio.wait_for(lost.wait(), 5)
+            theirs.close()
+
+        run(talk())
+
+    def test_ends_are_sockets(self) -> None:
+        """The two ends are what a forkserver can hand to a child."""
+        ends = pair()
+        assert all(isinstance(end, socket.socket) for end in ends)
+        for end in ends:
+            end.close()

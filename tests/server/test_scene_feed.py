@@ -1,0 +1,173 @@
+"""The scene feed: one drawing at a time, and only while somebody looks."""
+
+import asyncio
+import threading
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import pytest
+
+import server.viewer
+from pftrack.drawing import Drawing
+from server.sessions.scene_feed import SceneFeed
+from server.viewer import Endpoint
+from server.worker.protocol import SessionInfo
+from tests.server.apart import run
+
+CARD = SessionInfo("ball", "Ball", [], {"apf": "APF"}, {}, 320, 240, 30.0, 100)
+
+ENDPOINT = Endpoint()
+
+
+class Puppet:
+    """A viewer that only remembers."""
+
+    def __init__(self, **requests: Any) -> None:
+        self.requests = requests
+        self.endpoint = ENDPOINT
+        self.shown: list[int] = []
+        self.told: list[tuple[Any, ...]] = []
+        self.closed = False
+        self.slow = threading.Event()
+        self.slow.set()
+
+    def show(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+        del drawing
+        self.shown.append(diagnostics["frame"])
+
+    def set_values(self, values: dict[str, Any], tracker: str) -> None:
+        self.slow.wait(5)
+        self.told.append(("values", values, tracker))
+
+    def set_speed(self, speed: float) -> None:
+        self.told.append(("speed", speed))
+
+    def set_seed(self, seed: int) -> None:
+        self.told.append(("seed", seed))
+
+    def refuse(self, message: str) -> None:
+        self.told.append(("refuse", message))
+
+    def close(self) -> None:
+        self.closed = True
+
+
+class Theatre:
+    """A scene feed with a puppet for a viewer."""
+
+    def __init__(self) -> None:
+        self.credits = 0
+        self.requests: list[dict[str, Any]] = []
+        self.scene_feed = SceneFeed(
+            credit=self._credit, on_values=self.requests.append, on_transport=self.requests.append
+        )
+
+    def _credit(self) -> None:
+        self.credits += 1
+
+    async def open(self) -> Puppet:
+        assert await self.scene_feed.open(CARD, {"n": 1}, "apf", 7) is ENDPOINT
+        puppet: Any = self.scene_feed._viewer
+        return puppet
+
+
+@pytest.fixture
+def act(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Theatre], Coroutine[Any, Any, None]]], None]:
+    """Play a scene with puppets."""
+    monkeypatch.setattr(server.viewer, "Viewer", Puppet)
+
+    def play(scene: Callable[[Theatre], Coroutine[Any, Any, None]]) -> None:
+        async def whole() -> None:
+            await scene(Theatre())
+
+        run(whole())
+
+    return play
+
+
+def test_no_credit_for_an_empty_room(act: Any) -> None:
+    """While nobody looks the worker gets no credit; who comes in brings one."""
+
+    async def scene(theatre: Theatre) -> None:
+        puppet = await theatre.open()
+        theatre.scene_feed.offer(Drawing(1, 1), {"frame": 1})
+        assert (puppet.shown, theatre.credits) == ([1], 0)
+        with theatre.scene_feed.watch():
+            assert theatre.credits == 1
+            theatre.scene_feed.offer(Drawing(1, 1), {"frame": 2})
+            assert theatre.credits == 2
+            theatre.scene_feed.resumed()
+            assert theatre.credits == 3
+        theatre.scene_feed.offer(Drawing(1, 1), {"frame": 3})
+        theatre.scene_feed.resumed()
+        assert theatre.credits == 3
+
+    act(scene)
+
+
+def test_one_viewer_for_all(act: Any) -> None:
+    """However many come at once, there is one viewer; closed, it can be opened again."""
+
+    async def scene(theatre: Theatre) -> None:
+        await asyncio.gather(*(theatre.open() for _ in range(5)))
+        first = await theatre.open()
+        await theatre.scene_feed.close()
+        assert first.closed
+        await theatre.scene_feed.close()
+        assert await theatre.open() is not first
+
+    act(scene)
+
+
+def test_only_the_newest_values_wait(act: Any) -> None:
+    """While the panel is slow, only the newest values wait for it, and no refusal is lost."""
+
+    async def scene(theatre: Theatre) -> None:
+        puppet = await theatre.open()
+        puppet.slow.clear()
+        for number in range(20):
+            theatre.scene_feed.tell({"n": number}, "apf", 1.0, 7)
+            await asyncio.sleep(0.002)
+        theatre.scene_feed.refuse("too large")
+        theatre.scene_feed.refuse("too small")
+        puppet.slow.set()
+        await theatre.scene_feed.close()
+        values = [told[1]["n"] for told in puppet.told if told[0] == "values"]
+        assert values[-1] == 19
+        assert len(values) <= 3
+        assert [told[1] for told in puppet.told if told[0] == "refuse"] == ["too large", "too small"]
+
+    act(scene)
+
+
+def test_wishes_come_home_to_the_loop(act: Any) -> None:
+    """What the viewer's threads wish is told in the event loop's thread."""
+
+    async def scene(theatre: Theatre) -> None:
+        puppet = await theatre.open()
+        await asyncio.to_thread(puppet.requests["on_change"], {"n": 2})
+        await asyncio.to_thread(puppet.requests["on_tracker"], "apf")
+        await asyncio.to_thread(puppet.requests["on_transport"], {"action": "play"})
+        await asyncio.sleep(0)
+        assert theatre.requests == [{"n": 2}, {"tracker": "apf"}, {"action": "play"}]
+
+    act(scene)
+
+
+def test_a_broken_panel_ends_nothing(act: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A panel that cannot show a value ends neither scene nor session."""
+
+    def broken(*_: object) -> None:
+        raise RuntimeError("no such control")
+
+    async def scene(theatre: Theatre) -> None:
+        puppet = await theatre.open()
+        monkeypatch.setattr(puppet, "set_values", broken)
+        theatre.scene_feed.tell({"n": 1}, "apf", 1.0, 7)
+        await asyncio.sleep(0.05)
+        monkeypatch.undo()
+        theatre.scene_feed.refuse("still here")
+        await theatre.scene_feed.close()
+        assert ("refuse", "still here") in puppet.told
+
+    act(scene)

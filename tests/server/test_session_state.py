@@ -1,0 +1,172 @@
+"""The state: what of all that a worker tells is news."""
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from pftrack.runs.run import Change
+from server.schemas.spec import BranchSpec, SessionSpec
+from server.sessions.history import History
+from server.sessions.state import SessionState
+from server.worker.protocol import Ready, RunStatus, SessionInfo
+
+CARD = SessionInfo("ball", "Ball", [], {"apf": "APF", "kalman": "Kalman"}, {}, 320, 240, 30.0, 100)
+START = RunStatus("b0", 0, 0, False, False, 1.0, "apf", "apf", {"n": 1, "m": 2}, (), 0)
+
+
+class Ear:
+    """Hears what a state tells."""
+
+    def __init__(self) -> None:
+        branch = BranchSpec(id="b0", title="Main", tracker="apf")
+        spec = SessionSpec(id="s", experiment="ball", branches={"b0": branch})
+        self.panel = 0
+        self.state = SessionState(spec, "starting", self._count)
+        self.heard: list[dict[str, Any]] = []
+        self.state.begin(Ready(CARD, START, [row(0)]))
+        self.state.listeners.emit = self._hear  # type: ignore[method-assign]
+        self.state.listeners.greet = lambda: self.heard.append({"type": "hello"})  # type: ignore[method-assign]
+        self.panel = 0
+
+    def _count(self) -> None:
+        self.panel += 1
+
+    def _hear(self, message: Any) -> None:
+        self.heard.append(json.loads(message.model_dump_json()))
+
+    def stand(self, **changes: Any) -> list[dict[str, Any]]:
+        """Tell the state where the run stands, and return the news."""
+        self.heard.clear()
+        self.last = replace(getattr(self, "last", START), **changes)
+        self.state.stand(self.last)
+        return self.heard
+
+
+def row(frame: int, **more: Any) -> dict[str, Any]:
+    return {"frame": frame, "error": 1.0, **more}
+
+
+@pytest.fixture
+def ear() -> Ear:
+    return Ear()
+
+
+def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
+    """No page ever stands on a frame of which it knows nothing."""
+    ear.state.stand(replace(START, position=1, head=1), [row(1)], 1)
+    assert [message["type"] for message in ear.heard] == ["frame", "position"]
+
+
+def test_the_same_again_is_no_news(ear: Ear) -> None:
+    """A worker that stands where it stood tells nothing."""
+    assert ear.stand() == []
+    assert ear.panel == 0
+
+
+def test_a_move_is_a_position(ear: Ear) -> None:
+    """Another frame is told as a position, and nothing else."""
+    (told,) = ear.stand(position=1, head=1)
+    assert (told["type"], told["frame"], told["head"]) == ("position", 1, 1)
+
+
+def test_playing_is_told_once(ear: Ear) -> None:
+    """Play and pause are told by the position alone, the end as a state as well."""
+    assert [told["type"] for told in ear.stand(playing=True)] == ["position"]
+    assert ear.state.state == "playing"
+    assert [told["type"] for told in ear.stand(playing=False)] == ["position"]
+    assert [told["type"] for told in ear.stand(position=99, head=99, ended=True)] == ["session", "position"]
+    assert ear.state.state == "ended"
+
+
+def test_a_change_is_echoed(ear: Ear) -> None:
+    """A change is told with what changed alone, and the panel is told as well."""
+    (told,) = ear.stand(values={"n": 5, "m": 2}, timeline=(Change(1, {"n": 5}),))
+    assert (told["type"], told["values"], told["parameters"]) == ("parameters", {"n": 5}, {"n": 5, "m": 2})
+    assert ear.panel == 1
+    assert ear.state.spec.active.timeline[0].values == {"n": 5}
+
+
+def test_a_tracker_is_echoed(ear: Ear) -> None:
+    """A change of tracker is told like a change of parameter."""
+    (told,) = ear.stand(tracker="kalman")
+    assert (told["values"], told["tracker"]) == ({"tracker": "kalman"}, "kalman")
+
+
+def test_a_speed_reaches_the_panel(ear: Ear) -> None:
+    """Another speed is told to the panel, too."""
+    assert [told["type"] for told in ear.stand(speed=2.0)] == ["position"]
+    assert ear.panel == 1
+
+
+def test_a_branch_shares_its_past(ear: Ear) -> None:
+    """A new branch is told with title, parent and colour, and has its parent's past up to where it left."""
+    ear.state.add("b0", [row(1), row(2), row(3)], None)
+    ear.stand(position=2, head=3)
+    told = {message["type"]: message for message in ear.stand(branch="b1", head=2, tracker="kalman")}
+    assert set(told) == {"branches", "parameters", "position"}
+    made = told["branches"]["branches"][1]
+    assert (made["id"], made["parent"], made["frame"], made["title"]) == ("b1", "b0", 2, "Kalman from frame 2")
+    assert made["colour"] != told["branches"]["branches"][0]["colour"]
+    assert ear.state.columns("b1")["frame"] == [0, 1, 2]
+    assert ear.state.columns("b0")["frame"] == [0, 1, 2, 3]
+    assert ear.state.spec.next_branch() == "b2"
+
+
+def test_a_new_beginning_forgets(ear: Ear) -> None:
+    """A run begun anew forgets diagnostics and bookmarks of its branch and greets everybody."""
+    ear.state.add("b0", [row(1)], None)
+    ear.state.bookmark("m", "here")
+    assert {"type": "hello"} in ear.stand(restarts=1)
+    assert ear.state.columns("b0") == {}
+    assert ear.state.spec.bookmarks == []
+
+
+def test_one_row_or_many(ear: Ear) -> None:
+    """One new frame is a frame, several are frames, none is nothing."""
+    ear.heard.clear()
+    ear.state.add("b0", [], None)
+    ear.state.add("b0", [row(1)], 1)
+    ear.state.add("b0", [row(2), row(3)], 3)
+    assert [told["type"] for told in ear.heard] == ["frame", "frames"]
+    assert ear.heard[0]["shown"] is True
+    assert ear.state.frames_computed == 3
+
+
+def test_what_is_worth_writing_down(ear: Ear) -> None:
+    """Playing on is written down now and then; a pause, a change and a bookmark at once."""
+    state = ear.state
+
+    def is_dirty() -> bool:
+        dirty, state.dirty = state.dirty, False
+        return dirty
+
+    is_dirty()
+    ear.stand(playing=True, position=1, head=1)
+    assert not is_dirty()
+    assert state.moved
+    ear.stand(values={"n": 7, "m": 2})
+    assert is_dirty()
+    ear.stand(playing=False)
+    assert is_dirty()
+    state.bookmark("m", "")
+    assert is_dirty()
+
+
+def test_bookmarks_in_the_order_of_frames(ear: Ear) -> None:
+    """Bookmarks are told in the order of their frames."""
+    for frame in (9, 3, 5):
+        ear.stand(position=frame, head=10)
+        ear.state.bookmark(f"m{frame}", "")
+    assert [mark.frame for mark in ear.state.spec.bookmarks] == [3, 5, 9]
+    assert ear.state.unbookmark("m5")
+    assert not ear.state.unbookmark("m5")
+
+
+def test_history_replaces_what_it_knows() -> None:
+    """A row that comes again replaces the old one; one that would leave a gap is left out."""
+    history = History()
+    history.put([row(0), row(1), row(2)])
+    history.put([row(1, error=9.0), row(7)])
+    assert history.columns == {"frame": [0, 1, 2], "error": [1.0, 9.0, 1.0]}
