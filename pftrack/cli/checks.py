@@ -64,7 +64,7 @@ def bench(
     json: Json = False,
 ) -> None:
     """Measure speed, beside other libraries where they are installed."""
-    folder = Path(__file__).parents[1] / "benchmarks"
+    folder = Path(__file__).parents[2] / "benchmarks"
     scripts = {path.stem: path for path in sorted(folder.glob("[a-z]*.py"))}
     if not scripts:
         raise CommandError(

@@ -18,7 +18,7 @@ from tests.experiments.heads import empty, pictures, simulated
 Call = Callable[..., tuple[int, str, str]]
 
 COUNT, WIDTH = 60, 320
-CLIP = Path(__file__).parents[1] / ".." / "shared" / "data" / "face_turning"
+CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
 
 
 @pytest.fixture

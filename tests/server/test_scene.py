@@ -47,7 +47,7 @@ def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session
         loop.call_soon_threadsafe(found._queue, {"sample_count": -3})
         refused = until(stream, lambda m: m["type"] == "refused")[-1]
         assert (refused["field"], refused["value"]) == ("sample_count", -3)
-        loop.call_soon_threadsafe(found._transport_wish, {"action": "speed", "speed": 2.0})
+        loop.call_soon_threadsafe(found._steer, {"action": "speed", "speed": 2.0})
         until(stream, lambda m: m["type"] == "position" and m["speed"] == 2.0)
 
 

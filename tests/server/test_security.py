@@ -147,7 +147,7 @@ class TestSettings:
         settings = Settings(host=host)
         assert settings.token is not None
         assert len(settings.token.get_secret_value()) >= 32
-        assert settings.token.get_secret_value() in settings.worker(80)
+        assert settings.token.get_secret_value() in settings.link(80)
         assert settings.token.get_secret_value() not in repr(settings)
         assert settings.token != Settings(host=host).token
 
@@ -155,7 +155,7 @@ class TestSettings:
     def test_loopback_needs_none(self, host: str) -> None:
         """A server for this machine alone has no token."""
         assert Settings(host=host).token is None
-        assert "token" not in Settings(host=host).worker(80)
+        assert "token" not in Settings(host=host).link(80)
 
     @pytest.mark.parametrize(
         "unsafe",

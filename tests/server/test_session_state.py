@@ -74,10 +74,10 @@ def test_a_move_is_a_position(ear: Ear) -> None:
 def test_playing_is_told_once(ear: Ear) -> None:
     """Play and pause are told by the position alone, the end as a state as well."""
     assert [told["type"] for told in ear.stand(playing=True)] == ["position"]
-    assert ear.state.state == "playing"
+    assert ear.state.phase == "playing"
     assert [told["type"] for told in ear.stand(playing=False)] == ["position"]
     assert [told["type"] for told in ear.stand(position=99, head=99, ended=True)] == ["session", "position"]
-    assert ear.state.state == "ended"
+    assert ear.state.phase == "ended"
 
 
 def test_a_change_is_echoed(ear: Ear) -> None:

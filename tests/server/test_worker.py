@@ -5,12 +5,11 @@ import contextlib
 import threading
 from typing import Any
 
-from tests.server.test_workbench import config
-
 from server.worker.pipe import WebEnd, WorkerEnd, pair
 from server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
 from server.worker.worker import Worker
 from tests.server.apart import run
+from tests.server.test_run_tree import config
 
 SLOW = 0.1
 """Times real time: three frames a second, so that a change has a while until the next one."""
