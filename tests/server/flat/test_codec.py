@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import Axes, Drawing, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive, Text
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.run import Run
+from pftrack.runs.run import Run
 from server.flat.codec import DrawingEncoder, decode
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
