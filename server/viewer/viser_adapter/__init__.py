@@ -5,7 +5,7 @@
 - `clock`: no smoothing of the stream
 - `messages`: what a browser may say, and what viser must not hear
 - `client_page`, `client_bundle`: viser's client, taken apart and prepared to live inside a session's page
-- `client.js`, `client.css`: what is put into that page; the only files that know how viser's client is built
+- `client/`: the scripts and the style sheet that are put into that page; nothing else knows how viser's client is built
 
 Each of these rests on something that viser does not promise. `tests/viewer/viser_adapter` has a test for each that
 fails with a sentence saying what has changed.

@@ -1,11 +1,11 @@
 """viser's client page, prepared to live inside a session's page.
 
-viser ships its client as one self-contained file that connects to its own address. This module puts a style sheet and a
-script into its head, before the client's own script runs: keys that steer the run are handed to the page around, the
-scene reconnects without being clicked, light or dark follows the system, and everything is hidden that a lecture does
-not need. The client's own script and style sheet are served beside it, since each session has an address of its own and
-a browser would otherwise load and compile them anew for each. What they say is left as it is, so that a new viser
-brings its own; one that is packed in another way is served in one piece.
+viser ships its client as one self-contained file that connects to its own address. This module puts the scripts and the
+style sheet of `client/` into its head, before the client's own script runs: keys that steer the run are handed to the
+page around, the scene reconnects without being clicked, light or dark follows the system, and everything is hidden that
+a lecture does not need. The client's own script and style sheet are served beside it, since each session has an address
+of its own and a browser would otherwise load and compile them again for each. What they say is left as it is, so that a
+new viser brings its own; one that is packed in another way is served in one piece.
 """
 
 from functools import cache
@@ -36,19 +36,26 @@ CONTENT_SECURITY_POLICY = "; ".join(_DIRECTIVES)
 ASSETS = "/viz/client/"
 """Where the files of the client are served, under their names."""
 
-_HERE = Path(__file__).parent
+SCRIPTS = ("page.js", "frames.js", "state.js", "keys.js", "numbers.js")
+"""What runs before viser's own script, in this order, each with names of its own."""
+
+_CLIENT = Path(__file__).parent / "client"
 
 
 @cache
 def client_page() -> bytes:
     """Return the page for `/viz/{session}/`, to be sent with `CONTENT_SECURITY_POLICY`."""
     page = _opened() or _page()
-    script = (_HERE / "client.js").read_text(encoding="utf-8")
-    style = (_HERE / "client.css").read_text(encoding="utf-8")
+    style = (_CLIENT / "style.css").read_text(encoding="utf-8")
     page = page.replace("<title>Viser</title>", "<title>pftrack scene</title>", 1)
     head = page.index("<head>") + len("<head>")
     body = page.index("</head>")
-    return f"{page[:head]}<script>{script}</script>{page[head:body]}<style>{style}</style>{page[body:]}".encode()
+    return f"{page[:head]}{_scripts()}{page[head:body]}<style>{style}</style>{page[body:]}".encode()
+
+
+def _scripts() -> str:
+    texts = ((_CLIENT / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    return "".join(f'<script>(() => {{\n"use strict";\n{text}}})();</script>' for text in texts)
 
 
 def client_asset(name: str) -> Asset | None:

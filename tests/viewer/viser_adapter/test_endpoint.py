@@ -13,6 +13,7 @@ from viser.infra import _infra
 
 from server.viewer import viser_adapter
 from server.viewer.viser_adapter import Endpoint, endpoint
+from tests.server.apart import run
 from tests.viewer.host import PROTOCOL
 
 CAMERA = b"\x81\xa4type\xb3ViewerCameraMessage"
@@ -84,7 +85,7 @@ def play(scene: Callable[[viser.ViserServer, Endpoint], Coroutine[Any, Any, None
     """Run a coroutine beside a server."""
     server, reached = viser_adapter.start("Ball")
     try:
-        asyncio.run(scene(server, reached))
+        run(scene(server, reached))
     finally:
         viser_adapter.stop(server)
 

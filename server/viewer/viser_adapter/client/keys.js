@@ -1,0 +1,37 @@
+// Keys that steer the run go to the page around.
+const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "[", "]", "?", ..."bBlLnNcC123456789"]);
+const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
+let clicked = true;
+addEventListener("pointerdown", () => (clicked = true), true);
+addEventListener("keydown", (event) => event.key === "Tab" && (clicked = false), true);
+const belongsTo = (element, key) => {
+  if (!(element instanceof Element)) return false;
+  if (element.closest("textarea, select, [contenteditable=''], [contenteditable=true]")) return true;
+  const input = element.closest("input");
+  if (input && !["checkbox", "radio", "button"].includes(input.type)) return true;
+  if (element.closest("[role=slider]")) return SLIDER_KEYS.has(key);
+  if (element.closest("[role=listbox], [role=option], [role=dialog]")) return true;
+  // Space presses a button for people who came to it by keyboard, not for those who have just clicked it.
+  return key === " " && !clicked && element.matches("button, input, [role=button], a");
+};
+addEventListener(
+  "keydown",
+  (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || !KEYS.has(event.key)) return;
+    if (belongsTo(event.target, event.key)) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    if (parent !== window) {
+      parent.postMessage({ source: "pftrack-viser", key: event.key, shiftKey: event.shiftKey }, location.origin);
+    }
+  },
+  true,
+);
+addEventListener(
+  "keyup",
+  (event) => {
+    // A button is pressed when space comes up again.
+    if (event.key === " " && !belongsTo(event.target, " ")) event.preventDefault();
+  },
+  true,
+);

@@ -1,0 +1,28 @@
+// Appearance and behaviour of the scene as a part of the page around it.
+
+// Light or dark: as the page around says (?theme=), else as the system asks. viser reads ?darkMode once, at start.
+// A ?websocket= is dropped: the scene talks to its own session only.
+const asked = new URLSearchParams(location.search).get("theme");
+const system = matchMedia("(prefers-color-scheme: dark)");
+const theme = asked === "light" || asked === "dark" ? asked : system.matches ? "dark" : "light";
+const query = [...(asked ? [`theme=${theme}`] : []), ...(theme === "dark" ? ["darkMode=1"] : [])];
+history.replaceState(null, "", location.pathname + (query.length ? `?${query.join("&")}` : ""));
+document.documentElement.dataset.theme = theme;
+const restart = (wanted) => {
+  if (wanted !== theme) location.replace(`${location.pathname}?theme=${wanted}`);
+};
+if (!asked) system.addEventListener("change", () => location.reload());
+addEventListener("message", (event) => {
+  if (event.origin === location.origin && event.data?.source === "pftrack" && event.data.theme) {
+    restart(event.data.theme === "dark" ? "dark" : "light");
+  }
+});
+
+// viser loads a sorter for Gaussian splats that evaluates text, which the policy forbids; nothing here draws splats.
+addEventListener("unhandledrejection", (event) => event.reason instanceof EvalError && event.preventDefault());
+
+// Reconnect while visible. viser retries only in a window that has the focus, which a frame rarely has.
+document.hasFocus = () => document.visibilityState === "visible";
+document.addEventListener("visibilitychange", () => {
+  dispatchEvent(new Event(document.visibilityState === "visible" ? "focus" : "blur"));
+});
