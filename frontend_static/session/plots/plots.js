@@ -125,6 +125,8 @@ function write({ plot, title, value, missing }, { session, history }) {
 /** Draw all figures as one document, since they share their axis of frames; each in its own panel. */
 async function show(Bokeh, drawings, panels, signal) {
   const book = new Bokeh.Document();
+  // They tell of a connection to a Bokeh server, which there is not, and would stay in the page.
+  book.config.notifications = null;
   for (const { model } of drawings) book.add_root(model);
   const views = await Bokeh.embed.add_document_standalone(book, document.body, panels.map(({ place }) => place));
   const close = () => {

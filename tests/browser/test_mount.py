@@ -1,0 +1,184 @@
+"""Several sessions in a page: in step by one clock, each with the parts asked for, and gone when disposed of."""
+
+from typing import Any
+
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import LINES, PARTICLES, View
+
+# Keeps count of what a page may leave behind: listeners at what outlives an element, timers, frames asked for, sockets.
+COUNTING = """(() => {
+    const alive = (window.alive = { listeners: new Map(), timers: new Set(), frames: new Set(), sockets: new Set() });
+    const outlives = (it) => it === window || it === document || it instanceof MediaQueryList;
+    const { addEventListener, removeEventListener } = EventTarget.prototype;
+    EventTarget.prototype.addEventListener = function (type, listener, options) {
+        if (outlives(this) && listener) {
+            const key = {};
+            alive.listeners.set(key, { type, listener, target: this });
+            options?.signal?.addEventListener("abort", () => alive.listeners.delete(key));
+        }
+        return addEventListener.call(this, type, listener, options);
+    };
+    EventTarget.prototype.removeEventListener = function (type, listener, options) {
+        for (const [key, it] of alive.listeners) {
+            if (it.target === this && it.type === type && it.listener === listener) alive.listeners.delete(key);
+        }
+        return removeEventListener.call(this, type, listener, options);
+    };
+    const counted = (start, stop, waiting, again) => {
+        const [begin, end] = [window[start], window[stop]];
+        window[start] = (work, ...more) => {
+            const id = begin((...given) => {
+                if (!again) waiting.delete(id);
+                work(...given);
+            }, ...more);
+            waiting.add(id);
+            return id;
+        };
+        window[stop] = (id) => {
+            waiting.delete(id);
+            end(id);
+        };
+    };
+    counted("setTimeout", "clearTimeout", alive.timers, false);
+    counted("setInterval", "clearInterval", alive.timers, true);
+    counted("requestAnimationFrame", "cancelAnimationFrame", alive.frames, false);
+    window.WebSocket = class extends WebSocket {
+        constructor(...given) {
+            super(...given);
+            alive.sockets.add(this);
+            this.addEventListener("close", () => alive.sockets.delete(this));
+        }
+    };
+})()"""
+LEFT = """() => ({
+    listeners: [...alive.listeners.values()].map(({ type }) => type).sort(),
+    timers: alive.timers.size,
+    frames: alive.frames.size,
+    sockets: alive.sockets.size,
+    documents: window.Bokeh?.documents.length ?? 0,
+    views: [...(window.Bokeh?.index ?? [])].length,
+    elements: document.querySelectorAll("body *").length,
+})"""
+PAGE = """<head><link rel="stylesheet" href="/static/shared/style.css"><title>Two</title>
+<style>main { display: grid; grid-template-columns: 1fr 1fr; height: 100vh }</style></head>
+<body><main><div id="a"></div><div id="b"></div></main></body>"""
+MOUNT = """async ([place, options, shared]) => {
+    const { mount } = await import("/static/session/mount.js");
+    const { Clock } = await import("/static/session/clock.js");
+    if (shared) options.clock = window.clock ??= new Clock();
+    (window.mounted ??= {})[place] = mount(document.getElementById(place), options);
+}"""
+
+# BokehJS listens at the window from when it is loaded, whoever loads it.
+BOKEH = "import('/static/session/plots/bokeh.js').then(({ loadBokeh }) => loadBokeh()).then(() => {})"
+
+
+class Several(View):
+    """A page with places for two sessions."""
+
+    def __init__(self, page: Any, server: Server) -> None:
+        super().__init__(page)
+        self.server = server
+        page.add_init_script(COUNTING)
+        # A page of this server without any script of ours, so that what there is to count is the component's.
+        page.route("**/favicon.ico", lambda route: route.fulfill(status=204))
+        page.goto("/healthz")
+        page.evaluate("(text) => (document.documentElement.innerHTML = text)", PAGE)
+
+    def mount(self, place: str, options: dict[str, Any], *, shared: bool = False) -> None:
+        """Mount a session in a place, and wait until it is connected."""
+        self.page.evaluate(MOUNT, [place, options, shared])
+        self.until(lambda: self.ask(place, "able"), f"session {place} listens")
+
+    def ask(self, place: str, expression: str) -> Any:
+        return self.page.evaluate(f"mounted.{place}.{expression}")
+
+    def position(self, place: str) -> int:
+        return int(self.ask(place, "store.session.position"))
+
+    def dispose(self, place: str) -> None:
+        self.page.evaluate(f"mounted.{place}.dispose()")
+
+    def stand_at(self, frame: int) -> None:
+        self.until(lambda: self.position("a") == self.position("b") == frame, f"both stand at frame {frame}")
+
+
+@pytest.fixture
+def several(page: Any, server: Server) -> Several:
+    return Several(page, server)
+
+
+def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, server: Server) -> None:
+    """Two sessions of one clock show the same frame however they are steered; one is disposed of, the other goes on."""
+    page = several.page
+    one, other = (server.start_session(tracker=tracker)["id"] for tracker in ("h-spf", "condensation"))
+    page.evaluate(BOKEH)
+    at_first = page.evaluate(LEFT)
+    several.mount("a", {"session": one}, shared=True)
+    several.mount("b", {"session": other}, shared=True)
+    several.until(lambda: all(has_particles(page, it) for it in (one, other)), "both scenes are drawn")
+    several.until(lambda: page.evaluate(LEFT)["documents"] == 2, "both have their plots")
+
+    page.click("#a .play")
+    several.until(lambda: several.position("b") > 5, "the other one follows")
+    page.click("#b .play")
+    several.until(lambda: not several.ask("a", "store.session.playing"), "the button of either pauses both")
+    several.stand_at(several.position("a"))
+    page.focus("#b .scrubber")
+    page.keyboard.press("Home")
+    several.stand_at(0)
+    page.locator("#b .scrubber").click(position={"x": 300, "y": 30})
+    several.until(lambda: several.position("b") > 0, "the scrubber of the second moves both")
+    several.stand_at(several.position("b"))
+
+    several.dispose("a")
+    assert page.locator("#a *").count() == 0
+    several.until(lambda: page.evaluate(LEFT)["sockets"] == 1, "one connection is left")
+    several.until(lambda: page.evaluate(LEFT)["documents"] == 1, "the plots of the other one are left")
+    before = several.position("b")
+    page.keyboard.press("ArrowRight")
+    several.until(lambda: several.position("b") == before + 1, "the other one goes on, and has the keys")
+    several.until(lambda: page.evaluate(LINES), "its plots are there")
+
+    several.dispose("b")
+    several.until(lambda: page.evaluate(LEFT) == at_first, f"all is as before, {at_first}, not {page.evaluate(LEFT)}")
+    assert {server.session(it)["state"] for it in (one, other)} <= {"ready", "ended"}
+
+
+def test_a_session_has_the_parts_that_were_asked_for(several: Several) -> None:
+    """A session started from a recipe, with a transport and a readout alone, works without a scene."""
+    page = several.page
+    recipe = {"experiment": "ball", "seed": 3, "frames": 40, "play": True}
+    several.mount("a", {"recipe": recipe, "parts": ["transport", "readout"]})
+    several.until(lambda: several.position("a") > 3, "it plays")
+    parts = page.evaluate("[...document.querySelectorAll('[data-part]')].map((it) => it.dataset.part)")
+    assert parts == ["readout", "transport"]
+    assert page.locator("iframe, canvas").count() == 0
+    assert "px" in page.inner_text("[data-part=readout]")
+
+
+def test_keys_go_to_the_session_that_has_the_focus(several: Several, server: Server) -> None:
+    """Of two sessions without a common clock the keys move the one in which they are pressed."""
+    page = several.page
+    for place in "ab":
+        several.mount(place, {"session": server.start_session()["id"], "parts": ["transport"]})
+    page.click("#b .counter")
+    page.keyboard.press("ArrowRight")
+    several.until(lambda: several.position("b") == 1, "the second one moves")
+    page.click("#a [aria-label^='One frame on']")
+    several.until(lambda: several.position("a") == 1, "the first one moves")
+    page.keyboard.press("ArrowRight")
+    several.until(lambda: several.position("a") == 2, "it has the keys now")
+    assert several.position("b") == 1
+
+
+def has_particles(page: Any, session: str) -> bool:
+    from playwright.sync_api import Error
+
+    frame = next((it for it in page.frames if f"/viz/{session}/" in it.url), None)
+    try:
+        return frame is not None and frame.evaluate(PARTICLES) > 0
+    except Error:
+        return False
