@@ -16,6 +16,8 @@ __all__ = [
     "Declaration",
     "ParameterError",
     "Parameters",
+    "Role",
+    "Value",
     "allowed",
     "declarations",
     "flat",
@@ -25,6 +27,14 @@ __all__ = [
 ]
 
 Value: TypeAlias = bool | int | float | str
+
+Role: TypeAlias = Literal["", "particles", "threshold", "loss_share"]
+"""What general code may know of a parameter without knowing its name.
+
+- "particles": a number of particles; limits on particles hold for it, and a cost may be plotted over it.
+- "threshold": a limit of the series that the parameter is a threshold of; it is drawn beside that series.
+- "loss_share": the share of a run's frames that may be lost in a success.
+"""
 
 
 class ParameterError(ValueError):
@@ -65,6 +75,8 @@ class Declaration(BaseModel):
     live: bool = True
     group: str = ""
     trackers: tuple[str, ...] = ()
+    role: Role = ""
+    threshold_of: str = ""
 
 
 class Parameters(BaseModel):
@@ -97,6 +109,8 @@ def parameter(
     live: bool = True,
     group: str = "",
     trackers: tuple[str, ...] = (),
+    role: Role = "",
+    threshold_of: str = "",
 ) -> Any:  # noqa: ANN401 - what a pydantic field declaration is to a type checker
     """Declare one field of a `Parameters` model.
 
@@ -112,7 +126,14 @@ def parameter(
         live: Whether a change may take effect in the middle of a run.
         group: The heading under which a panel shows it.
         trackers: The trackers that read it; empty means all.
+        role: What general code may do with it.
+        threshold_of: Of a "threshold", the name of the series that it limits.
+
+    Raises:
+        ValueError: A threshold names no series, or another role names one.
     """
+    if (role == "threshold") != bool(threshold_of):
+        raise ValueError(f"a threshold and no other role names a series, got role {role!r} of {threshold_of!r}")
     declared: dict[str, Any] = {
         "unit": unit,
         "step": step,
@@ -120,6 +141,8 @@ def parameter(
         "live": live,
         "group": group,
         "trackers": list(trackers),
+        "role": role,
+        "threshold_of": threshold_of,
     }
     pattern = r"^#[0-9a-fA-F]{6}$" if colour else None
     return Field(
@@ -207,7 +230,7 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
             "minimum": getattr(bounds.get("Ge"), "ge", None),
             "maximum": getattr(bounds.get("Le"), "le", None),
             "choices": choices,
-            **{key: extra[key] for key in ("unit", "step", "live", "group", "trackers")},
+            **{key: extra[key] for key in ("unit", "step", "live", "group", "trackers", "role", "threshold_of")},
         }
     )
 

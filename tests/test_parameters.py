@@ -116,3 +116,10 @@ def test_thresholds_are_ordered() -> None:
     for changes in ({"gamma_min_px": 30}, {"gamma_max_px": 1}):
         with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
             revise(parameters, changes)
+
+
+def test_only_a_threshold_names_a_series() -> None:
+    """A threshold says of which series it is one; a parameter that is none names no series."""
+    for role, series in (("threshold", ""), ("particles", "sigma"), ("", "sigma")):
+        with pytest.raises(ValueError, match="a threshold and no other role names a series"):
+            parameter(1.0, "Limit", "A limit.", role=role, threshold_of=series)  # type: ignore[arg-type] # a loop's

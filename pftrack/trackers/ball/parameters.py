@@ -57,6 +57,8 @@ class BallTrackerParameters(Parameters):
         step=0.5,
         group=SWITCHING,
         trackers=("h-spf", "pc-pf"),
+        role="threshold",
+        threshold_of="sigma",
     )
     gamma_min_px: float = parameter(
         4,
@@ -68,6 +70,8 @@ class BallTrackerParameters(Parameters):
         step=0.5,
         group=SWITCHING,
         trackers=("s-spf",),
+        role="threshold",
+        threshold_of="sigma",
     )
     gamma_max_px: float = parameter(
         20,
@@ -79,6 +83,8 @@ class BallTrackerParameters(Parameters):
         step=0.5,
         group=SWITCHING,
         trackers=("s-spf",),
+        role="threshold",
+        threshold_of="sigma",
     )
     process_noise_px: float = parameter(
         3,
