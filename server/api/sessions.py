@@ -50,25 +50,22 @@ async def end_session(session: ASession, manager: AManager) -> None:
 @router.patch("/{session}/parameters")
 async def change_parameters(session: ASession, values: Annotated[dict[str, Any], Body()]) -> Changed:
     """Change parameters from the next frame on; in the past this makes a branch."""
-    frame = await session.change(values)
-    active = session.spec.active
-    return Changed(parameters=session.spec.values, tracker=active.tracker, frame=frame, branch=active.id)
+    return await session.change(values)
 
 
 @router.post("/{session}/transport")
 async def steer(session: ASession, body: TransportUpdate) -> SessionPublic:
     """Play, pause, step, go back, seek, set the speed, or begin anew, with another seed if one is given."""
-    await session.transport(body.action, body.frame, body.speed, body.seed)
-    return session.view()
+    return await session.transport(body.action, body.frame, body.speed, body.seed)
 
 
 @router.post("/{session}/branch", status_code=HTTPStatus.CREATED)
 async def branch(session: ASession, body: BranchCreate, manager: AManager) -> SessionPublic:
     """Leave the active branch at a frame and go on in a new one."""
     values = {**body.parameters, **({"tracker": body.tracker} if body.tracker else {})}
-    await session.branch(body.frame, values, body.title)
+    made = await session.branch(body.frame, values, body.title)
     await manager.keep(positions=False)
-    return session.view()
+    return made
 
 
 @router.post("/{session}/branch/{branch}/activate")
@@ -76,8 +73,7 @@ async def activate(session: ASession, branch: Name) -> SessionPublic:
     """Show another branch."""
     if branch not in session.spec.branches:
         raise NotFoundError("The session has no such branch.")
-    await session.activate(branch)
-    return session.view()
+    return await session.activate(branch)
 
 
 @router.post("/{session}/resume")

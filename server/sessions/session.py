@@ -7,13 +7,14 @@ one at a time.
 import asyncio
 import time
 from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pftrack.parameters import ParameterError
 from pftrack.runs.run import EndOfRun, PastError
 from server.errors import ApiError, ConflictError, shape
 from server.schemas import messages
 from server.schemas.messages import Phase
+from server.schemas.rest import Changed
 from server.schemas.spec import LARGEST_SEED, Bookmark, SessionSpec, as_timeline
 from server.sessions.scene_feed import SceneFeed
 from server.sessions.state import SessionState
@@ -29,6 +30,7 @@ __all__ = ["Session"]
 
 ConfigOf = Callable[[SessionSpec], protocol.WorkerConfig]
 MOST_BOOKMARKS = 500
+Result = TypeVar("Result")
 
 
 class Session:
@@ -152,24 +154,28 @@ class Session:
 
     # ------------------------------------------------------------ commands
 
-    async def change(self, values: dict[str, Any]) -> int:
-        """Change parameters; return the frame from which they count.
+    async def change(self, values: dict[str, Any]) -> Changed:
+        """Change parameters; return what is then in force, and from which frame on.
 
         Raises:
             ParameterError: A value is refused.
         """
         async with self._door:
             if not values:
-                return self.spec.active.position + 1
+                return self._changed(self.spec.active.position + 1)
             if self.spec.active.position < self.spec.active.head:
                 self._room_for_branch()
             command = protocol.Change(values, self.spec.next_branch())
-            return cast("int", await self._request(command, self._settings.command_seconds))
+            return await self._request(command, self._settings.command_seconds, self._changed)
 
     async def transport(
         self, action: str, frame: int | None = None, speed: float | None = None, seed: object = None
-    ) -> None:
-        """Play, pause, step, back, seek, speed or restart, the last with another seed if one is given."""
+    ) -> messages.SessionPublic:
+        """Play, pause, step, back, seek, speed or restart, the last with another seed if one is given.
+
+        Returns:
+            The session as the command left it, which is not where it is by now if it plays.
+        """
         if action == "seek" and frame is None:
             raise ParameterError("frame", frame, f"a frame of the run, 0 to {self.card.frames - 1}")
         if action == "speed" and speed is None:
@@ -183,33 +189,39 @@ class Session:
             case _:
                 command = protocol.Transport(action, frame or 0)
         # Not through the door: a pause has to reach a worker that is busy with a long seek.
-        await self._request(command, self._settings.seek_seconds)
+        return await self._request(command, self._settings.seek_seconds, self._viewed)
 
-    async def branch(self, frame: int, values: dict[str, Any], title: str | None) -> None:
-        """Leave the active branch at a frame and go on in a new one."""
+    async def branch(self, frame: int, values: dict[str, Any], title: str | None) -> messages.SessionPublic:
+        """Leave the active branch at a frame and go on in a new one; return the session as it is then."""
         async with self._door:
             self._room_for_branch()
             name = self.spec.next_branch()
-            await self._request(protocol.Branch(name, frame, values), self._settings.command_seconds)
-            if title:
-                self.state.name_branch(name, title)
 
-    async def activate(self, branch: str) -> None:
-        """Show another branch."""
+            def titled(result: object) -> messages.SessionPublic:
+                if title:
+                    self.state.name_branch(name, title)
+                return self._viewed(result)
+
+            return await self._request(protocol.Branch(name, frame, values), self._settings.command_seconds, titled)
+
+    async def activate(self, branch: str) -> messages.SessionPublic:
+        """Show another branch; return the session as it is then."""
         async with self._door:
             there = self.spec.branches[branch]
             first = there.first_tracker or there.tracker
             command = protocol.Activate(branch, first, as_timeline(there.timeline), there.head, there.position)
-            await self._request(command, self._settings.seek_seconds)
+            return await self._request(command, self._settings.seek_seconds, self._viewed)
 
     async def save(self, path: str) -> dict[str, Any]:
         """Write the active branch to a file; return its summary and a picture."""
         async with self._door:
-            return cast("dict[str, Any]", await self._request(protocol.Save(path), self._settings.seek_seconds))
+            saved: dict[str, Any] = await self._request(protocol.Save(path), self._settings.seek_seconds, _plain)
+            return saved
 
     async def picture(self) -> bytes:
         """Return the current frame as PNG."""
-        return cast("bytes", await self._request(protocol.Picture(), self._settings.command_seconds))
+        png: bytes = await self._request(protocol.Picture(), self._settings.command_seconds, _plain)
+        return png
 
     def bookmark(self, name: str, note: str) -> Bookmark:
         """Remember the frame that is shown."""
@@ -217,10 +229,18 @@ class Session:
             raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
         return self.state.bookmark(name, note)
 
-    async def _request(self, command: protocol.Command, timeout_s: float) -> object:
+    async def _request(self, command: protocol.Command, timeout_s: float, then: Callable[[Any], Result]) -> Result:
         if self._worker is None:
             raise ConflictError(f"The session is {self.phase}; resume it first.")
-        return await self._worker.request(command, timeout_s)
+        return await self._worker.request(command, timeout_s, then)
+
+    def _viewed(self, result: object) -> messages.SessionPublic:
+        del result  # the commands that are answered so have none
+        return self.view()
+
+    def _changed(self, frame: int) -> Changed:
+        active = self.spec.active
+        return Changed(parameters=self.spec.values, tracker=active.tracker, frame=frame, branch=active.id)
 
     def _checked_seed(self, seed: object) -> int | None:
         if seed is None:
@@ -293,3 +313,7 @@ class Session:
         self.state.playing = False
         if worker is not None:
             await worker.close()
+
+
+def _plain(result: Any) -> Any:  # noqa: ANN401 - whatever the command gives
+    return result

@@ -10,6 +10,7 @@ import signal
 import time
 from collections.abc import Callable
 from multiprocessing.context import ForkServerProcess
+from typing import Any, TypeVar
 
 import structlog
 
@@ -20,6 +21,8 @@ from server.worker.protocol import Command, Credit, Event, Failed, Ready, Reply,
 from server.worker.worker import main
 
 __all__ = ["WorkerHandle", "WorkerLostError"]
+
+Result = TypeVar("Result")
 
 log = structlog.get_logger(__name__)
 
@@ -42,7 +45,7 @@ class WorkerHandle:
         self._on_event = on_event
         self._on_lost = on_lost
         self._numbers = itertools.count(1)
-        self._waiting: dict[int, asyncio.Future[object]] = {}
+        self._waiting: dict[int, tuple[asyncio.Future[Any], Callable[[Any], object]]] = {}
         self._ready: asyncio.Future[Ready] = asyncio.get_running_loop().create_future()
         self._process: ForkServerProcess | None = None
         self._end: WebEnd | None = None
@@ -84,8 +87,11 @@ class WorkerHandle:
             await self.close()
             raise
 
-    async def request(self, command: Command, timeout_s: float) -> object:
-        """Send a command and return its answer.
+    async def request(self, command: Command, timeout_s: float, then: Callable[[Any], Result]) -> Result:
+        """Send a command and return what `then` makes of its result.
+
+        `then` is called as soon as the reply is read, before any later event is: what it looks at is as the command
+        left it, also while the run plays on.
 
         Raises:
             Exception: Whatever refused the command, as the worker raised it.
@@ -95,8 +101,8 @@ class WorkerHandle:
         if self._end is None or self._gone.is_set():
             raise WorkerLostError("The session's worker has ended; resume the session.")
         number = next(self._numbers)
-        future: asyncio.Future[object] = asyncio.get_running_loop().create_future()
-        self._waiting[number] = future
+        future: asyncio.Future[Result] = asyncio.get_running_loop().create_future()
+        self._waiting[number] = future, then
         self._end.send(Request(number, command))
         try:
             return await asyncio.wait_for(future, timeout_s)
@@ -133,10 +139,10 @@ class WorkerHandle:
                 if not self._ready.done():
                     self._ready.set_result(event)
             case Reply(number=number, result=result, error=error):
-                future = self._waiting.get(number)
-                if future is not None and not future.done():
+                future, then = self._waiting.get(number, (None, None))
+                if future is not None and then is not None and not future.done():
                     if error is None:
-                        future.set_result(result)
+                        future.set_result(then(result))
                     else:
                         future.set_exception(error)
             case Failed(message=message, error=error):
@@ -155,7 +161,7 @@ class WorkerHandle:
         code = await asyncio.to_thread(self._ended)
         reason = self._reason or _cause(code, self._config)
         lost = WorkerLostError(reason)
-        for future in self._waiting.values():
+        for future, _ in self._waiting.values():
             if not future.done():
                 future.set_exception(lost)
         if not self._ready.done():
