@@ -15,7 +15,15 @@ import viser
 
 from server.viewer.viser_adapter.client_bundle import Asset, Parts, take_apart
 
-__all__ = ["ASSETS", "CONTENT_SECURITY_POLICY", "client_asset", "client_page"]
+__all__ = [
+    "ASSETS",
+    "CLIENT",
+    "CONTENT_SECURITY_POLICY",
+    "client_asset",
+    "client_page",
+    "client_parts",
+    "original_page",
+]
 
 _DIRECTIVES = (
     "default-src 'none'",
@@ -39,14 +47,15 @@ ASSETS = "/viz/client/"
 SCRIPTS = ("page.js", "frames.js", "state.js", "keys.js", "numbers.js")
 """What runs before viser's own script, in this order, each with names of its own."""
 
-_CLIENT = Path(__file__).parent / "client"
+CLIENT = Path(__file__).parent / "client"
+"""The scripts and the style sheet that are put into the page."""
 
 
 @cache
 def client_page() -> bytes:
     """Return the page for `/viz/{session}/`, to be sent with `CONTENT_SECURITY_POLICY`."""
-    page = _opened() or _page()
-    style = (_CLIENT / "style.css").read_text(encoding="utf-8")
+    page = _opened() or original_page()
+    style = (CLIENT / "style.css").read_text(encoding="utf-8")
     page = page.replace("<title>Viser</title>", "<title>pftrack scene</title>", 1)
     head = page.index("<head>") + len("<head>")
     body = page.index("</head>")
@@ -54,20 +63,20 @@ def client_page() -> bytes:
 
 
 def _scripts() -> str:
-    texts = ((_CLIENT / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    texts = ((CLIENT / name).read_text(encoding="utf-8") for name in SCRIPTS)
     return "".join(f'<script>(() => {{\n"use strict";\n{text}}})();</script>' for text in texts)
 
 
 def client_asset(name: str) -> Asset | None:
     """Return a file of the client, to be kept by browsers for good, if there is one of that name."""
-    parts = _parts()
+    parts = client_parts()
     files = (parts.style, parts.script, parts.decoder) if parts else ()
     return next((file for file in files if file.name == name), None)
 
 
 def _opened() -> str | None:
     """Return viser's page with its script and its style sheet as files."""
-    parts = _parts()
+    parts = client_parts()
     if parts is None:
         return None
     script = ASSETS + parts.script.name
@@ -80,9 +89,11 @@ def _opened() -> str | None:
 
 
 @cache
-def _parts() -> Parts | None:
-    return take_apart(_page())
+def client_parts() -> Parts | None:
+    """Return viser's client in parts, or None if it is packed in a way that is not known here."""
+    return take_apart(original_page())
 
 
-def _page() -> str:
+def original_page() -> str:
+    """Return the one file that viser's client is."""
     return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")

@@ -182,7 +182,10 @@ class Endpoint:
     def _begin(self, connection: Connection) -> None:
         task = asyncio.ensure_future(self._handle(connection))
         self._handling[task] = connection
-        task.add_done_callback(self._handling.pop)
+        task.add_done_callback(self._end)
+
+    def _end(self, task: asyncio.Task[None]) -> None:
+        self._handling.pop(task).has_ended()
 
     async def _handle(self, connection: Connection) -> None:
         assert self._handler is not None  # noqa: S101 - for mypy: it is given before the loop is known
@@ -191,8 +194,6 @@ class Endpoint:
         except Exception:
             logger.exception("a connection to the scene failed")
             await connection.close(CLOSE_INTERNAL_ERROR, "The scene has failed")
-        finally:
-            connection.has_ended()
 
 
 def install() -> None:

@@ -1,0 +1,76 @@
+"""What the scripts and the style sheet of the adapter look for in viser's client is there, in a real browser."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import viser
+
+from server.viewer.viser_adapter.client_page import CLIENT
+from tests.viewer.conftest import NEEDS_CHROMIUM, until
+from tests.viewer.host import Session, Site, drawing
+
+pytestmark = NEEDS_CHROMIUM
+
+SELECTORS = sorted(
+    {
+        selector
+        for file in CLIENT.iterdir()
+        for selector in re.findall(r"\.mantine-\w+-\w+|\.tabler-icon-[\w-]+|\[data-dock-header\]", file.read_text())
+    }
+    | {"canvas[data-engine]"}
+)
+MEMBERS = {
+    "nodeRefFromName": "object",
+    "camera": "object",
+    "scene": "object",
+    "messageQueue": "object",
+    "drainMessageQueue": "function",
+    "requestRender": "function",
+}
+
+
+@pytest.fixture(scope="module")
+def scene(chromium: Any) -> Iterator[Any]:
+    session = Session()
+    site = Site(session)
+    session.viewer.show(drawing(), {"frame": 0})
+    context = chromium.new_context(viewport={"width": 1280, "height": 800})
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{site.port}/viz/one/")
+    until(page, "window.pftrackScene.drawn() === 'in place'", 60)
+    yield page
+    context.close()
+    site.close()
+    session.viewer.close()
+
+
+@pytest.mark.parametrize(("member", "kind"), MEMBERS.items())
+def test_what_the_scripts_read_of_the_scene_is_there(scene: Any, member: str, kind: str) -> None:
+    """`frames.js` and `state.js` read it; without it frames would be drawn late or never be known as drawn."""
+    found = scene.evaluate(f"typeof window.__viserMutable.{member}")
+    assert found == kind, f"in viser {viser.__version__} __viserMutable.{member} is {found}, expected {kind}"
+
+
+@pytest.mark.parametrize("selector", SELECTORS)
+def test_what_the_style_sheet_and_the_scripts_look_for_is_there(scene: Any, selector: str) -> None:
+    """A selector that finds nothing leaves the panel as viser has it, or a number to be taken digit by digit."""
+    count = scene.evaluate(f"document.querySelectorAll({selector!r}).length")
+    assert count > 0, f"the client of viser {viser.__version__} has no element {selector}; see viser_adapter/client"
+
+
+def test_the_scene_says_whether_it_is_drawn(scene: Any) -> None:
+    """With a picture it is in place when the camera frames it; nothing but viser's own nodes is nothing."""
+    assert scene.evaluate("pftrackScene.drawn()") == "in place"
+    assert (
+        scene.evaluate("""(() => {
+            const nodes = window.__viserMutable.nodeRefFromName;
+            const kept = Object.entries(nodes).filter(([name]) => name !== "" && name !== "/WorldAxes");
+            for (const [name] of kept) delete nodes[name];
+            const found = pftrackScene.drawn();
+            Object.assign(nodes, Object.fromEntries(kept));
+            return found;
+        })()""")
+        is None
+    )

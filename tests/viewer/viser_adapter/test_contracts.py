@@ -1,0 +1,133 @@
+"""What viser does not promise and the adapter rests on: each test says what has changed when a new version breaks it.
+
+What the endpoint rests on is in `test_endpoint`, since it decides whether a viser server is started at all.
+"""
+
+import ast
+import inspect
+import re
+from pathlib import Path
+
+import msgspec
+import pytest
+import viser
+from viser import _messages
+from viser.infra import _infra
+
+from server.viewer import viser_adapter
+from server.viewer.viser_adapter import messages
+from server.viewer.viser_adapter.client_page import client_parts, original_page
+
+VERSION = f"viser {viser.__version__}"
+ROOT = Path(__file__).parents[3]
+ROOMS = ("pftrack", "server", "frontend_static")
+ADAPTER = ROOT / "server" / "viewer" / "viser_adapter"
+PRIVATE = re.compile(r"\bviser\._|from viser import _|viser\.infra|__viser|mantine|_websock_server")
+
+HANDLED = {
+    "CommandTriggerMessage",
+    "GuiButtonHoldMessage",
+    "GuiFormDirtyMessage",
+    "GuiFormSubmitMessage",
+    "GuiUpdateMessage",
+    "SceneNodeClickMessage",
+    "SceneNodeDragMessage",
+    "ScenePointerMessage",
+    "TransformControlsDragEndMessage",
+    "TransformControlsDragStartMessage",
+    "TransformControlsUpdateMessage",
+}
+"""What a server of this version takes from browsers beside what the adapter removes, judged harmless or dropped."""
+
+
+def test_only_the_adapter_touches_what_is_private() -> None:
+    """An upgrade of viser is a matter of one room."""
+    found = [
+        f"{file.relative_to(ROOT)}:{number}: {line.strip()}"
+        for room in ROOMS
+        for file in (ROOT / room).rglob("*")
+        if file.suffix in {".py", ".js", ".css", ".html"}
+        and ADAPTER not in file.parents
+        and "node_modules" not in file.parts
+        for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1)
+        if PRIVATE.search(line)
+    ]
+    assert found == [], "only server/viewer/viser_adapter may know these"
+
+
+def test_the_clock_serves_nothing_but_the_times_of_messages() -> None:
+    """It is made to run fast for the whole of viser's connection layer, so nothing else there may tell time by it."""
+    tree = ast.parse(inspect.getsource(_infra))
+    used = [
+        node.attr
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "time"
+    ]
+    assert used == ["perf_counter"], f"{VERSION} uses {used} of the clock that viser_adapter.clock replaces"
+    assert '"timestampSec": time.perf_counter()' in inspect.getsource(_infra._message_producer), (
+        f"{VERSION} no longer says by time.perf_counter when a message was sent; see viser_adapter.clock"
+    )
+
+
+def test_unwanted_messages_have_handlers_that_can_be_removed() -> None:
+    """Once removed, neither a tunnel can be opened nor a file uploaded."""
+    server, _ = viser_adapter.start("Ball")
+    handled = {kind.__name__ for kind in server._websock_server._incoming_handlers}
+    viser_adapter.stop(server)
+    assert handled.isdisjoint({kind.__name__ for kind in messages.UNWANTED}), (
+        f"{VERSION} still handles {handled & {kind.__name__ for kind in messages.UNWANTED}}"
+    )
+    assert handled <= HANDLED, (
+        f"{VERSION} takes {sorted(handled - HANDLED)} from browsers, which nobody has judged: "
+        "decide whether viser_adapter.messages should remove them"
+    )
+
+
+@pytest.mark.parametrize("name", sorted(messages.WELCOME))
+def test_a_message_goes_by_the_name_of_its_class(name: str) -> None:
+    """The list of what a browser may say is one of names."""
+    kind = getattr(_messages, name)
+    assert kind in _messages.Message.get_subclasses(), f"{VERSION} has no message {name}"
+    fields = {"uuid": "a", "updates": {"value": 1}} if name == messages.CONTROL else {}
+    assert messages.is_welcome(msgspec.msgpack.encode({"type": name, **fields}))
+
+
+def test_a_control_is_changed_by_its_value() -> None:
+    """The bridge lets through messages that set `value` alone; viser would assign whatever is named."""
+    fields = set(inspect.signature(_messages.GuiUpdateMessage).parameters)
+    assert fields == {"uuid", "updates"}, f"{VERSION} updates a control by {sorted(fields)}"
+
+
+def test_the_client_can_be_taken_apart() -> None:
+    """Otherwise it is served in one piece: 0.8 MB to be loaded and compiled again for each session."""
+    assert client_parts() is not None, f"{VERSION} packs its client in another way; see client_bundle.take_apart"
+
+
+def test_the_clients_page_has_the_places_where_something_is_put() -> None:
+    """Scripts go to the beginning of its head, the style sheet to the end, and its title is replaced."""
+    page = original_page()
+    for place in ("<head>", "</head>", "<title>Viser</title>"):
+        assert page.count(place) == 1, f"the client of {VERSION} has {page.count(place)} of {place}"
+
+
+@pytest.mark.parametrize(
+    ("word", "use"),
+    [
+        ("__viserMutable", "the scene, as frames.js and state.js read it"),
+        ("nodeRefFromName", "the nodes by their names, as state.js reads them"),
+        ("drainMessageQueue", "taking up a frame, as frames.js does"),
+        ("messageQueue", "the frames that wait, as frames.js looks for them"),
+        ("requestRender", "asking for a picture to be drawn, as frames.js does"),
+        ("createObjectURL", "unpacking a picture, as frames.js notices it"),
+        ("hasFocus", "reconnecting only with the focus, as page.js grants it"),
+        ("darkMode", "the theme in the address, as page.js sets it"),
+        ("webgl-software-rendering", "the notice that style.css hides"),
+        ("data-dock-header", "the heading of the panel, as style.css finds it"),
+        ("tabler-icon", "the icons by which style.css finds buttons"),
+    ],
+)
+def test_the_client_still_uses_the_words_that_the_scripts_know(word: str, use: str) -> None:
+    """A name that is gone from the client means that what rests on it does nothing any more."""
+    parts = client_parts()
+    assert parts is not None
+    assert word.encode() in parts.script.content, f"the client of {VERSION} knows no {word}: {use}"
