@@ -6,7 +6,7 @@ y = row, in px with the origin at the centre of the top left pixel; z is the hei
 towards the viewer. A renderer without depth ignores z. Where a drawing shows the camera itself (`Frustum`), what stands
 at a height stands on the way from its pixel to the camera, so that looked at from aside all has its true proportions.
 
-Each primitive names its layer; a viewer lets people switch layers on and off.
+Each primitive names its layer; a viewer lets people switch layers on and off. Colours are the palette's.
 """
 
 from dataclasses import dataclass, field
@@ -14,6 +14,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pftrack.palette import COLOURS, Colour
 
 __all__ = [
     "COLOURS",
@@ -30,21 +32,6 @@ __all__ = [
     "Primitive",
     "Text",
 ]
-
-Colour: TypeAlias = tuple[int, int, int]
-
-COLOURS: dict[str, Colour] = {
-    "estimate": (0, 114, 178),
-    "truth": (0, 0, 0),
-    "prediction": (230, 159, 0),
-    "observation": (86, 180, 233),
-    "lost": (213, 94, 0),
-    "second": (0, 158, 115),
-    "hidden": (128, 128, 128),
-    "camera": (72, 72, 72),
-    "paper": (255, 255, 255),
-}
-"""One colour a meaning, the same in scene, plots, video and maps (Okabe and Ito's colour-blind-safe palette), RGB."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,14 +3,12 @@
 from pydantic import TypeAdapter
 
 from pftrack.experiments import Plot, Reading
+from pftrack.palette import BRANCHES, hexadecimal
 from server.schemas.messages import BranchPublic, ChangePublic, Phase, SessionPublic, TrackerPublic
 from server.schemas.spec import SessionSpec
 from server.worker.protocol import SessionInfo
 
 __all__ = ["branch_views", "view"]
-
-COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#D55E00")
-"""Of the branches: those of the estimate and of the second run, then what is left of the palette."""
 
 PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
 
@@ -63,7 +61,7 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
 def branch_views(spec: SessionSpec) -> list[BranchPublic]:
     """Return the branches as the page lists them, in the colours of the scene: active one, second run, the others."""
     config = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.second))
-    colours = {name: COLOURS[place % len(COLOURS)] for place, name in enumerate(config)}
+    colours = {name: hexadecimal(BRANCHES[place % len(BRANCHES)]) for place, name in enumerate(config)}
     return [
         BranchPublic(
             id=branch.id,

@@ -327,10 +327,10 @@ class TestBranches:
         assert (branched["position"], branched["tracker"]) == (8, "condensation")
         made = branched["branches"][1]
         assert (made["title"], made["parent"], made["frame"]) == ("What if", session["branch"], 8)
-        assert [branch["colour"] for branch in branched["branches"]] == ["#009E73", "#0072B2"]
+        assert [branch["colour"] for branch in branched["branches"]] == ["#009e73", "#0072b2"]
         back = client.post(f"/api/v1/sessions/{session['id']}/branch/{session['branch']}/activate").json()
         assert (back["branch"], back["position"], back["tracker"]) == (session["branch"], 20, session["tracker"])
-        assert [branch["colour"] for branch in back["branches"]] == ["#0072B2", "#009E73"]
+        assert [branch["colour"] for branch in back["branches"]] == ["#0072b2", "#009e73"]
 
     def test_the_second_run_has_the_colour_that_it_has_in_the_scene(
         self, client: httpx.Client, session: dict[str, Any]
@@ -344,7 +344,7 @@ class TestBranches:
         for before in ("b1", "b2"):
             client.post(f"{url}/{before}/activate")
             shown = client.post(f"{url}/b0/activate").json()["branches"]
-            assert {branch["id"]: branch["colour"] for branch in shown}[before] == "#009E73"
+            assert {branch["id"]: branch["colour"] for branch in shown}[before] == "#009e73"
 
     def test_refuses(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """A branch from a frame that has not been computed, or with a wrong value, is refused and leaves no trace."""

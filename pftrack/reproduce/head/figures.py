@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pftrack.geometry.face_model import FEATURES, TITLES
+from pftrack.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
 from pftrack.reproduce.head.course import Course, Model
 from pftrack.reproduce.head.curves import AXES, success_rates
 
@@ -13,10 +14,10 @@ if TYPE_CHECKING:
 
 __all__ = ["draw"]
 
-COLOURS: dict[Model, str] = {"individual": "#0072b2", "mean": "#e69f00"}
+MODELS: dict[Model, str] = {"individual": hexadecimal(CURVES[0]), "mean": hexadecimal(CURVES[1])}
 NAMES: dict[Model, str] = {"individual": "the driver's own face", "mean": "mean face of other people"}
 MOST_DEG = 4.0
-HIDDEN = {"color": "#808080", "alpha": 0.2, "linewidth": 0}
+HIDDEN = {"color": hexadecimal(COLOURS["hidden"]), "alpha": 0.2, "linewidth": 0}
 
 
 def draw(by_model: dict[Model, list[Course]]) -> "dict[str, Figure]":
@@ -38,7 +39,7 @@ def alpha_over_time(courses: list[Course]) -> "Figure":
     panels = figure.subplots(4, 3, sharex=True, sharey=True)
     for panel, name, values in zip(panels.flat, FEATURES, ratios.T, strict=False):
         panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
-        panel.plot(frames, values, color=COLOURS["individual"], linewidth=0.8)
+        panel.plot(frames, values, color=MODELS["individual"], linewidth=0.8)
         panel.set_title(TITLES[name].capitalize(), fontsize=9)
     panels[3, 2].set_visible(False)
     panels[2, 2].tick_params(labelbottom=True)
@@ -57,7 +58,7 @@ def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     panels = figure.subplots(1, len(AXES), sharey=True)
     for axis, (panel, name) in enumerate(zip(panels, AXES, strict=True)):
-        for model, colour in COLOURS.items():
+        for model, colour in MODELS.items():
             rates = success_rates(by_model[model], axis, thresholds)
             panel.plot(thresholds, rates, color=colour, linewidth=1.5, label=NAMES[model])
         panel.set_title(name.capitalize(), fontsize=10)
@@ -73,5 +74,5 @@ def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
 
 def _plain(panels: "object") -> None:
     for panel in panels:  # type: ignore[attr-defined]
-        panel.grid(color="#e5e5e5", linewidth=0.6)
+        panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
         panel.spines[["top", "right"]].set_visible(False)

@@ -1,20 +1,21 @@
 """Colours of maps and curves, which can be told apart without red and green, and mean the same in every figure.
 
 Amounts are shown in viridis. What is better is blue for the first tracker and orange for the second, in the difference
-maps as in the tests (both of Okabe and Ito's palette), with a neutral middle.
+maps as in the tests, with a neutral middle. All are the palette's, in the form that matplotlib and Bokeh read.
 """
 
 from matplotlib.colors import LinearSegmentedColormap
 
+from pftrack.palette import CURVES, DIVERGING, NEUTRALS, VERDICTS, hexadecimal
 from pftrack.sweep.cells import Code
 
-__all__ = ["CODES", "CODE_NAMES", "DIVERGING", "MISSING", "TRACKERS", "diverging"]
+__all__ = ["CODES", "CODE_NAMES", "GREYS", "MISSING", "TRACKERS", "diverging"]
 
 CODES = {
-    Code.FIRST_BETTER: "#0072b2",
-    Code.SECOND_BETTER: "#e69f00",
-    Code.NOT_SIGNIFICANT: "#cccccc",
-    Code.NOT_APPLICABLE: "#ffffff",
+    Code.FIRST_BETTER: hexadecimal(VERDICTS["first"].light),
+    Code.SECOND_BETTER: hexadecimal(VERDICTS["second"].light),
+    Code.NOT_SIGNIFICANT: hexadecimal(VERDICTS["none"].light),
+    Code.NOT_APPLICABLE: hexadecimal(VERDICTS["untested"].light),
 }
 
 CODE_NAMES = {
@@ -24,16 +25,16 @@ CODE_NAMES = {
     Code.NOT_APPLICABLE: "not applicable",
 }
 
-MISSING = "#ececec"
+GREYS = {use: hexadecimal(grey) for use, grey in NEUTRALS.items()}
+"""Of lines and grids, by use."""
+
+MISSING = GREYS["missing"]
 """Cells of which nothing is known."""
 
-TRACKERS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#000000", "#999999")
-"""Curves; Okabe and Ito's palette in an order in which neighbours differ in lightness."""
-
-DIVERGING = ("#6b3d00", "#e69f00", "#f4f4f4", "#0072b2", "#00324f")
-"""From the second tracker ahead to the first tracker ahead."""
+TRACKERS = tuple(hexadecimal(colour) for colour in CURVES)
+"""Curves, in the trackers' order."""
 
 
 def diverging() -> LinearSegmentedColormap:
-    """Return the map of differences."""
-    return LinearSegmentedColormap.from_list("first-second", list(DIVERGING))
+    """Return the map of differences, from the second tracker ahead to the first tracker ahead."""
+    return LinearSegmentedColormap.from_list("first-second", [hexadecimal(stop.light) for stop in DIVERGING])

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pftrack.sweep.axis import Axis, declared
 from pftrack.sweep.cells import Code, errors_by_cell
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, TRACKERS, diverging
+from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, TRACKERS, diverging
 from pftrack.sweep.report.study import Study, label, shown
 
 __all__ = ["boxes", "curves", "error_maps", "figures", "significance_maps", "success_maps"]
@@ -111,7 +111,7 @@ def significance_maps(study: Study, kinds: Sequence[Literal["success", "error"]]
         _draw(axes, study, codes.astype(float), colours, BoundaryNorm(np.arange(-0.5, 4.5), 4))
         axes.set_title(f"{TESTS[kind]}\n1: {study.title(pair.first)}\n2: {study.title(pair.second)}", fontsize=9)
     names = {code: name.format(first="1", second="2") for code, name in CODE_NAMES.items()}
-    handles = [Patch(facecolor=CODES[code], edgecolor="#888888", label=name) for code, name in names.items()]
+    handles = [Patch(facecolor=CODES[code], edgecolor=GREYS["outline"], label=name) for code, name in names.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
     figure.suptitle(f"Significance at {study.level:g}, each cell by itself", fontsize=11)
     return figure
@@ -139,7 +139,7 @@ def curves(study: Study, axes_: Sequence[Axis]) -> Figure:
         panel.set_xlabel(label(study, axis))
         panel.set_ylabel("Success rate" if study.judged else "Mean error")
         panel.set_ylim(*((-0.02, 1.02) if study.judged else (0, None)))
-        panel.grid(color="#e5e5e5", linewidth=0.6)
+        panel.grid(color=GREYS["grid"], linewidth=0.6)
         panel.spines[["top", "right"]].set_visible(False)
     handles, names = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 5), frameon=False)
@@ -173,7 +173,7 @@ def boxes(study: Study, axis: Axis) -> Figure:
     unit = study.result.plan.wiring.unit
     panel.set_ylabel(f"Mean error{f', {unit}' if unit else ''}")
     panel.set_ylim(bottom=0)
-    panel.grid(axis="y", color="#e5e5e5", linewidth=0.6)
+    panel.grid(axis="y", color=GREYS["grid"], linewidth=0.6)
     panel.spines[["top", "right"]].set_visible(False)
     figure.legend(loc="outside lower center", ncols=min(len(study.trackers), 5), frameon=False)
     runs = "successful runs" if study.judged else "runs"
@@ -193,7 +193,7 @@ def _box(
         patch_artist=True,
         manage_ticks=False,
         boxprops={"facecolor": colour, "alpha": 0.6, "linewidth": 0.8},
-        medianprops={"color": "#000000", "linewidth": 1.4},
+        medianprops={"color": "black", "linewidth": 1.4},
         whiskerprops={"linewidth": 0.8},
         capprops={"linewidth": 0.8},
     )
@@ -245,7 +245,7 @@ def _grid(rows: int, columns: int, study: Study) -> tuple[Figure, list[list[Axes
 
 
 def _draw(axes: Axes, study: Study, values: NDArray[np.float64], colours: Any, scale: Normalize) -> AxesImage:  # noqa: ANN401 - see _maps
-    axes.patch.set(facecolor="#ffffff", edgecolor="#c4c4c4", hatch="////", linewidth=0)  # where nothing is known
+    axes.patch.set(facecolor="white", edgecolor=GREYS["hatching"], hatch="////", linewidth=0)  # where nothing is known
     masked = np.ma.masked_invalid(values)
     image = axes.imshow(masked, cmap=colours, norm=scale, origin="lower", aspect="auto", interpolation="nearest")
     for axis, ticks in ((study.x, axes.set_xticks), (study.y, axes.set_yticks)):
@@ -254,7 +254,7 @@ def _draw(axes: Axes, study: Study, values: NDArray[np.float64], colours: Any, s
             places = range(0, len(axis.values), stride)
             ticks(list(places), [shown(axis.values[place]) for place in places])
     axes.tick_params(length=2, labelsize=8)
-    axes.spines[:].set(color="#aaaaaa", linewidth=0.6)
+    axes.spines[:].set(color=GREYS["frame"], linewidth=0.6)
     return image
 
 

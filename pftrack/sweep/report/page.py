@@ -16,7 +16,7 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from pftrack.sweep.cells import CellMap, Code, Significance
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, MISSING, diverging
+from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, MISSING, diverging
 from pftrack.sweep.report.study import Comparison, Study, label, shown
 from pftrack.sweep.report.tables import Table
 
@@ -154,7 +154,7 @@ def _map(
         toolbar_location=None,
     )
     fill: Any = {"field": "value", "transform": mapper} if mapper else {"field": "fill"}
-    line = None if mapper else "#dddddd"
+    line = None if mapper else GREYS["separator"]
     plot.rect("x", "y", 1, 1, source=ColumnDataSource(data), fill_color=fill, line_color=line)
     if mapper:
         bar = ColorBar(color_mapper=mapper, ticker=BasicTicker(), width=10, border_line_color=None)
