@@ -57,6 +57,7 @@ def examine(*, port: int = 8000, data_dir: Path | None = None, warm: bool = Fals
         "Python": _python,
         "libraries": _libraries,
         "compiled code": lambda: _compiled(everything=warm),
+        "experiments": lambda: _experiments(everything=warm),
         "video": _codecs,
         "pages": _pages,
         "data folder": lambda: _data_folder(data_dir),
@@ -71,7 +72,11 @@ def _check(name: str, look: Callable[[], tuple[Status, str]]) -> Check:
     try:
         return Check(name, *look())
     except Exception as error:  # noqa: BLE001 - whatever is broken here is what the doctor was asked for
-        return Check(name, "broken", f"{type(error).__name__}: {error}".splitlines()[0])
+        return Check(name, "broken", _one_line(error))
+
+
+def _one_line(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _python() -> tuple[Status, str]:
@@ -108,17 +113,41 @@ def _numbers(version: str) -> tuple[int, ...]:
 def _compiled(*, everything: bool) -> tuple[Status, str]:
     from pftrack.experiments import EXPERIMENTS
 
-    trackers = 0
-    for experiment in EXPERIMENTS.values():
-        for tracker in experiment.trackers if everything else [experiment.default_tracker]:
-            _warm(experiment, tracker, {})
-            trackers += 1
-        for tracker, values in _alternatives(experiment) if everything else ():
-            _warm(experiment, tracker, values)
+    trackers = sum(_run_trackers(EXPERIMENTS[name], everything=everything) for name in EXPERIMENTS.own)
     place = _cache_folder()
     if place is None:
         return "warning", "works, but no folder to keep it in: every start compiles anew; set NUMBA_CACHE_DIR"
     return "ok", f"{trackers} trackers ran; kept in {place}"
+
+
+def _experiments(*, everything: bool) -> tuple[Status, str]:
+    """Look at the experiments of other packages; what is broken there harms nothing else, so it is a warning."""
+    from pftrack.experiments import EXPERIMENTS
+
+    problems, added = [], []
+    for plugin in EXPERIMENTS.plugins:
+        if plugin.reason:
+            problems.append(plugin.report)
+            continue
+        try:
+            _run_trackers(EXPERIMENTS[plugin.name], everything=everything)
+        except Exception as error:  # noqa: BLE001 - what foreign code may raise is open, and it is to be reported
+            problems.append(f"The experiment {plugin.name} of {plugin.package} does not run: {_one_line(error)}")
+        else:
+            added.append(f"{plugin.name} of {plugin.package}")
+    if problems:
+        return "warning", " ".join(problems)
+    return "ok", f"{len(EXPERIMENTS.own)} of pftrack{', and ' if added else ''}{', '.join(added)}"
+
+
+def _run_trackers(experiment: "Experiment", *, everything: bool) -> int:
+    """Run some frames of the default tracker, or all that may be compiled; return how many trackers ran."""
+    trackers = list(experiment.trackers) if everything else [experiment.default_tracker]
+    for tracker in trackers:
+        _warm(experiment, tracker, {})
+    for tracker, values in _alternatives(experiment) if everything else ():
+        _warm(experiment, tracker, values)
+    return len(trackers)
 
 
 def _warm(experiment: "Experiment", tracker: str, values: Mapping[str, "Value"]) -> None:

@@ -19,7 +19,10 @@ from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.trackers import Tracker
 
-__all__ = ["Draw", "Experiment", "Finder", "OnVideo", "Preset", "Setup", "Sighting", "Step"]
+__all__ = ["INTERFACE", "Draw", "Experiment", "Finder", "OnVideo", "Preset", "Setup", "Sighting", "Step"]
+
+INTERFACE = 1
+"""Version of what an experiment and the library expect of each other: raised with every change that may break one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +208,8 @@ class Experiment:
         target: What is tracked, one word.
         plots: What is drawn of a run over its frames, in the order in which it is shown.
         readings: What is written of the frame that is shown, in that order.
+        interface: Version of the interface that it was written for. An experiment of another package must state it, or
+            it is not used; 0, for the project's own, is always the present one.
     """
 
     id: str
@@ -232,6 +237,7 @@ class Experiment:
     target: str = "target"
     plots: tuple[Plot, ...] = STANDARD_PLOTS
     readings: tuple[Reading, ...] = STANDARD_READINGS
+    interface: int = 0
 
     @property
     def accepts_video(self) -> bool:

@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 
 import pftrack
+from pftrack.experiments import EXPERIMENTS
 from server import api_docs, errors, pages
 from server.api import health, router, scene
 from server.middleware.body_limit import BodyLimit
@@ -31,6 +32,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        # Imported now rather than in somebody's first request.
+        await asyncio.to_thread(dict, EXPERIMENTS)
         services = await Services.open(settings, metrics)
         app.state.services = services
         warming = asyncio.create_task(asyncio.to_thread(scene.warm))

@@ -4,7 +4,7 @@ import { ahead } from "./prefetch.js";
 import { api } from "../shared/api.js";
 import { experimentCard, skeletonCard } from "./cards.js";
 import { fill, h } from "../shared/dom.js";
-import { runList, sessionList } from "./lists.js";
+import { pluginProblems, runList, sessionList } from "./lists.js";
 import { sweepList } from "../sweep/list.js";
 import { targetForm } from "../upload/target.js";
 import { themeButton } from "../shared/theme.js";
@@ -45,7 +45,7 @@ async function load() {
   } finally {
     clearTimeout(slow);
   }
-  await Promise.all([section("sessions", sessionList), section("runs", runList), section("sweeps", sweepList), target()]);
+  await Promise.all([section("plugins", pluginProblems), section("sessions", sessionList), section("runs", runList), section("sweeps", sweepList), target()]);
   await ahead();
 }
 

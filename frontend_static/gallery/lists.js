@@ -1,4 +1,4 @@
-/** The running sessions and the saved runs. */
+/** The running sessions, the saved runs, and what is wrong with experiments of other packages. */
 
 import { api } from "../shared/api.js";
 import { thumbnail } from "./cards.js";
@@ -42,6 +42,13 @@ export async function sessionList(root) {
       ),
     ),
   );
+}
+
+/** Say of each experiment of another package that cannot be used why; nothing at all when all can. */
+export async function pluginProblems(root) {
+  const problems = (await api.plugins()).map((plugin) => plugin.problem).filter(Boolean);
+  root.hidden = problems.length === 0;
+  fill(root, h("ul", { class: "problems" }, problems.map((problem) => h("li", {}, problem))));
 }
 
 /** List the saved runs, newest first. */

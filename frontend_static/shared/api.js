@@ -85,6 +85,7 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
 export const api = {
   experiments: () => request("GET", "experiments"),
   experiment: (id) => request("GET", `experiments/${encodeURIComponent(id)}`),
+  plugins: () => request("GET", "plugins"),
 
   sessions: () => request("GET", "sessions"),
   session: (id) => request("GET", session(id)),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pftrack.cli.output import emit, table, wrong_use
+from pftrack.cli.output import emit, note, table, wrong_use
 from pftrack.parameters import Declaration, Value, declarations, flat
 
 if TYPE_CHECKING:
@@ -37,6 +37,9 @@ def list_(json: Json = False) -> None:
     """List the experiments."""
     from pftrack.experiments import EXPERIMENTS
 
+    for plugin in EXPERIMENTS.plugins:
+        if plugin.problem:
+            note(f"pftrack: {plugin.problem}")
     if json:
         emit([_about(experiment) for experiment in EXPERIMENTS.values()])
         return

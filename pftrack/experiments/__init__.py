@@ -1,7 +1,7 @@
 """Experiments: source, tracker, parameters, drawing and measure wired together under a name.
 
-Each experiment is a package here and an entry of the registry below; everything else (command line, server, sweeps)
-finds it through `find`.
+Each experiment is a package here and a line of the list below; other packages add theirs by entry point. Everything
+else (command line, server, sweeps) finds an experiment through `find` or `EXPERIMENTS`, and none is imported before.
 
 - `ball`: switching particle filters on a ball behind an occluder (document 1, ch. 3);
 - `head`: the pose of a head by its features, simulated or on a recording (document 1, ch. 4);
@@ -10,15 +10,14 @@ finds it through `find`.
 """
 
 from pftrack.experiment import Experiment, Preset, Setup, Step
-from pftrack.experiments.ball.experiment import EXPERIMENT as BALL
-from pftrack.experiments.head.experiment import EXPERIMENT as HEAD
-from pftrack.experiments.prism.experiment import EXPERIMENT as PRISM
-from pftrack.experiments.sine.experiment import EXPERIMENT as SINE
+from pftrack.experiments.registry import Plugin, Registry
 from pftrack.plot import Plot, Reading
 
-__all__ = ["EXPERIMENTS", "Experiment", "Plot", "Preset", "Reading", "Setup", "Step", "find"]
+__all__ = ["EXPERIMENTS", "Experiment", "Plot", "Plugin", "Preset", "Reading", "Setup", "Step", "find"]
 
-EXPERIMENTS: dict[str, Experiment] = {experiment.id: experiment for experiment in (BALL, HEAD, PRISM, SINE)}
+EXPERIMENTS = Registry(
+    {name: f"pftrack.experiments.{name}.experiment:EXPERIMENT" for name in ("ball", "head", "prism", "sine")}
+)
 """All experiments by name, in the order in which they are shown."""
 
 
@@ -26,8 +25,11 @@ def find(experiment_id: str) -> Experiment:
     """Return an experiment by name.
 
     Raises:
-        LookupError: There is none of that name; the sentence lists those that there are.
+        LookupError: There is none of that name that can be used; the sentence says why, or lists those that there are.
     """
-    if experiment_id not in EXPERIMENTS:
-        raise LookupError(f"there is no experiment {experiment_id!r}; there are {', '.join(EXPERIMENTS)}")
-    return EXPERIMENTS[experiment_id]
+    if experiment_id in EXPERIMENTS:
+        return EXPERIMENTS[experiment_id]
+    broken = next((plugin for plugin in EXPERIMENTS.plugins if plugin.name == experiment_id), None)
+    if broken is not None:
+        raise LookupError(broken.report[:1].lower() + broken.report[1:])
+    raise LookupError(f"there is no experiment {experiment_id!r}; there are {', '.join(EXPERIMENTS)}")

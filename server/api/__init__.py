@@ -11,5 +11,6 @@ from server.api import experiments, runs, sessions, stream, sweep_files, sweep_s
 __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
+router.include_router(experiments.plugins)
 for part in (experiments, uploads, sessions, runs, stream, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

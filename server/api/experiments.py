@@ -10,19 +10,26 @@ from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import declarations
 from server.api.dependencies import AnExperiment, AStore, TheTasks
-from server.schemas.rest import ExperimentDetail, ExperimentPublic, PresetPublic
+from server.schemas.rest import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
 from server.store.files import write_whole
 from server.tasks.functions import draw_experiment
 
-__all__ = ["router"]
+__all__ = ["plugins", "router"]
 
 router = APIRouter(prefix="/experiments", tags=["experiments"])
+plugins = APIRouter(prefix="/plugins", tags=["experiments"])
 
 
 @router.get("")
-async def list_experiments() -> list[ExperimentPublic]:
+def list_experiments() -> list[ExperimentPublic]:
     """List all experiments."""
     return [ExperimentPublic(**_shown(experiment)) for experiment in EXPERIMENTS.values()]
+
+
+@plugins.get("")
+def list_plugins() -> list[PluginPublic]:
+    """List the experiments that other packages add, and why some of them cannot be used."""
+    return [PluginPublic.model_validate(plugin) for plugin in EXPERIMENTS.plugins]
 
 
 @router.get("/{experiment}")

@@ -16,6 +16,7 @@ __all__ = [
     "ExperimentDetail",
     "ExperimentPublic",
     "FeaturesPublic",
+    "PluginPublic",
     "PresetPublic",
     "RunCreate",
     "RunPublic",
@@ -86,6 +87,16 @@ class ExperimentDetail(ExperimentPublic):
     declarations: list[Declaration]
     layers: dict[str, bool]
     parameter_schema: dict[str, Any] = Field(serialization_alias="schema")
+
+
+class PluginPublic(BaseModel):
+    """An experiment of another package than pftrack."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: str
+    package: str
+    problem: str = Field(description="Why it cannot be used, one sentence; empty if it can")
 
 
 class UploadPublic(BaseModel):

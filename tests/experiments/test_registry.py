@@ -1,0 +1,115 @@
+"""The registry imports an experiment when it is asked for, and lets in from other packages what can be used."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pftrack.experiment import INTERFACE
+from pftrack.experiments import EXPERIMENTS, find
+from tests.installing import install, python
+
+GOOD = f"""
+from dataclasses import replace
+from pftrack.experiments import find
+EXPERIMENT = replace(find("sine"), id="own", title="A signal of my own", interface={INTERFACE})
+"""
+
+BROKEN = {
+    "no-import": ("import surely_not_installed", "importing it raises ModuleNotFoundError"),
+    "raises": ("raise ValueError('at import')", "importing it raises ValueError"),
+    "ends": ("raise SystemExit(3)", "importing it raises SystemExit"),
+    "other-type": ("EXPERIMENT = 7", "must be a pftrack.experiment.Experiment, got int"),
+    "no-attribute": ("OTHER = 7", "importing it raises AttributeError"),
+    "no-version": (GOOD.replace(f"interface={INTERFACE}", "interface=0"), "it states no version of the interface"),
+    "late": (GOOD.replace(f"interface={INTERFACE}", "interface=99"), "it states version 99 of the interface"),
+    "other-id": (GOOD, "its id 'own' differs from the name of its entry point"),
+    "ball": (GOOD.replace('"own"', '"ball"'), "its name is taken by pftrack itself"),
+    "Up/../and": (GOOD, "its name must be at most 64 lower-case letters"),
+}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One package that is right, one that takes its name, and one broken in each way."""
+    place = tmp_path_factory.mktemp("installed")
+    install(place, "a-good-one", GOOD, "own = a_good_one:EXPERIMENT")
+    install(place, "a-second-one", GOOD, "own = a_second_one:EXPERIMENT")
+    for number, (name, (source, _)) in enumerate(BROKEN.items()):
+        install(place, f"broken-{number}", source, f"{name} = broken_{number}:EXPERIMENT")
+    return place
+
+
+def test_nothing_is_imported_before_it_is_asked_for(place: Path) -> None:
+    """Listing names imports no experiment of the project, and using one imports no other and no package's."""
+    program = (
+        "import sys; from pftrack.experiments import EXPERIMENTS, find\n"
+        "def imported(): return sorted(n for n in sys.modules if n.endswith('.experiment') and n.count('.') > 1)\n"
+        "assert imported() == [], imported()\n"
+        "assert find('sine') is EXPERIMENTS['sine'] is find('sine')\n"
+        "assert imported() == ['pftrack.experiments.sine.experiment'], imported()\n"
+        "assert not [n for n in sys.modules if n.startswith(('a_', 'broken_'))]\n"
+        "assert list(EXPERIMENTS)[:2] == ['ball', 'head'] and imported() == ['pftrack.experiments.sine.experiment']"
+    )
+    done = python(place, "-c", program)
+    assert done.returncode == 0, done.stderr
+
+
+def test_what_can_be_used_is_let_in_and_all_else_is_reported(place: Path) -> None:
+    """After the project's own comes the good one; each other is left out with a sentence that says why."""
+    program = (
+        "import json; from pftrack.experiments import EXPERIMENTS\n"
+        "print(json.dumps([list(EXPERIMENTS), EXPERIMENTS['own'].title, len(EXPERIMENTS),"
+        " {p.package: p.problem for p in EXPERIMENTS.plugins}]))"
+    )
+    done = python(place, "-c", program)
+    assert done.returncode == 0, done.stderr
+    names, title, count, problems = json.loads(done.stdout)
+    assert names == ["ball", "head", "prism", "sine", "own"]
+    assert (title, count) == ("A signal of my own", 5)
+    assert problems.pop("a-good-one 1.0") == ""
+    taken = "The experiment own of a-second-one 1.0 cannot be used: its name is taken by a-good-one 1.0."
+    assert problems.pop("a-second-one 1.0") == taken
+    for number, (name, (_, reason)) in enumerate(BROKEN.items()):
+        sentence = problems.pop(f"broken-{number} 1.0")
+        assert sentence.startswith(f"The experiment {name} of broken-{number} 1.0 cannot be used: ")
+        assert reason in sentence
+    assert problems == {}
+
+
+def test_commands_work_beside_broken_packages(place: Path) -> None:
+    """`list` shows what there is and says what is left out; naming what is broken says why, in one line."""
+    listed = python(place, "-m", "pftrack", "list", "--json")
+    assert [entry["id"] for entry in json.loads(listed.stdout)] == ["ball", "head", "prism", "sine", "own"]
+    assert "The experiment late of broken-6 1.0 cannot be used" in listed.stderr
+    run = python(place, "-m", "pftrack", "run", "own", "--frames", "5", "--json")
+    assert json.loads(run.stdout)["experiment"] == "own", run.stderr
+    refused = python(place, "-m", "pftrack", "show", "no-import")
+    assert refused.returncode == 2
+    assert refused.stderr == (
+        "pftrack: the experiment no-import of broken-0 1.0 cannot be used: importing it raises ModuleNotFoundError: "
+        "No module named 'surely_not_installed'\n"
+    )
+
+
+def test_the_doctor_reports_what_is_broken(place: Path, tmp_path: Path) -> None:
+    """A broken package is a warning with its sentence; a good one that runs is named when all are good."""
+    program = "from pftrack.doctor import _experiments; print(*_experiments(everything=False))"
+    done = python(place, "-c", program)
+    assert done.stdout.startswith("warning The experiment Up/../and of broken-9"), done.stderr
+    assert "importing it raises ModuleNotFoundError: No module named 'surely_not_installed'" in done.stdout
+    install(tmp_path, "a-good-one", GOOD, "own = a_good_one:EXPERIMENT")
+    assert python(tmp_path, "-c", program).stdout == "ok 4 of pftrack, and own of a-good-one 1.0\n"
+    failing = GOOD.replace('id="own"', 'id="failing", simulate=lambda: 1 / 0')
+    install(tmp_path, "a-failing-one", failing, "failing = a_failing_one:EXPERIMENT")
+    failed = python(tmp_path, "-c", program).stdout
+    assert failed.startswith("warning The experiment failing of a-failing-one 1.0 does not run: ZeroDivisionError")
+
+
+def test_the_registry_is_a_mapping() -> None:
+    """An unknown name is no member, and the sentence lists what there is."""
+    assert "nothing" not in EXPERIMENTS
+    assert EXPERIMENTS.get("nothing") is None
+    assert all(experiment.id == name for name, experiment in EXPERIMENTS.items())
+    with pytest.raises(LookupError, match="there is no experiment 'nothing'; there are ball, head, prism, sine"):
+        find("nothing")

@@ -1,0 +1,38 @@
+"""Packages installed for a test: a folder on the path with metadata, which is what an installed package is."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+
+
+def install(place: Path, name: str, source: str, entry_point: str, version: str = "1.0") -> None:
+    """Install a package of one module into a folder.
+
+    Args:
+        place: The folder, which is to be on the path.
+        name: Of the distribution; the module has it with underscores.
+        source: The module's text.
+        entry_point: The line of its experiment, `name = module:ATTRIBUTE`.
+        version: Of the distribution.
+    """
+    (place / f"{name.replace('-', '_')}.py").write_text(source)
+    metadata = place / f"{name.replace('-', '_')}-{version}.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+    (metadata / "entry_points.txt").write_text(f"[pftrack.experiments]\n{entry_point}\n")
+
+
+def environment(place: Path) -> dict[str, str]:
+    """Return the environment of a process that finds the project and what is installed in a folder."""
+    paths = [str(ROOT), str(place), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+
+
+def python(place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run Python beside what is installed in a folder."""
+    return subprocess.run(
+        [sys.executable, *arguments], env=environment(place), capture_output=True, text=True, check=False, timeout=100
+    )
