@@ -294,6 +294,8 @@ class Worker:
         self._playing = False
         if anew:
             self._catch_up(command.head, command.position)
+            # The web process may never have had them: it forgets all diagnostics when the server ends.
+            self._rows = self._tree.rows(0)
 
     def _anew(self) -> None:
         """Tell the rows of a run that has just begun anew."""
