@@ -2,6 +2,7 @@
 
 - `rest`, `sweeps`: bodies of requests, and what is answered; `sweep_answers`: maps and rows of a sweep;
 - `messages`, `sweep_messages`: the vocabularies of the streams to the pages;
+- `panel`: what the panel beside a scene offers and shows;
 - `spec`: what is stored of a session.
 """
 

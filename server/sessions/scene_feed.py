@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import structlog
 
 from pftrack.drawing import Drawing
-from pftrack.parameters import Declaration, Value
+from pftrack.parameters import Declaration
+from server.schemas.panel import InForce, PanelDescription
 from server.worker.protocol import SessionInfo
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 __all__ = ["SceneFeed"]
 
 log = structlog.get_logger(__name__)
-
-Values = dict[str, Value]
 
 
 class SceneFeed:
@@ -43,15 +42,15 @@ class SceneFeed:
         self._opening = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
         self._pump: asyncio.Task[None] | None = None
-        self._values: tuple[Values, str, float, int] | None = None
+        self._in_force: InForce | None = None
         self._refusals: list[str] = []
         self.watchers = 0
 
-    async def open(self, card: SessionInfo, values: Values, tracker: str, seed: int) -> "Endpoint":
+    async def open(self, info: SessionInfo, in_force: InForce) -> "Endpoint":
         """Make the viewer unless there is one, and return where the bridge connects to it."""
         async with self._opening:
             if self._viewer is None:
-                self._viewer = await asyncio.to_thread(self._made, card, values, tracker, seed)
+                self._viewer = await asyncio.to_thread(self._made, info, in_force)
             return self._viewer.endpoint
 
     @contextmanager
@@ -71,9 +70,9 @@ class SceneFeed:
         if self.watchers:
             self._credit()
 
-    def tell(self, values: Values, tracker: str, speed: float, seed: int) -> None:
-        """Show the values in force in the panel."""
-        self._values = (values, tracker, speed, seed)
+    def tell(self, in_force: InForce) -> None:
+        """Show in the panel what is in force."""
+        self._in_force = in_force
         self._start()
 
     def refuse(self, message: str) -> None:
@@ -95,19 +94,14 @@ class SceneFeed:
             if viewer is not None:
                 await asyncio.to_thread(viewer.close)
 
-    def _made(self, card: SessionInfo, values: Values, tracker: str, seed: int) -> "Viewer":
+    def _made(self, info: SessionInfo, in_force: InForce) -> "Viewer":
         from server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
 
+        declarations = [Declaration.model_validate(item) for item in info.declarations]
         return Viewer(
-            declarations=[Declaration.model_validate(item) for item in card.declarations],
-            values=values,
-            trackers=card.trackers,
-            tracker=tracker,
-            seed=seed,
-            layers=card.layers,
-            title=card.title,
+            PanelDescription(info.title, declarations, info.trackers, info.layers),
+            in_force,
             on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),
-            on_tracker=lambda chosen: self._from_thread(self._on_values, {"tracker": chosen}),
             on_transport=lambda command: self._from_thread(self._on_transport, dict(command)),
         )
 
@@ -121,20 +115,18 @@ class SceneFeed:
 
     async def _run(self) -> None:
         """Bring what waits into the panel until nothing waits."""
-        while (viewer := self._viewer) is not None and (self._values or self._refusals):
-            values, self._values = self._values, None
+        while (viewer := self._viewer) is not None and (self._in_force or self._refusals):
+            in_force, self._in_force = self._in_force, None
             refusals, self._refusals = self._refusals, []
             try:
-                await asyncio.to_thread(_apply, viewer, values, refusals)
+                await asyncio.to_thread(_apply, viewer, in_force, refusals)
             except Exception:
                 # A panel that cannot be drawn must not end the session: its page still has the plots.
                 log.exception("viewer failed")
 
 
-def _apply(viewer: "Viewer", values: tuple[Values, str, float, int] | None, refusals: list[str]) -> None:
-    if values is not None:
-        viewer.set_values(values[0], values[1])
-        viewer.set_speed(values[2])
-        viewer.set_seed(values[3])
+def _apply(viewer: "Viewer", in_force: InForce | None, refusals: list[str]) -> None:
+    if in_force is not None:
+        viewer.tell(in_force)
     for message in refusals:
         viewer.refuse(message)

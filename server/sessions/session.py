@@ -14,6 +14,7 @@ from pftrack.runs.run import EndOfRun, PastError
 from server.errors import ApiError, ConflictError, shape
 from server.schemas import messages
 from server.schemas.messages import Phase
+from server.schemas.panel import InForce
 from server.schemas.rest import Changed
 from server.schemas.spec import LARGEST_SEED, Bookmark, SessionSpec, as_timeline
 from server.sessions.scene_feed import SceneFeed
@@ -150,7 +151,7 @@ class Session:
 
     async def open_scene(self) -> "Endpoint":
         """Make the scene unless there is one, and return where the bridge connects to it."""
-        return await self.scene_feed.open(self.card, self.spec.values, self.spec.active.tracker, self.spec.seed)
+        return await self.scene_feed.open(self.card, self._in_force())
 
     # ------------------------------------------------------------ commands
 
@@ -289,7 +290,10 @@ class Session:
         task.add_done_callback(self._tasks.discard)
 
     def _tell_panel(self) -> None:
-        self.scene_feed.tell(self.spec.values, self.spec.active.tracker, self.spec.speed, self.spec.seed)
+        self.scene_feed.tell(self._in_force())
+
+    def _in_force(self) -> InForce:
+        return InForce(self.spec.values, self.spec.active.tracker, self.spec.seed, self.spec.speed)
 
     # ------------------------------------------------------------ what the worker says
 

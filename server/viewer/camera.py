@@ -13,7 +13,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-__all__ = ["PRESETS", "Box", "Cameras", "Preset", "PublicModel", "fit"]
+__all__ = ["PRESETS", "Box", "Cameras", "Preset", "View", "fit"]
 
 RELIEF_STEPS = 8
 FULL_RELIEF_RAD = np.deg2rad(18.0)
@@ -69,7 +69,7 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True)
-class PublicModel:
+class View:
     """A camera: where it stands, what it looks at, px in the scene, and its vertical field of view."""
 
     position: NDArray[np.float64]
@@ -82,7 +82,7 @@ class PublicModel:
         return float(np.linalg.norm(self.position - self.target))
 
 
-def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> PublicModel:
+def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
     """Return the view of a preset that just holds a box.
 
     Args:
@@ -102,14 +102,14 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> Public
     relative = corners - target
     slope = np.tan(preset.fov_rad / 2.0)
     needed = np.maximum(np.abs(relative @ up), np.abs(relative @ right) / max(aspect, 0.1)) * margin / slope
-    return PublicModel(target + towards * float((needed + relative @ towards).max()), target, preset.fov_rad)
+    return View(target + towards * float((needed + relative @ towards).max()), target, preset.fov_rad)
 
 
 @dataclass(slots=True)
 class _Watcher:
     client: viser.ClientHandle
     preset: str = "front"
-    view: PublicModel | None = None
+    view: View | None = None
     aspect: float = 1.0
     tilt: float = 0.0
     arrived: bool = False
@@ -123,7 +123,7 @@ def _alike(before: float, now: float) -> bool:
     return 0.7 < (now + 1.0) / (before + 1.0) < 1.3
 
 
-def _stands(camera: viser.CameraHandle, view: PublicModel, share: float) -> bool:
+def _stands(camera: viser.CameraHandle, view: View, share: float) -> bool:
     return float(np.linalg.norm(camera.position - view.position)) < share * view.distance
 
 
@@ -141,7 +141,7 @@ class Cameras:
         self._watchers: dict[int, _Watcher] = {}
         self._box: Box | None = None
         self._fitted: Box | None = None
-        self._start: PublicModel | None = None
+        self._start: View | None = None
 
     @property
     def relief(self) -> float:

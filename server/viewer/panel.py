@@ -7,35 +7,54 @@ truth again.
 
 viser calls a coroutine at once, in the loop that has just taken up the browser's value, and a plain function some time
 later in a thread, when the value may have been overwritten by the session's. So all callbacks here are coroutines; none
-of them waits, since what they propose is sent on by a thread of its own.
+of them waits: whoever is asked answers later.
 """
 
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import viser
 
 from pftrack.parameters import Declaration, Value
+from server.schemas.panel import SPEEDS, InForce, PanelDescription
 from server.viewer.camera import PRESETS
-from server.viewer.changes import Coalescer
 from server.viewer.controls import Control, Handle
 from server.viewer.legend import caption_html, legend_html
 from server.viewer.seed import SEED, SeedBox
 
-__all__ = ["Panel"]
+__all__ = ["Panel", "Requests"]
 
 REST_S = 0.5
 """How long a control must lie still before it is set to what the session says."""
 PATIENCE_S = 5.0
 """How long the session may take to answer before the control springs back."""
-SOON_S = 0.1
 OPEN_ROWS = 15
 """Controls that are unfolded at first; a group is unfolded whole or not at all."""
-SPEED = "speed of the run"
-"""What the panel calls it beside the parameters, whose names have no spaces."""
-SPEEDS = {"0.1x": 0.1, "0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "As fast as possible": 0.0}
+TRACKER = "tracker"
+"""What the session calls the choice of a tracker among the values of parameters."""
+
+
+@dataclass(frozen=True, slots=True)
+class Requests:
+    """What the panel asks for. They are called in viser's loop, so none may wait for what it starts.
+
+    Attributes:
+        change: Takes new values by name, not yet validated; `tracker` is the identifier of a tracker.
+        transport: Takes a transport command, such as `{"action": "speed", "speed": 2.0}`.
+        set_layer: Takes a layer and whether it is to be shown.
+        look: Takes a browser and the camera preset that it wants.
+        wake: Says that `Panel.tend` has to be called earlier than it last said.
+    """
+
+    change: Callable[[dict[str, Value]], None]
+    transport: Callable[[dict[str, Any]], None]
+    set_layer: Callable[[str, bool], None]
+    look: Callable[[int, str], None]
+    wake: Callable[[], None]
 
 
 class Panel:
@@ -43,77 +62,56 @@ class Panel:
 
     Args:
         server: The session's viser server.
-        declarations: What can be turned, in order.
-        values: What is in force.
-        trackers: Titles by identifier, in order.
-        tracker: The one in force.
-        seed: The seed of the run.
-        layers: Layers by name, and whether they are shown at first.
-        on_change: Takes new values of parameters.
-        on_tracker: Takes the identifier of a tracker.
-        on_speed: Takes a speed; 0 is as fast as possible.
-        on_seed: Takes a seed with which the run shall begin anew.
-        on_layer: Takes a layer and whether it is to be shown.
-        on_look: Takes a browser and the camera preset that it wants.
-        wake: Called when `tend` has to be called earlier than it last said.
+        description: What it offers.
+        in_force: What it shows at first.
+        requests: Whom it asks.
     """
 
     def __init__(
-        self,
-        server: viser.ViserServer,
-        *,
-        declarations: Sequence[Declaration],
-        values: Mapping[str, Value],
-        trackers: Mapping[str, str],
-        tracker: str,
-        seed: int,
-        layers: Mapping[str, bool],
-        on_change: Callable[[dict[str, Value]], None],
-        on_tracker: Callable[[str], None],
-        on_speed: Callable[[float], None],
-        on_seed: Callable[[object], None],
-        on_layer: Callable[[str, bool], None],
-        on_look: Callable[[int, str], None],
-        wake: Callable[[], None],
+        self, server: viser.ViserServer, description: PanelDescription, in_force: InForce, requests: Requests
     ) -> None:
         self._server = server
+        self._requests = requests
         self._lock = threading.RLock()
-        self._values: dict[str, Value] = dict(values)
+        self._values: dict[str, Value] = dict(in_force.values)
         self._touched: dict[str, float] = {}
         self._answered = False
-        self._wake = wake
-        self._on_change, self._on_tracker, self._on_seed, self._on_speed = on_change, on_tracker, on_seed, on_speed
-        self._changes = Coalescer(self._send)
-        self._titles = dict(trackers)
-        self._tracker = tracker
-        gui = server.gui
+        self._titles = dict(description.trackers)
+        self._tracker = in_force.tracker
         self._choice = self._add_tracker()
-        self._seed = SeedBox(server, seed, lambda wanted: self._moved(SEED, wanted))
-        self._add_cameras(on_look)
-        self._caption = gui.add_html(caption_html(""))
-        gui.add_html(legend_html(layers))
+        self._seed = SeedBox(server, in_force.seed, self._reseed)
+        self._add_cameras()
+        self._caption = server.gui.add_html(caption_html(""))
+        server.gui.add_html(legend_html(description.layers))
         self._controls: dict[str, Control] = {}
         self._layers: dict[str, Handle] = {}
         self._folders: dict[str, viser.GuiFolderHandle] = {}
-        self._add_groups(declarations)
-        self._add_layers(layers, on_layer)
-        self._speed = self._add_speed()
+        self._add_groups(description.declarations)
+        with server.gui.add_folder("What to draw", expand_by_default=False):
+            for layer, shown in description.layers.items():
+                self._add_layer(layer, shown=shown)
+        self._speed = self._add_speed(in_force.speed)
         self._choose_visible()
 
-    def show(self, values: Mapping[str, Value], tracker: str) -> None:
+    def show(self, in_force: InForce) -> None:
         """Show what is in force, except on a control that is in somebody's hand."""
         with self._lock, self._server.atomic():
-            self._values.update(values)
+            self._values.update(in_force.values)
             self._answered = True
-            for name in values.keys() & self._controls.keys():
+            for name in in_force.values.keys() & self._controls.keys():
                 if name not in self._touched:
                     self._controls[name].show(self._values[name])
-            if tracker != self._tracker:
-                self._tracker = tracker
+            if in_force.tracker != self._tracker:
+                self._tracker = in_force.tracker
                 self._choose_visible()
-            if "tracker" not in self._touched:
-                self._choice.value = self._titles.get(tracker, tracker)
-        self._wake()
+            if TRACKER not in self._touched:
+                self._choice.value = self._titles.get(self._tracker, self._tracker)
+            self._seed.seed = in_force.seed
+            if SEED not in self._touched:
+                self._seed.show()
+            if in_force.speed in SPEEDS:
+                self._speed.value = _speed_title(in_force.speed)
+        self._requests.wake()
 
     def refuse(self, message: str) -> None:
         """Say why a value was refused, and put every control back to what is in force."""
@@ -139,14 +137,8 @@ class Panel:
             due = (REST_S if self._answered else PATIENCE_S) - since
             if due > 0.0:
                 return due
-            if self._changes.busy:
-                return SOON_S
             self._restore()
             return None
-
-    def close(self) -> None:
-        """Send nothing more."""
-        self._changes.close()
 
     def _restore(self) -> None:
         with self._server.atomic():
@@ -161,22 +153,18 @@ class Panel:
             self._seed.show(insist=True)
 
     def _moved(self, name: str, value: Value) -> None:
+        self._touch(name)
+        self._requests.change({name: value})
+
+    def _reseed(self, seed: Value) -> None:
+        self._touch(SEED)
+        self._requests.transport({"action": "restart", "seed": seed})
+
+    def _touch(self, name: str) -> None:
         with self._lock:
             self._touched[name] = time.monotonic()
             self._answered = False
-        self._wake()
-        self._changes.offer(name, value)
-
-    def _send(self, batch: dict[str, Value]) -> None:
-        tracker, seed, speed = (batch.pop(name, None) for name in ("tracker", SEED, SPEED))
-        if batch:
-            self._on_change(batch)
-        if tracker is not None:
-            self._on_tracker(str(tracker))
-        if seed is not None:
-            self._on_seed(seed)
-        if speed is not None:
-            self._on_speed(float(speed))
+        self._requests.wake()
 
     def _add_tracker(self) -> Handle:
         choice = self._server.gui.add_dropdown(
@@ -190,18 +178,18 @@ class Panel:
         @choice.on_update
         async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
             if event.client_id is not None and choice.value in identifiers:
-                self._moved("tracker", identifiers[choice.value])
+                self._moved(TRACKER, identifiers[choice.value])
 
         return choice
 
-    def _add_cameras(self, on_look: Callable[[int, str], None]) -> None:
+    def _add_cameras(self) -> None:
         names = {preset.title: name for name, preset in PRESETS.items()}
-        group = self._server.gui.add_button_group("PublicModel", tuple(names))
+        group = self._server.gui.add_button_group("View", tuple(names))
 
         @group.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
             if event.client_id is not None and event.target.value in names:
-                on_look(event.client_id, names[event.target.value])
+                self._requests.look(event.client_id, names[event.target.value])
 
     def _add_groups(self, declarations: Sequence[Declaration]) -> None:
         known = [declaration for declaration in declarations if declaration.name in self._values]
@@ -226,44 +214,27 @@ class Panel:
         box.value = shown
         return True
 
-    def _add_layers(self, layers: Mapping[str, bool], on_layer: Callable[[str, bool], None]) -> None:
-        with self._server.gui.add_folder("What to draw", expand_by_default=False):
-            for layer, shown in layers.items():
-                self._add_layer(layer, on_layer, shown=shown)
-
-    def _add_layer(self, layer: str, on_layer: Callable[[str, bool], None], *, shown: bool) -> None:
+    def _add_layer(self, layer: str, *, shown: bool) -> None:
         title = layer.replace("_", " ").replace("-", " ")
         box: Handle = self._server.gui.add_checkbox(title[:1].upper() + title[1:], shown)
 
         async def switched(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
-            on_layer(layer, event.target.value)
+            self._requests.set_layer(layer, event.target.value)
 
         box.on_update(switched)
         self._layers[layer] = box
 
-    def _add_speed(self) -> Handle:
-        choice = self._server.gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1x")
+    def _add_speed(self, speed: float) -> Handle:
+        offered = {_speed_title(each): each for each in SPEEDS}
+        shown = _speed_title(speed if speed in SPEEDS else 1.0)
+        choice = self._server.gui.add_dropdown("Speed", tuple(offered), initial_value=shown)
 
         @choice.on_update
         async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
-            if event.client_id is not None and choice.value in SPEEDS:
-                self._changes.offer(SPEED, SPEEDS[choice.value])
+            if event.client_id is not None and choice.value in offered:
+                self._requests.transport({"action": "speed", "speed": offered[choice.value]})
 
         return choice
-
-    def show_speed(self, speed: float) -> None:
-        """Show the speed in force, if it is one of those offered."""
-        for title, offered in SPEEDS.items():
-            if offered == speed:
-                self._speed.value = title
-
-    def show_seed(self, seed: int) -> None:
-        """Show the seed of the run, unless another is just being typed."""
-        with self._lock:
-            self._seed.seed = seed
-            self._answered = True
-            if SEED not in self._touched:
-                self._seed.show()
 
     def _choose_visible(self) -> None:
         used: set[str] = set()
@@ -275,3 +246,7 @@ class Panel:
                 used.add(control.declaration.group or "Parameters")
         for title, folder in self._folders.items():
             folder.visible = title in used
+
+
+def _speed_title(speed: float) -> str:
+    return f"{speed:g}x" if speed else "As fast as possible"

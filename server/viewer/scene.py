@@ -8,7 +8,7 @@ All nodes of a frame change within one atomic block, so that a browser never sho
 picture of another.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -64,7 +64,7 @@ class Scene:
         layers: Layers by name, and whether they are shown at first.
     """
 
-    def __init__(self, server: viser.ViserServer, layers: dict[str, bool]) -> None:
+    def __init__(self, server: viser.ViserServer, layers: Mapping[str, bool]) -> None:
         self._server = server
         self._layers = dict(layers)
         self._nodes: dict[str, _Node] = {}

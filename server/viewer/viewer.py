@@ -7,17 +7,18 @@ as the browsers can follow. Drawings that were overtaken are never sent.
 import logging
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import viser
 
 from pftrack.drawing import Drawing
-from pftrack.parameters import Declaration, Value
+from pftrack.parameters import Value
+from server.schemas.panel import InForce, PanelDescription
 from server.viewer import viser_adapter
 from server.viewer.camera import Cameras
 from server.viewer.pacing import FASTEST_S, Pacer
-from server.viewer.panel import Panel
+from server.viewer.panel import Panel, Requests
 from server.viewer.scene import Scene
 
 __all__ = ["Viewer"]
@@ -38,18 +39,12 @@ logger = logging.getLogger(__name__)
 class Viewer:
     """The scene and the panel of one session, for any number of browsers.
 
-    All methods may be called from any thread; the callbacks run in threads of viser's.
+    All methods may be called from any thread; the callbacks run in viser's loop, so they must not wait.
 
     Args:
-        declarations: What can be turned, in order.
-        values: What is in force; a declaration without a value gets no control.
-        trackers: Titles by identifier, in display order.
-        tracker: The one in force.
-        seed: The seed of the run.
-        layers: Layers by name, and whether they are shown at first.
-        title: Heading of the panel.
-        on_change: Takes new values of parameters by name, not yet validated.
-        on_tracker: Takes the identifier of a tracker.
+        description: What the panel offers, and the scene's layers.
+        in_force: What the panel shows at first.
+        on_change: Takes new values by name, not yet validated; `tracker` is the identifier of a tracker.
         on_transport: Takes a transport command, such as `{"action": "speed", "speed": 2.0}`.
 
     Attributes:
@@ -58,19 +53,13 @@ class Viewer:
 
     def __init__(
         self,
+        description: PanelDescription,
+        in_force: InForce,
         *,
-        declarations: Sequence[Declaration],
-        values: dict[str, Value],
-        trackers: dict[str, str],
-        tracker: str,
-        seed: int,
-        layers: dict[str, bool],
-        title: str,
         on_change: Callable[[dict[str, Value]], None],
-        on_tracker: Callable[[str], None],
         on_transport: Callable[[dict[str, Any]], None],
     ) -> None:
-        server, self.endpoint = viser_adapter.start(title)
+        server, self.endpoint = viser_adapter.start(description.title)
         self._server = server
         self._closed = threading.Event()
         self._changed = threading.Condition()
@@ -85,24 +74,10 @@ class Viewer:
             server.gui.main_panel.dock_right()
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
             self._pacer = Pacer(self._notify)
-            self._scene = Scene(server, layers)
+            self._scene = Scene(server, description.layers)
             self._cameras = Cameras(server, self._draw_again)
-            self._panel = Panel(
-                server,
-                declarations=declarations,
-                values=values,
-                trackers=trackers,
-                tracker=tracker,
-                seed=seed,
-                layers=layers,
-                on_change=on_change,
-                on_tracker=on_tracker,
-                on_speed=lambda speed: on_transport({"action": "speed", "speed": speed}),
-                on_seed=lambda seed: on_transport({"action": "restart", "seed": seed}),
-                on_layer=self._set_layer,
-                on_look=self._look,
-                wake=self._wake,
-            )
+            requests = Requests(on_change, on_transport, self._set_layer, self._look, self._wake)
+            self._panel = Panel(server, description, in_force, requests)
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
         self._thread = threading.Thread(target=self._work, name="viewer", daemon=True)
@@ -124,17 +99,9 @@ class Viewer:
             self._newest = (drawing, diagnostics)
             self._changed.notify()
 
-    def set_values(self, values: dict[str, Value], tracker: str) -> None:
-        """Show what is in force now; `on_change` is not called for it."""
-        self._panel.show(values, tracker)
-
-    def set_speed(self, speed: float) -> None:
-        """Show the speed in force; `on_transport` is not called for it."""
-        self._panel.show_speed(speed)
-
-    def set_seed(self, seed: int) -> None:
-        """Show the seed of the run; `on_transport` is not called for it."""
-        self._panel.show_seed(seed)
+    def tell(self, in_force: InForce) -> None:
+        """Show what is in force now; nothing is asked for it."""
+        self._panel.show(in_force)
 
     def refuse(self, message: str) -> None:
         """Say why a value was refused; the controls spring back to what is in force."""
@@ -147,7 +114,6 @@ class Viewer:
                 return
             self._closed.set()
             self._changed.notify()
-        self._panel.close()
         self._pacer.close()
         self._thread.join(timeout=5.0)
         viser_adapter.stop(self._server)

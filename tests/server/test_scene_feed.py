@@ -9,6 +9,7 @@ import pytest
 
 import server.viewer
 from pftrack.drawing import Drawing
+from server.schemas.panel import InForce, PanelDescription
 from server.sessions.scene_feed import SceneFeed
 from server.viewer import Endpoint
 from server.worker.protocol import SessionInfo
@@ -22,7 +23,8 @@ ENDPOINT = Endpoint()
 class Puppet:
     """A viewer that only remembers."""
 
-    def __init__(self, **requests: Any) -> None:
+    def __init__(self, description: PanelDescription, in_force: InForce, **requests: Any) -> None:
+        self.description, self.in_force = description, in_force
         self.requests = requests
         self.endpoint = ENDPOINT
         self.shown: list[int] = []
@@ -35,15 +37,9 @@ class Puppet:
         del drawing
         self.shown.append(diagnostics["frame"])
 
-    def set_values(self, values: dict[str, Any], tracker: str) -> None:
+    def tell(self, in_force: InForce) -> None:
         self.slow.wait(5)
-        self.told.append(("values", values, tracker))
-
-    def set_speed(self, speed: float) -> None:
-        self.told.append(("speed", speed))
-
-    def set_seed(self, seed: int) -> None:
-        self.told.append(("seed", seed))
+        self.told.append(("in force", in_force))
 
     def refuse(self, message: str) -> None:
         self.told.append(("refuse", message))
@@ -66,7 +62,7 @@ class Theatre:
         self.credits += 1
 
     async def open(self) -> Puppet:
-        assert await self.scene_feed.open(CARD, {"n": 1}, "apf", 7) is ENDPOINT
+        assert await self.scene_feed.open(CARD, InForce({"n": 1}, "apf", 7)) is ENDPOINT
         puppet: Any = self.scene_feed._viewer
         return puppet
 
@@ -126,13 +122,13 @@ def test_only_the_newest_values_wait(act: Any) -> None:
         puppet = await theatre.open()
         puppet.slow.clear()
         for number in range(20):
-            theatre.scene_feed.tell({"n": number}, "apf", 1.0, 7)
+            theatre.scene_feed.tell(InForce({"n": number}, "apf", 7))
             await asyncio.sleep(0.002)
         theatre.scene_feed.refuse("too large")
         theatre.scene_feed.refuse("too small")
         puppet.slow.set()
         await theatre.scene_feed.close()
-        values = [told[1]["n"] for told in puppet.told if told[0] == "values"]
+        values = [told[1].values["n"] for told in puppet.told if told[0] == "in force"]
         assert values[-1] == 19
         assert len(values) <= 3
         assert [told[1] for told in puppet.told if told[0] == "refuse"] == ["too large", "too small"]
@@ -146,7 +142,7 @@ def test_wishes_come_home_to_the_loop(act: Any) -> None:
     async def scene(theatre: Theatre) -> None:
         puppet = await theatre.open()
         await asyncio.to_thread(puppet.requests["on_change"], {"n": 2})
-        await asyncio.to_thread(puppet.requests["on_tracker"], "apf")
+        await asyncio.to_thread(puppet.requests["on_change"], {"tracker": "apf"})
         await asyncio.to_thread(puppet.requests["on_transport"], {"action": "play"})
         await asyncio.sleep(0)
         assert theatre.requests == [{"n": 2}, {"tracker": "apf"}, {"action": "play"}]
@@ -162,8 +158,8 @@ def test_a_broken_panel_ends_nothing(act: Any, monkeypatch: pytest.MonkeyPatch) 
 
     async def scene(theatre: Theatre) -> None:
         puppet = await theatre.open()
-        monkeypatch.setattr(puppet, "set_values", broken)
-        theatre.scene_feed.tell({"n": 1}, "apf", 1.0, 7)
+        monkeypatch.setattr(puppet, "tell", broken)
+        theatre.scene_feed.tell(InForce({"n": 1}, "apf", 7))
         await asyncio.sleep(0.05)
         monkeypatch.undo()
         theatre.scene_feed.refuse("still here")

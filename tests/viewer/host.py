@@ -18,6 +18,7 @@ from websockets.typing import Subprotocol
 
 from pftrack.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
 from pftrack.parameters import Declaration, Value
+from server.schemas.panel import InForce, PanelDescription
 from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
@@ -83,7 +84,7 @@ def drawing(frame: int = 0, count: int = 800, size: tuple[int, int] = (320, 240)
 class Session:
     """What stands in for the session: it keeps the values, accepts or refuses, and counts what it was asked."""
 
-    def __init__(self, *, accept: Callable[[dict[str, Value]], str | None] = lambda _: None, **more: Any) -> None:
+    def __init__(self, *, accept: Callable[[dict[str, Value]], str | None] = lambda _: None) -> None:
         self.changes: list[dict[str, Value]] = []
         self.trackers: list[str] = []
         self.transport: list[dict[str, Any]] = []
@@ -91,38 +92,34 @@ class Session:
         self.tracker = "h-spf"
         self.accept = accept
         self.viewer = Viewer(
-            declarations=DECLARATIONS,
-            values=dict(VALUES),
-            trackers=TRACKERS,
-            tracker=self.tracker,
-            seed=7,
-            layers=LAYERS,
-            title="Ball behind an occluder",
+            PanelDescription("Ball behind an occluder", DECLARATIONS, TRACKERS, LAYERS),
+            self.in_force,
             on_change=self._change,
-            on_tracker=self._choose,
             on_transport=self.transport.append,
-            **more,
         )
+
+    @property
+    def in_force(self) -> InForce:
+        return InForce(dict(self.values), self.tracker, seed=7)
 
     def reset(self) -> None:
         self.values, self.tracker, self.accept = dict(VALUES), "h-spf", lambda _: None
         self.changes.clear()
         self.trackers.clear()
-        self.viewer.set_values(self.values, self.tracker)
+        self.viewer.tell(self.in_force)
 
     def _change(self, values: dict[str, Value]) -> None:
-        self.changes.append(values)
-        refusal = self.accept(values)
-        if refusal is None:
-            self.values |= values
-            self.viewer.set_values(self.values, self.tracker)
+        if "tracker" in values:
+            self.tracker = str(values["tracker"])
+            self.trackers.append(self.tracker)
         else:
-            self.viewer.refuse(refusal)
-
-    def _choose(self, tracker: str) -> None:
-        self.trackers.append(tracker)
-        self.tracker = tracker
-        self.viewer.set_values(self.values, tracker)
+            self.changes.append(values)
+            refusal = self.accept(values)
+            if refusal is not None:
+                self.viewer.refuse(refusal)
+                return
+            self.values |= values
+        self.viewer.tell(self.in_force)
 
 
 class Site:

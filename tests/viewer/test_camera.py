@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from pftrack.drawing import COLOURS, Drawing, Frustum
-from server.viewer.camera import PRESETS, Box, PublicModel, fit
+from server.viewer.camera import PRESETS, Box, View, fit
 from tests.viewer.host import Peer, Session, drawing, wait_for
 
 
-def seen(view: PublicModel, box: Box, aspect: float, rise: float, *more: tuple[float, float, float]) -> float:
+def seen(view: View, box: Box, aspect: float, rise: float, *more: tuple[float, float, float]) -> float:
     """Return how far out the outermost corner of a box, or point beside it, lies; 1 is the window's edge."""
     towards = (view.position - view.target) / view.distance
     right = np.cross((0.0, 1.0, 0.0), towards)

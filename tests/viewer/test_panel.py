@@ -6,6 +6,7 @@ import time
 import pytest
 
 from pftrack.parameters import Value
+from server.schemas.panel import InForce
 from server.viewer.controls import working_range
 from tests.viewer.host import DECLARATIONS, Peer, Session, Site, declare, drawing, wait_for
 
@@ -74,7 +75,7 @@ def test_the_working_range_holds_the_value_and_round_numbers(
 def test_the_authoritative_value_is_shown_and_proposes_nothing(session: Session, peer: Peer) -> None:
     """What REST or another branch has changed appears in the panel without coming back."""
     peer.uuid("Particles")
-    session.viewer.set_values({"sample_count": 50, "occlusion_width_px": 12.0}, "h-spf")
+    session.viewer.tell(InForce({"sample_count": 50, "occlusion_width_px": 12.0}, "h-spf", 7))
     wait_for(lambda: peer.control("Particles")["value"] == 50 and peer.control("Occluder width (px)")["value"] == 12.0)
     time.sleep(0.2)
     assert session.changes == []
@@ -152,7 +153,7 @@ def test_the_seed_is_shown_and_another_one_begins_the_run_anew(session: Session,
     peer.move("Seed", 12.0)
     wait_for(lambda: session.transport == [{"action": "restart", "seed": 12}])
     assert type(session.transport[0]["seed"]) is int
-    session.viewer.set_seed(9_007_199_254_740_991)
+    session.viewer.tell(InForce({}, "h-spf", 9_007_199_254_740_991))
     wait_for(lambda: peer.control("Seed")["value"] == 9_007_199_254_740_991)
     assert len(session.transport) == 1
     session.transport.clear()

@@ -1,0 +1,45 @@
+"""What the panel of a session offers, and what it shows as in force."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pftrack.parameters import Declaration, Value
+
+__all__ = ["SPEEDS", "InForce", "PanelDescription"]
+
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 0.0)
+"""Speeds that are offered, as factors of real time; 0 is as fast as possible."""
+
+
+@dataclass(frozen=True, slots=True)
+class PanelDescription:
+    """What a panel offers; it does not change while a session lives.
+
+    Attributes:
+        title: Its heading.
+        declarations: What can be turned, in order.
+        trackers: Titles by identifier, in order.
+        layers: Layers by name, and whether they are shown at first.
+    """
+
+    title: str
+    declarations: Sequence[Declaration]
+    trackers: Mapping[str, str]
+    layers: Mapping[str, bool]
+
+
+@dataclass(frozen=True, slots=True)
+class InForce:
+    """What the session says is in force, which every control of the panel shows.
+
+    Attributes:
+        values: Of the parameters; a declaration without a value gets no control.
+        tracker: Identifier of the tracker.
+        seed: Of the run.
+        speed: As a factor of real time; 0 is as fast as possible.
+    """
+
+    values: Mapping[str, Value]
+    tracker: str
+    seed: int
+    speed: float = 1.0
