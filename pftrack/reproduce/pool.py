@@ -1,21 +1,20 @@
 """Where the work of reproducing is done: in this process, or spread over several."""
 
+from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar
-
-import cv2
+from typing import Self, TypeVar
 
 from pftrack.sweep import Plan, Progress, Result, SweepError, carry_out, partial_of, read_result
+from pftrack.sweep.pool import LocalWorkers
 
 __all__ = ["Pool"]
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
 
+POLL_S = 1.0
 RUNS_A_PIECE = 120
 """How many runs of a sweep count as one piece of work."""
 
@@ -35,10 +34,7 @@ class Pool:
         """
         self.folder = folder
         self._jobs = jobs
-        # Spawned, not forked: a fork copies whatever locks the threads of compiled libraries hold.
-        self._executor = (
-            ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_one_thread) if jobs > 1 else None
-        )
+        self._workers: LocalWorkers | None = None
         self._progress = progress
         self._done = 0
         self._known = 0
@@ -51,25 +47,47 @@ class Pool:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End its processes; what has not begun is dropped."""
-        if self._executor is not None:
-            self._executor.shutdown(cancel_futures=True)
+        if self._workers is not None:
+            self._workers.close()
 
     def map(self, function: Callable[[Item], Outcome], items: Iterable[Item]) -> list[Outcome]:
-        """Return function(item) for all items, in order; function and items must be picklable."""
+        """Return function(item) for all items, in order; function and items must be picklable.
+
+        Raises:
+            SweepError: The function failed in another process, or ended it.
+        """
         work = list(items)
         self._known += len(work)
-        outcomes: Iterable[Any] = (
-            map(function, work)
-            if self._executor is None
-            else self._executor.map(function, work, chunksize=max(1, min(16, len(work) // 16)))
-        )
-        results = []
-        for outcome in outcomes:
-            results.append(outcome)
-            self._done += 1
-            if self._progress is not None:
-                self._progress(self._done, self._known)
-        return results
+        if self._jobs == 1:
+            results = []
+            for item in work:
+                results.append(function(item))
+                self._advance(1)
+            return results
+        size = max(1, min(16, len(work) // 16))
+        return self._spread(function, [work[start : start + size] for start in range(0, len(work), size)])
+
+    def _spread(self, function: Callable[[Item], Outcome], pieces: list[list[Item]]) -> list[Outcome]:
+        """Return the outcomes of all pieces in order, each computed by the next process that is free."""
+        if self._workers is None:
+            self._workers = LocalWorkers(self._jobs)
+        outcomes: dict[int, list[Outcome]] = {}
+        waiting = deque(range(len(pieces)))
+        while len(outcomes) < len(pieces):
+            while waiting and self._workers.welcome():
+                number = waiting.popleft()
+                self._workers.start(number, _mapped, function, pieces[number])
+            for done in self._workers.finished(POLL_S):
+                if done.lost:
+                    raise SweepError(f"the study failed: a process of the pool was lost ({done.lost})")
+                outcomes[done.number] = done.value
+                self._advance(len(pieces[done.number]))
+        return [outcome for number in range(len(pieces)) for outcome in outcomes[number]]
+
+    def _advance(self, count: int) -> None:
+        self._done += count
+        if self._progress is not None:
+            self._progress(self._done, self._known)
 
     def sweep(self, plan: Plan, out: Path) -> Result:
         """Return the result of a sweep that is kept in a file: finished before, gone on with, or computed.
@@ -95,5 +113,5 @@ class Pool:
         return result
 
 
-def _one_thread() -> None:
-    cv2.setNumThreads(1)
+def _mapped(function: Callable[[Item], Outcome], items: list[Item]) -> list[Outcome]:
+    return [function(item) for item in items]

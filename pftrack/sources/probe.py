@@ -1,18 +1,13 @@
-"""Probing: a stranger's file is decoded once, from end to end, in a process of its own that may do little harm.
+"""Probing: an uploaded file is decoded once, from end to end, in a process of its own that can do little harm.
 
 A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
-more memory than there is. So a fresh interpreter is started, never a copy of this process, whose threads may hold
-locks. It has no secrets in its environment, limits its own memory, processor time, files and life before it looks at
-the file, decodes every picture of it, and answers with one line of JSON, or dies. Whatever happens becomes a `Probe` or
-a `SourceError` with a sentence. The limits are those of the operating system (Linux; other Unixes lack the one on
-memory); nothing keeps the process from the network but that it is never told to go there.
+more memory than there is. So a fresh interpreter without secrets in its environment confines itself before it looks at
+the file (`pftrack.process`), decodes every picture of it, and answers with one line of JSON, or dies. Whatever happens
+becomes a `Probe` or a `SourceError` with a sentence.
 """
 
 import contextlib
-import math
 import os
-import resource
-import signal
 import subprocess
 import sys
 import tempfile
@@ -24,7 +19,7 @@ from typing import IO
 
 from pydantic import TypeAdapter, ValidationError
 
-import pftrack
+from pftrack.process import Ending, command, confine, end_group, ending, environment
 from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, Kind, Limits, SourceError, open_sequence
 
 __all__ = ["Probe", "probe"]
@@ -130,12 +125,12 @@ def probe(
 
 def _ask(question: _Question, answers: IO[bytes], stopped: Callable[[], bool]) -> int | None:
     """Run the process; return its exit status, or None if it had to be ended for lasting too long."""
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "pftrack.sources.probe"],
+    process = subprocess.Popen(  # noqa: S603 - this very Python and a module of ours
+        command("pftrack.sources.probe"),
         stdin=subprocess.PIPE,
         stdout=answers,
         stderr=subprocess.DEVNULL,
-        env=_environment(),
+        env=environment(bare=True),
         close_fds=True,
         start_new_session=True,
     )
@@ -150,29 +145,19 @@ def _ask(question: _Question, answers: IO[bytes], stopped: Callable[[], bool]) -
         return None
     finally:
         if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
+            end_group(process.pid)
             process.wait()
 
 
-def _environment() -> dict[str, str]:
-    """Return all that the process is told: where this package is, and to keep to one thread."""
-    return {
-        "PYTHONPATH": str(Path(pftrack.__file__).parents[1]),
-        "PYTHONDONTWRITEBYTECODE": "1",
-        "PATH": os.defpath,
-        "OPENBLAS_NUM_THREADS": "1",
-        "OMP_NUM_THREADS": "1",
-    }
-
-
 def _fate(status: int | None, question: _Question) -> str:
-    """Say what became of a process that gave no answer."""
-    if status in {None, -signal.SIGALRM}:
-        return f"decoding takes longer than the {question.wall_seconds:,g} s that are allowed"
-    if status == -signal.SIGXCPU:
-        return f"decoding takes more than the {question.cpu_seconds:,g} s of processor time that are allowed"
-    if status == -signal.SIGKILL:
-        return "decoding was ended by the system, which may be short of memory; expected a smaller file"
+    """Return why a process gave no answer."""
+    match ending(status):
+        case Ending.OUT_OF_TIME:
+            return f"decoding takes longer than the {question.wall_seconds:,g} s that are allowed"
+        case Ending.OUT_OF_CPU_TIME:
+            return f"decoding takes more than the {question.cpu_seconds:,g} s of processor time that are allowed"
+        case Ending.KILLED:
+            return "decoding was ended by the system, which may be short of memory; expected a smaller file"
     return "decoding the file makes the decoder crash; expected a file that is not damaged"
 
 
@@ -193,21 +178,13 @@ def _describe(name: str, index: FrameIndex) -> Probe:
 
 def _limit(question: _Question) -> None:
     """Give up, for good, what decoding does not need."""
-    own = resource.getrusage(resource.RUSAGE_SELF)
-    cpu_seconds = math.ceil(own.ru_utime + own.ru_stime + question.cpu_seconds)
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + 1))  # first a signal that tells why
-    for what, most in (
-        (resource.RLIMIT_FSIZE, _LONGEST_ANSWER_BYTES),
-        (resource.RLIMIT_NOFILE, _FILES),
-        (resource.RLIMIT_CORE, 0),
-    ):
-        resource.setrlimit(what, (most, most))
-    pages = Path("/proc/self/statm")
-    if pages.exists():
-        own_bytes = int(pages.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
-        most = own_bytes + question.memory_bytes
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    signal.alarm(math.ceil(question.wall_seconds) + _GRACE_SECONDS)  # should nobody be left to end this process
+    confine(
+        memory_bytes=question.memory_bytes,
+        cpu_seconds=question.cpu_seconds,
+        wall_seconds=question.wall_seconds + _GRACE_SECONDS,  # should nobody be left to end this process
+        file_bytes=_LONGEST_ANSWER_BYTES,
+        open_files=_FILES,
+    )
 
 
 def _answer(question: _Question) -> _Answer:

@@ -1,31 +1,24 @@
-"""The pool: processes of this machine that compute for a sweep.
+"""The pool: processes of this machine that compute for a sweep or a study.
 
-Each is started afresh, not forked, and connected by a socket of its own. So the loss of one is seen at once and costs
-its own chunk alone, and when the driver is lost, all of them find their sockets closed and end. Signals are the
-driver's business: a terminal sends Ctrl-C to the whole group, and the workers let the driver decide.
+Each is a fresh interpreter, connected by a socket of its own. So the loss of one is seen at once and costs its own task
+alone, and when the driver is lost, all of them find their sockets closed and end.
 """
 
 import os
-import signal
 import subprocess
-import sys
-import threading
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing import Pipe
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import wait
 from typing import Any
 
+from pftrack.process import command, described, environment
 from pftrack.sweep.errors import SweepError
-from pftrack.sweep.work import one_thread
 from pftrack.sweep.workers import Done
 
-__all__ = ["LocalWorkers", "serve"]
+__all__ = ["LocalWorkers"]
 
-ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 GRACE_S = 5.0
-LOOK_S = 0.5
 
 
 class LocalWorkers:
@@ -71,7 +64,7 @@ class LocalWorkers:
                 self._hands[place] = _Hand()
                 continue
             if failure:
-                raise SweepError(f"the sweep failed: {failure}")
+                raise SweepError(f"the computation failed: {failure}")
             done.append(Done(number, value))
         return done
 
@@ -87,13 +80,12 @@ class _Hand:
     def __init__(self) -> None:
         self.task: int | None = None
         self.connection, theirs = Pipe()
-        command = f"from pftrack.sweep.pool import serve; serve({theirs.fileno()}, {os.getpid()})"
-        path = os.pathsep.join(filter(None, sys.path))
-        self._process = subprocess.Popen(  # noqa: S603 - this very Python with our own words
-            [sys.executable, "-c", command],
+        # In the driver's own group: whoever ends the group of a driver ends its workers.
+        self._process = subprocess.Popen(  # noqa: S603 - this very Python and a module of ours
+            command("pftrack.sweep.pool_process", str(theirs.fileno()), str(os.getpid())),
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
-            env={**os.environ, **ENVIRONMENT, "PYTHONPATH": path},
+            env=environment(),
         )
         theirs.close()
 
@@ -103,36 +95,11 @@ class _Hand:
         self.task = number
 
     def end(self) -> str:
-        """End the process, and say how it ended if it had already."""
+        """End the process; return in words how it ended if it had already."""
         self.connection.close()
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(0.05)
         already = self._process.poll()
         self._process.kill()
         self._process.wait(GRACE_S)
-        if already is not None and already < 0:
-            return f"killed by {signal.Signals(-already).name}"
-        return f"ended with status {already}" if already is not None else "ended"
-
-
-def serve(descriptor: int, driver: int) -> None:
-    """Do what comes over a socket, until it is closed or the driver is gone; the body of a process of the pool."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    one_thread()
-    threading.Thread(target=_follow, args=[driver], daemon=True).start()
-    with Connection(descriptor) as connection, suppress(EOFError, BrokenPipeError, ConnectionResetError):
-        while True:
-            function, arguments = connection.recv()
-            try:
-                answer: tuple[str, object] = "", function(*arguments)
-            except Exception as error:  # noqa: BLE001 - the driver tells it
-                answer = f"{type(error).__name__}: {error}", None
-            connection.send(answer)
-
-
-def _follow(driver: int) -> None:
-    """End with the driver, in the middle of a chunk too: nobody will take it."""
-    while os.getppid() == driver:
-        time.sleep(LOOK_S)
-    os._exit(1)
+        return "ended" if already is None else described(already)

@@ -17,6 +17,7 @@ from server.errors import ConflictError
 from server.store import Store
 from server.sweeps.child import ask
 from server.sweeps.sweep import Sweep
+from server.sweeps.task import Report
 
 __all__ = ["router"]
 
@@ -73,9 +74,9 @@ def _attached(name: str) -> dict[str, str]:
 
 
 async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int) -> None:
-    """Have the command line write its report of a sweep into a folder."""
-    out = store.files.sweep(sweep.id)
-    await ask("report", str(out), "--out", str(folder), "--json", patience_s=REPORT_S, largest_file=largest_file)
+    """Have a child write the report of a sweep into a folder."""
+    task = Report(result=store.files.sweep(sweep.id), folder=folder, file_bytes=largest_file)
+    await ask(task, patience_s=REPORT_S)
 
 
 def _gathered(sweep: Sweep, path: Path) -> Path:

@@ -6,7 +6,6 @@ says in one sentence why.
 
 import asyncio
 import itertools
-import signal
 import time
 from collections.abc import Callable
 from multiprocessing.context import ForkServerProcess
@@ -14,6 +13,7 @@ from typing import Any, TypeVar
 
 import structlog
 
+from pftrack.process import Ending, described, ending
 from server.errors import UnavailableError
 from server.worker import forkserver
 from server.worker.pipe import WebEnd, pair
@@ -189,13 +189,13 @@ class WorkerHandle:
 
 def _cause(code: int | None, config: WorkerConfig) -> str:
     """Say in a sentence what an exit code means to a person."""
-    if code == -signal.SIGXCPU:
+    how = None if code is None else ending(code)
+    if how is Ending.OUT_OF_CPU_TIME:
         return (
             f"The session used up its {config.cpu_seconds} s of processor time. Resume it to go on with as much again."
         )
-    if code == -signal.SIGKILL:
+    if how is Ending.KILLED:
         return "The session's worker was killed, by the system or by somebody. Resume it to go on where it was."
-    if code is not None and code < 0:
-        name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
-        return f"The session's worker crashed ({name}). Resume it to go on where it was."
+    if code is not None and how is Ending.CRASHED:
+        return f"The session's worker crashed ({described(code)}). Resume it to go on where it was."
     return "The session's worker ended unexpectedly. Resume it to go on where it was."

@@ -7,7 +7,7 @@ and tests come from `pftrack.sweep`.
 - `planning`: from a body to a plan, each refusal with the field that it is about; how long a plan will take
 - `examples`: a filled-in body for every experiment
 - `manager`: all sweeps of a server; `sweep`: one of them
-- `child`, `driver`: the process that computes a sweep, as the server sees it and from within
+- `child`, `driver`: the process that computes a sweep, as the server sees it and from within; `task`: what it is given
 - `tally`: what is on the disk so far, counted; `results`: questions about it
 - `reasons`: why a sweep stopped, in words
 - `listeners`: the stream to the pages; `opening`: from a row to a live session

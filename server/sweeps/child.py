@@ -1,27 +1,29 @@
-"""The child: the process that computes a sweep, as the server sees it."""
+"""The child: the process that computes or measures a sweep, as the server sees it.
+
+Its standard input carries one line of JSON, a `Task`, and stays open: the child ends when this server is gone.
+"""
 
 import asyncio
 import contextlib
 import json
 import os
 import signal
-import sys
 from asyncio.subprocess import PIPE, Process
-from pathlib import Path
 from typing import Any, Self
 
+from pftrack.process import command, end_group, environment
 from server.errors import UnavailableError
+from server.sweeps.task import Task
 
 __all__ = ["Child", "ask"]
 
 GRACE_S = 8.0
 LONGEST_ANSWER = 1024 * 1024
 LONGEST_COMPLAINT = 4000
-HERE = str(Path(__file__).parents[2])
 
 
 class Child:
-    """One `pftrack sweep` in a process group of its own."""
+    """One process that computes a sweep, in a group of its own with its workers."""
 
     def __init__(self, process: Process) -> None:
         self._process = process
@@ -29,21 +31,20 @@ class Child:
         self._complaint = asyncio.ensure_future(_read(process.stderr, LONGEST_COMPLAINT))
 
     @classmethod
-    async def start(cls, *arguments: str, largest_file: int) -> Self:
-        """Start one, with the arguments of the command."""
+    async def start(cls, task: Task) -> Self:
+        """Start one and give it its task."""
         process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            "server.sweeps.driver",
-            str(largest_file),
-            *arguments,
+            *command("server.sweeps.driver"),
             stdin=PIPE,
             stdout=PIPE,
             stderr=PIPE,
             start_new_session=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [HERE, os.environ.get("PYTHONPATH")]))},
+            env=environment(),
         )
-        return cls(process)
+        child = cls(process)
+        if process.stdin is not None:
+            process.stdin.write(task.model_dump_json().encode() + b"\n")
+        return child
 
     @property
     def pid(self) -> int:
@@ -81,17 +82,16 @@ class Child:
 
     def _kill(self) -> None:
         """End driver and workers, now."""
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(self._process.pid, signal.SIGKILL)
+        end_group(self._process.pid)
 
 
-async def ask(*arguments: str, patience_s: float, largest_file: int) -> dict[str, Any]:
-    """Return what a short `pftrack sweep` answers.
+async def ask(task: Task, *, patience_s: float) -> dict[str, Any]:
+    """Return what a short task answers.
 
     Raises:
         UnavailableError: It took too long or failed.
     """
-    child = await Child.start(*arguments, largest_file=largest_file)
+    child = await Child.start(task)
     try:
         status, answer = await asyncio.wait_for(child.wait(), patience_s)
     except TimeoutError:

@@ -1,21 +1,46 @@
-"""The driver: what runs in the process that computes a sweep. It is the command line, kept on a lead by the server.
+"""The driver: what runs in the process that computes a sweep, and ends with the server.
 
-The server holds the other end of this process's standard input. When the server is gone, however it went, the pipe
-closes, and the sweep stops as if somebody had pressed Ctrl-C: what was computed is kept. Sweeps give way to sessions,
-which people watch.
+Its task comes as one line of JSON on standard input, whose other end the server holds. When the server is gone, however
+it went, the pipe closes, and the sweep stops as if somebody had pressed Ctrl-C: what was computed is kept. Sweeps give
+way to sessions, which people watch.
 """
 
+import json
 import os
-import resource
 import signal
 import sys
 import threading
+from dataclasses import asdict
 
-from pftrack.cli.app import main
+from pftrack.cli.app import main as command_line
+from pftrack.process import confine
+from pftrack.sweep import Plan, estimate
+from server.sweeps.task import TASK, Measure, Report, Resume
 
 __all__: list[str] = []
 
 NICENESS = 10
+
+
+def main() -> None:
+    """Carry out the task on standard input, and print its answer as JSON."""
+    task = TASK.validate_json(sys.stdin.buffer.readline())
+    os.nice(NICENESS)
+    confine(file_bytes=task.file_bytes)
+    threading.Thread(target=_follow, name="follow", daemon=True).start()
+    match task:
+        case Measure(plan=plan, jobs=jobs):
+            json.dump(asdict(estimate(Plan.from_dict(plan), jobs)), sys.stdout)
+        case Resume(out=out, jobs=jobs):
+            _sweep("--resume", str(out), "--jobs", str(jobs))
+        case Report(result=result, folder=folder):
+            _sweep("report", str(result), "--out", str(folder))
+
+
+def _sweep(*arguments: str) -> None:
+    """Run `pftrack sweep`, which handles the signals and reports errors as JSON."""
+    sys.argv = ["pftrack", "sweep", *arguments, "--json"]
+    command_line()
 
 
 def _follow() -> None:
@@ -25,15 +50,5 @@ def _follow() -> None:
     os.kill(os.getpid(), signal.SIGTERM)
 
 
-def _confine(largest_file: int) -> None:
-    """Limit what this process and its workers may do to the machine."""
-    os.nice(NICENESS)
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
-
-
 if __name__ == "__main__":
-    _confine(int(sys.argv[1]))
-    threading.Thread(target=_follow, name="follow", daemon=True).start()
-    sys.argv = ["pftrack", "sweep", *sys.argv[2:]]
     main()

@@ -19,6 +19,7 @@ from server.sweeps.child import ask
 from server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
 from server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
 from server.sweeps.sweep import Sweep, check_idle, default_title
+from server.sweeps.task import Measure
 from server.sweeps.views import EstimatePublic, ValuesPublic
 
 __all__ = ["Sweeps"]
@@ -106,7 +107,7 @@ class Sweeps:
             ],
             jobs=self._settings.sweep_jobs,
             bytes=plan.runs * BYTES_A_RUN,
-            seconds=await self._measure(body, plan) if body.measure else None,
+            seconds=await self._measure(plan) if body.measure else None,
             problem=problem,
         )
 
@@ -207,16 +208,14 @@ class Sweeps:
 
     # ------------------------------------------------------------ time
 
-    async def _measure(self, body: SweepCreate, plan: Plan) -> float:
-        """Return the seconds that a plan takes, as the command line measures them on a few of its runs."""
+    async def _measure(self, plan: Plan) -> float:
+        """Return the seconds that a plan takes, measured on a few of its runs in another process."""
         key = json.dumps(plan.as_dict())
         if key not in self._measured:
             async with self._measuring:
                 if key not in self._measured:
-                    answer = await ask(
-                        *_arguments(body, plan), "--jobs", str(self._settings.sweep_jobs), "--dry-run", "--json",
-                        patience_s=MEASURE_S, largest_file=0,
-                    )  # fmt: skip
+                    task = Measure(plan=plan.as_dict(), jobs=self._settings.sweep_jobs)
+                    answer = await ask(task, patience_s=MEASURE_S)
                     while len(self._measured) >= MOST_REMEMBERED:
                         del self._measured[next(iter(self._measured))]
                     self._measured[key] = float(answer["seconds"])
@@ -240,23 +239,6 @@ class Sweeps:
         """Write down what has changed of a sweep, unless it was deleted."""
         if sweep.id in self._sweeps:
             await asyncio.to_thread(self._store.save_sweep, sweep.as_row())
-
-
-def _arguments(body: SweepCreate, plan: Plan) -> list[str]:
-    """Return a plan as the command line takes it."""
-    arguments = [plan.experiment, "--trackers", ",".join(plan.trackers), "--trials", str(plan.trials)]
-    arguments += ["--frames", str(plan.frames), "--seed", str(plan.seed)]
-    ranges = {axis.name: f"{axis.start!r}:{axis.stop!r}:{axis.step!r}" for axis in body.axes if axis.values is None}
-    for axis in plan.axes:
-        values = ranges.get(axis.name) or ",".join(_text(value) for value in axis.values)
-        arguments += ["--axis", f"{axis.name}={values}"]
-    for name, value in plan.values.items():
-        arguments += ["--set", f"{name}={_text(value)}"]
-    return arguments
-
-
-def _text(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _mebibytes(count: int) -> str:

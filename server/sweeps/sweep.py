@@ -24,6 +24,7 @@ from server.sweeps.child import Child
 from server.sweeps.listeners import Listener
 from server.sweeps.reasons import reason as why
 from server.sweeps.results import Results
+from server.sweeps.task import Resume
 from server.sweeps.views import CellsPublic, State, SweepPublic
 
 __all__ = ["Sweep"]
@@ -159,8 +160,10 @@ class Sweep:
         if not self._out.exists() and not partial_of(self._out).exists():
             await asyncio.to_thread(begin, self.plan, self._out)
         self._reason = None
-        arguments = ["--resume", str(self._out), "--json", "--jobs", str(self._settings.sweep_jobs)]
-        self._child = await Child.start(*arguments, largest_file=self._settings.max_sweeps_bytes)
+        settings = self._settings
+        self._child = await Child.start(
+            Resume(out=self._out, jobs=settings.sweep_jobs, file_bytes=settings.max_sweeps_bytes)
+        )
         self._began = time.monotonic()
         self._past.clear()
         self._watch = asyncio.create_task(self._follow(self._child))

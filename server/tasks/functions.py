@@ -14,6 +14,7 @@ import cv2
 from pftrack.experiment import Sighting
 from pftrack.experiments import find
 from pftrack.parameters import ParameterError
+from pftrack.process import confine, leave_interrupts_to_parent
 from pftrack.rendering import png, render
 from pftrack.runs import record
 from pftrack.runs.run import Change, Run
@@ -21,7 +22,6 @@ from pftrack.sources.recording import Box
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
 from pftrack.sources.truth import TruthError
 from server.schemas.spec import LARGEST_SEED
-from server.worker.limits import confine
 from server.worker.pipe import WorkerEnd
 from server.worker.protocol import Failed, Reply
 from server.worker.run_tree import check_timeline
@@ -40,6 +40,7 @@ __all__ = [
 ]
 
 PATIENCE_S = 30.0
+OPEN_FILES = 256
 # So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
 SEARCH_S = 1.5
 THUMBNAIL_FRAMES = 90
@@ -51,7 +52,8 @@ def main(end: socket.socket, job: Callable[..., Any], arguments: tuple[object, .
     from server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
 
     assert_preloaded()
-    confine(memory_bytes=memory_bytes, cpu_seconds=int(PATIENCE_S))
+    leave_interrupts_to_parent()
+    confine(memory_bytes=memory_bytes, cpu_seconds=PATIENCE_S, open_files=OPEN_FILES)
     pipe = WorkerEnd(end)
     try:
         pipe.send(Reply(0, job(*arguments)))

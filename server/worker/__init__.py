@@ -4,7 +4,7 @@ It imports neither FastAPI nor the database nor viser; the web process speaks to
 `protocol`.
 
 - `worker`: its loop; `run_tree`: the runs of one session, a branch each;
-- `forkserver`, `preload`, `limits`: how it is started, in milliseconds and confined.
+- `forkserver`, `preload`: how it is started, in milliseconds.
 """
 
 __all__: list[str] = []

@@ -9,7 +9,8 @@ import types
 from collections.abc import Callable, Iterator
 from multiprocessing import forkserver
 from multiprocessing.context import ForkServerProcess
-from pathlib import Path
+
+from pftrack.process import environment
 
 __all__ = ["spawn", "start"]
 
@@ -39,10 +40,8 @@ def spawn(target: Callable[..., None], *arguments: object, name: str) -> ForkSer
 
 @contextlib.contextmanager
 def _environment() -> Iterator[None]:
-    """Let the forkserver find the packages where this process found them, installed or not, and keep to one thread."""
-    here = str(Path(__file__).parents[2])
-    found = os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])
-    wanted = {"PYTHONPATH": found, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    """Give this process a child's environment while the forkserver starts, which inherits it."""
+    wanted = environment()
     before = {name: os.environ.get(name) for name in wanted}
     os.environ.update(wanted)
     try:

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.parameters import ParameterError
+from pftrack.process import confine, leave_interrupts_to_parent
 from pftrack.rendering import png, render
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
-from server.worker.limits import confine
 from server.worker.pipe import WorkerEnd
 from server.worker.protocol import (
     Activate,
@@ -49,6 +49,7 @@ TELL_S = 1 / 30
 # A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
 EARLY = 0.8
 HEARTBEAT_S = 1.0
+OPEN_FILES = 256
 
 
 def main(end: socket.socket, config: WorkerConfig) -> None:
@@ -56,7 +57,8 @@ def main(end: socket.socket, config: WorkerConfig) -> None:
     from server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
 
     assert_preloaded()
-    confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds)
+    leave_interrupts_to_parent()
+    confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
     pipe = WorkerEnd(end)
     try:
         worker = _made(pipe, config)

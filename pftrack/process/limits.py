@@ -1,0 +1,85 @@
+"""Limits that a child process sets itself before it touches what came from elsewhere, so that it harms only itself.
+
+They are those of the operating system, and none can be raised again. Linux has all of them; other Unixes lack those on
+memory and on the network.
+"""
+
+import ctypes
+import math
+import os
+import resource
+import signal
+import sys
+from pathlib import Path
+
+__all__ = ["confine", "leave_interrupts_to_parent"]
+
+CPU_GRACE_S = 5
+"""Between the signal that tells why a process ends and the one that cannot be caught."""
+
+NEW_NETWORK, NEW_USER = 0x40000000, 0x10000000
+"""Flags of unshare(2)."""
+
+
+def confine(
+    *,
+    memory_bytes: int | None = None,
+    cpu_seconds: float | None = None,
+    wall_seconds: float | None = None,
+    file_bytes: int | None = None,
+    open_files: int | None = None,
+) -> None:
+    """Limit this process for good; it leaves no core dump and, where the system allows that, has no network.
+
+    Args:
+        memory_bytes: Address space on top of what it has now, since most of that is shared with its siblings.
+        cpu_seconds: CPU time from now on; then SIGXCPU ends it.
+        wall_seconds: Time from now on; then SIGALRM ends it.
+        file_bytes: Length of any file that it writes.
+        open_files: How many descriptors it may hold.
+    """
+    _leave_network()
+    _lower(resource.RLIMIT_CORE, 0)
+    if cpu_seconds is not None:
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        _lower(resource.RLIMIT_CPU, math.ceil(used.ru_utime + used.ru_stime + cpu_seconds), CPU_GRACE_S)
+    if file_bytes is not None:
+        _lower(resource.RLIMIT_FSIZE, file_bytes)
+    if open_files is not None:
+        _lower(resource.RLIMIT_NOFILE, open_files)
+    if memory_bytes is not None and sys.platform == "linux":
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        _lower(resource.RLIMIT_AS, pages * resource.getpagesize() + memory_bytes)
+    if wall_seconds is not None:
+        signal.alarm(math.ceil(wall_seconds))
+
+
+def leave_interrupts_to_parent() -> None:
+    """Ignore Ctrl-C, which a terminal sends to the whole group: ending this process is its parent's business."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _lower(what: int, soft: int, grace: int = 0) -> None:
+    """Set a limit and, `grace` above it, the one that cannot be raised; neither above what holds already."""
+    _, most = resource.getrlimit(what)
+    hard = soft + grace if most == resource.RLIM_INFINITY else min(soft + grace, most)
+    resource.setrlimit(what, (min(soft, hard), hard))
+
+
+def _leave_network() -> None:
+    """Move to a network namespace with no interfaces; sockets that are open already keep working.
+
+    A process without privileges needs a user namespace for that, in which it keeps its user and group. Some containers
+    allow neither; then the process stays where it is.
+    """
+    if sys.platform != "linux":
+        return
+    unshare = ctypes.CDLL(None, use_errno=True).unshare
+    user, group = os.geteuid(), os.getegid()
+    if unshare(NEW_NETWORK) == 0 or unshare(NEW_USER | NEW_NETWORK) != 0:
+        return
+    for name, text in (("setgroups", "deny"), ("uid_map", f"{user} {user} 1"), ("gid_map", f"{group} {group} 1")):
+        try:
+            Path("/proc/self", name).write_text(text, encoding="ascii")
+        except OSError:  # the files that it may read stay the same without a name for its user
+            return

@@ -1,0 +1,96 @@
+"""Child processes as their parent sees them."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from pftrack.process import Ending, command, described, end_group, ending, environment
+
+SLEEP = [sys.executable, "-c", "import time; time.sleep(60)"]
+
+
+def test_a_child_finds_our_packages_and_not_the_current_folder(tmp_path: Path) -> None:
+    """A child imports pftrack wherever it is started, and nothing that merely lies there."""
+    (tmp_path / "pftrack.py").write_text("raise SystemExit(3)")
+    result = subprocess.run(
+        command("pftrack", "--version"), env=environment(bare=True), cwd=tmp_path, capture_output=True, check=False
+    )
+    assert result.returncode == 0, result.stderr
+
+
+def test_a_bare_environment_has_no_secrets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A child that reads strangers' files does not inherit the environment; others do; both keep to one thread."""
+    monkeypatch.setenv("PFTRACK_TOKEN", "secret")
+    assert "PFTRACK_TOKEN" not in environment(bare=True)
+    assert environment()["PFTRACK_TOKEN"] == "secret"
+    assert environment()["OMP_NUM_THREADS"] == environment(bare=True)["OMP_NUM_THREADS"] == "1"
+
+
+@pytest.mark.parametrize(
+    ("status", "how"),
+    [
+        (0, Ending.DONE),
+        (1, Ending.FAILED),
+        (None, Ending.OUT_OF_TIME),
+        (-signal.SIGALRM, Ending.OUT_OF_TIME),
+        (-signal.SIGXCPU, Ending.OUT_OF_CPU_TIME),
+        (-signal.SIGKILL, Ending.KILLED),
+        (-signal.SIGSEGV, Ending.CRASHED),
+        (-99, Ending.CRASHED),
+    ],
+)
+def test_a_status_tells_the_ending(status: int | None, how: Ending) -> None:
+    """Every exit status is one of six endings."""
+    assert ending(status) is how
+
+
+def test_a_status_in_words() -> None:
+    """A status names its signal where the signal has a name."""
+    assert described(2) == "ended with status 2"
+    assert described(-signal.SIGSEGV) == "killed by SIGSEGV"
+    assert described(-99) == "killed by signal 99"
+
+
+def test_a_group_ends_as_one() -> None:
+    """Ending a group ends its leader and the children of it; a group that is gone is no error."""
+    program = f"import subprocess; child = subprocess.Popen({SLEEP!r}); print(child.pid, flush=True); child.wait()"
+    leader = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, start_new_session=True)
+    assert leader.stdout is not None
+    with leader.stdout:
+        child = int(leader.stdout.readline())
+        end_group(leader.pid)
+        assert leader.wait(10) == -signal.SIGKILL
+        assert leader.stdout.read() == b""  # the child held the other end as well
+    end_group(leader.pid)
+    assert child != leader.pid
+
+
+def test_a_child_ends_with_its_parent() -> None:
+    """A child that follows its parent ends soon after it, though nobody tells it to."""
+    follow = "import os, sys, time; from pftrack.process import follow_parent; follow_parent(int(sys.argv[1]));"
+    body = f"{follow} print('up', flush=True); time.sleep(60)"
+    parent = (
+        "import os, subprocess, sys;"
+        f"child = subprocess.Popen([sys.executable, '-c', {body!r}, str(os.getpid())], stdout=subprocess.PIPE);"
+        "child.stdout.readline(); print(child.pid, flush=True)"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", parent], env=environment(), capture_output=True, check=True, timeout=60
+    )
+    child = int(result.stdout)
+    end = time.monotonic() + 20
+    while _alive(child) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not _alive(child)
+
+
+def _alive(process: int) -> bool:
+    try:
+        stat = Path(f"/proc/{process}/stat").read_text(encoding="ascii")
+    except FileNotFoundError:
+        return False
+    return stat.rpartition(")")[2].split()[0] != "Z"
