@@ -10,23 +10,6 @@ ALL = pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=EXPERIMENT
 
 
 @ALL
-def test_every_tracker_can_be_drawn(experiment: Experiment) -> None:
-    """Each tracker's state gives a drawing of finite coordinates in known layers, with the frame's picture under it."""
-    for tracker in experiment.trackers:
-        run = Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=40)
-        for frame in (0, 1, 39):
-            drawing = experiment.draw(run.seek(frame), run.diagnostics)
-            assert next(iter(drawing.primitives)) == "picture"
-            assert drawing.primitives["picture"].image_rgb.shape == (drawing.height, drawing.width, 3)
-            assert {primitive.layer for primitive in drawing.primitives.values()} <= set(experiment.layers)
-            for primitive in drawing.primitives.values():
-                for name in ("positions", "centre", "half_axes", "segments"):
-                    assert np.isfinite(getattr(primitive, name, 0.0)).all()
-            assert f"frame {frame}" in drawing.caption
-            assert render(drawing).shape == (drawing.height, drawing.width, 3)
-
-
-@ALL
 def test_a_second_run_is_drawn_in_its_colour(experiment: Experiment) -> None:
     """Where there is another run to compare with, its belief is drawn on a layer of its own; else there is none."""
     first, *_, last = experiment.trackers

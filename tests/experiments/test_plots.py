@@ -18,13 +18,6 @@ def begun(request: pytest.FixtureRequest) -> tuple[Experiment, Diagnostics]:
     return experiment, Run(experiment, experiment.simulate(), frames=3).finish().diagnostics
 
 
-def test_every_series_that_is_named_is_written_down(begun: tuple[Experiment, Diagnostics]) -> None:
-    """No plot and no reading asks for a series that the frames do not have."""
-    experiment, row = begun
-    wanted = {name for shown in (*experiment.plots, *experiment.readings) for name in shown.names}
-    assert wanted <= row.series.keys()
-
-
 def test_series_have_the_shape_that_their_plot_draws(begun: tuple[Experiment, Diagnostics]) -> None:
     """A band is one number a frame, features have one each between 0 and 1, a share counts zeros and ones."""
     experiment, row = begun

@@ -98,26 +98,3 @@ def test_the_share_of_the_observation_sampler_is_that_of_the_counts() -> None:
     rows = live("s-spf", 5, CONDITION).diagnostics[1:]
     shares = [row.observation_count / (row.observation_count + row.prediction_count) for row in rows]
     assert outcome.observation_share == pytest.approx(np.mean(shares), abs=1e-15)
-
-
-@pytest.mark.parametrize("name", ["prism", "head"])
-def test_a_batch_of_poses_comes_to_the_same_numbers_as_live_runs(name: str) -> None:
-    """Trackers that take one frame at a time are run in batches as well, with the same figures."""
-    experiment = find(name)
-    values: dict[str, Value] = {"joint_sample_count": 50}
-    rows = batch.outcomes(
-        experiment, experiment.simulate(), values=values, trackers=["pf-asd", "rb-pf"], seeds=[3, 4], frames=8
-    )
-    for seed, row in zip((3, 4), rows, strict=True):
-        for tracker, outcome in zip(("pf-asd", "rb-pf"), row, strict=True):
-            run = Run(
-                experiment,
-                experiment.simulate(),
-                tracker=tracker,
-                seed=seed,
-                frames=8,
-                timeline=(Change(0, values),),
-            )
-            run.finish()
-            assert outcome.estimates_sha256 == run.estimates_sha256
-            assert outcome.mean_error == run.summary()["mean_error"]

@@ -1,0 +1,44 @@
+"""What holds for every experiment, as checks that an experiment's own tests run.
+
+The command line, the server and sweeps rely on promises that no type can express: a run comes to the same numbers
+whichever way one comes to a frame, a batch equals the live run, a drawing keeps to the layers that are declared. An
+experiment that keeps them works everywhere. Its tests need a few lines for that, in the manner of scikit-learn's
+`check_estimator`:
+
+    @pytest.mark.parametrize("check", experiment_checks(EXPERIMENT), ids=str)
+    def test_it_keeps_what_every_experiment_promises(check):
+        check()
+
+- `declarations`: identity, parameters, presets, plots and readings are whole and consistent;
+- `numbers`: what a tracker says is finite, and as it declares it;
+- `repeatability`: seek, branch, file, process, batch and change of tracker come to the same numbers;
+- `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
+"""
+
+from collections.abc import Iterator
+
+from pftrack.experiment import Experiment
+from pftrack.testing import declarations, drawings, numbers, repeatability
+from pftrack.testing.check import Check, CheckError
+
+__all__ = ["Check", "CheckError", "check_experiment", "experiment_checks"]
+
+
+def experiment_checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield all checks of an experiment, each with a name that says what should hold.
+
+    Args:
+        experiment: As the registry has it: a saved run finds its experiment by its id.
+    """
+    for family in (declarations, numbers, repeatability, drawings):
+        yield from family.checks(experiment)
+
+
+def check_experiment(experiment: Experiment) -> None:
+    """Run all checks of an experiment.
+
+    Raises:
+        CheckError: One of them fails; the sentence says what the experiment does and what it should do.
+    """
+    for check in experiment_checks(experiment):
+        check()

@@ -1,0 +1,142 @@
+"""Checks of what an experiment declares: who it is, its parameters, its presets, its plots and readings."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+from pftrack.experiment import Experiment
+from pftrack.experiments import find
+from pftrack.parameters import Declaration, ParameterError, Parameters, declarations, revise
+from pftrack.runs.run import Change
+from pftrack.testing.check import Check, CheckError, begun, demand, named
+
+__all__ = ["checks"]
+
+UNITS = ("_px", "_mm", "_deg", "_rad", "_hz", "_s", "_ms", "_frames")
+"""Endings of names that state a unit; the declaration then has to state it as well."""
+
+NUMBERS = ("integer", "number")
+
+
+def checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield the checks of this module."""
+    yield from named(
+        experiment,
+        [
+            ("the registry finds it by its id", _is_registered),
+            ("it says what it is", _says_what_it_is),
+            ("its parameters are declared whole", _declares_parameters),
+            ("bad values are refused with their field", _refuses_bad_values),
+            ("its presets run", _presets_run),
+            ("its plots and readings are complete", _declares_plots),
+        ],
+    )
+
+
+def _is_registered(experiment: Experiment) -> None:
+    try:
+        found = find(experiment.id)
+    except LookupError as error:
+        raise CheckError(f"{experiment.id} must be registered by an entry point: {error}") from None
+    demand(found is experiment, f"the registry has another experiment of the name {experiment.id}")
+
+
+def _says_what_it_is(experiment: Experiment) -> None:
+    for name in ("title", "document", "description", "target"):
+        demand(getattr(experiment, name), f"the experiment's {name} must say something, got an empty text")
+    _demand_end(experiment.question, "?", "the experiment's question")
+    _demand_end(experiment.description, ".", "the experiment's description")
+    demand(experiment.frames > 1, f"a simulated run needs two frames at least, got {experiment.frames}")
+    demand(
+        experiment.default_tracker in experiment.trackers,
+        f"the default tracker must be one of {', '.join(experiment.trackers)}, got {experiment.default_tracker!r}",
+    )
+    for name, tracker in experiment.trackers.items():
+        demand(tracker.id == name, f"the tracker under the name {name!r} has the id {tracker.id!r}")
+        demand(tracker.title, f"the tracker {name} must have a title")
+        _demand_end(tracker.description, ".", f"the description of the tracker {name}")
+
+
+def _declares_parameters(experiment: Experiment) -> None:
+    for declared in declarations(type(experiment.simulate().parameters)):
+        name = declared.name
+        demand(declared.title[:1].isupper(), f"{name} must have a title in sentence case, got {declared.title!r}")
+        _demand_end(declared.description, ".", f"the description of {name}")
+        demand(declared.group, f"{name} must have a group: the heading under which a panel shows it")
+        unknown = set(declared.trackers) - set(experiment.trackers)
+        demand(not unknown, f"{name} names trackers that the experiment does not have: {', '.join(sorted(unknown))}")
+        demand(declared.unit or not name.endswith(UNITS), f"{name} has a unit in its name and declares none")
+        if declared.kind in NUMBERS:
+            _demand_bounds(declared)
+
+
+def _demand_bounds(declared: Declaration) -> None:
+    low, high = declared.minimum, declared.maximum
+    demand(
+        low is not None and high is not None and declared.step,
+        f"{declared.name} must have bounds and a step, got {low} to {high} in steps of {declared.step}",
+    )
+    if low is not None and high is not None:
+        demand(
+            low <= float(declared.default) <= high,
+            f"the default of {declared.name} must lie between {low:g} and {high:g}, got {declared.default}",
+        )
+
+
+def _refuses_bad_values(experiment: Experiment) -> None:
+    parameters = experiment.simulate().parameters
+    for declared in declarations(type(parameters)):
+        for value in _bad(declared):
+            _demand_refusal(parameters, declared.name, value)
+    _demand_refusal(parameters, "no_such_parameter", 1)
+
+
+def _bad(declared: Declaration) -> Iterator[object]:
+    yield from (None, "no such value", math.nan)
+    if declared.kind in NUMBERS:
+        yield from (math.inf, -math.inf, 1e300)
+        yield from (
+            bound + sign for bound, sign in ((declared.minimum, -1), (declared.maximum, 1)) if bound is not None
+        )
+
+
+def _demand_refusal(parameters: Parameters, name: str, value: object) -> None:
+    try:
+        revise(parameters, {name: value})
+    except ParameterError as error:
+        demand(error.field == name, f"{name} = {value!r} must be refused with its own name, got {error.field!r}")
+    except Exception as error:
+        raise CheckError(
+            f"{name} = {value!r} must be refused with a ParameterError, got {type(error).__name__}"
+        ) from error
+    else:
+        raise CheckError(f"{name} = {value!r} must be refused, and was accepted")
+
+
+def _presets_run(experiment: Experiment) -> None:
+    demand(experiment.presets, "an experiment needs a preset at least: its picture in the gallery is made by it")
+    _demand_unique((preset.name for preset in experiment.presets), "presets")
+    for preset in experiment.presets:
+        demand(preset.title, f"the preset {preset.name} must have a title")
+        timeline = (Change(0, preset.parameters),) if preset.parameters else ()
+        try:
+            begun(experiment, preset.tracker, seed=preset.seed, timeline=timeline).seek(2)
+        except ParameterError as error:
+            raise CheckError(f"the preset {preset.name} does not fit the experiment: {error}") from None
+
+
+def _declares_plots(experiment: Experiment) -> None:
+    _demand_unique((plot.id for plot in experiment.plots), "plots")
+    demand(experiment.readings, "an experiment needs a reading at least: a line of figures for each frame")
+    for plot in experiment.plots:
+        demand(plot.title, f"the plot {plot.id} must have a title")
+        _demand_end(plot.description, ".", f"the description of the plot {plot.id}")
+
+
+def _demand_end(text: str, end: str, what: str) -> None:
+    demand(text.endswith(end), f"{what} must be a sentence that ends in {end!r}, got {text!r}")
+
+
+def _demand_unique(names: Iterable[str], what: str) -> None:
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    demand(not twice, f"{what} must have names of their own, got twice {', '.join(twice)}")

@@ -1,0 +1,205 @@
+"""Checks that a run comes to the same numbers whichever way one comes to them."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from itertools import cycle, islice
+from pathlib import Path
+
+import numpy as np
+
+from pftrack.experiment import Experiment
+from pftrack.frame import Frame
+from pftrack.parameters import Value, declarations, flat
+from pftrack.runs import batch
+from pftrack.runs.record import RecordError, load, save
+from pftrack.runs.run import Run
+from pftrack.sources.source import History
+from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, each_tracker, named
+
+__all__ = ["checks"]
+
+MIDDLE = FRAMES // 2
+TO_AND_FRO = (MIDDLE, 1, FRAMES - 2, MIDDLE - 1, FRAMES - 1)
+
+CHILD = """
+import json, sys
+from pathlib import Path
+from pftrack.runs.record import load
+hashes = []
+for name in sys.argv[1:]:
+    run = load(Path(name))
+    run.finish()
+    hashes.append(run.estimates_sha256)
+print(json.dumps(hashes))
+"""
+
+
+def checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield the checks of this module."""
+    yield from named(
+        experiment,
+        [
+            ("frames are the same when asked for again", _frames_are_the_same),
+            ("only a noisy source depends on the seed", _only_noise_depends_on_the_seed),
+            ("another process comes to the same numbers", _another_process_agrees),
+            ("a batch comes to the numbers of live runs", _a_batch_agrees),
+            ("any tracker takes over from any other", _trackers_take_over),
+        ],
+    )
+    yield from each_tracker(
+        experiment,
+        [
+            ("seeking comes to the same numbers", _seeking_agrees),
+            ("a branch shares the past and comes to the same numbers", _a_branch_agrees),
+            ("a saved run comes to the same numbers", _a_saved_run_agrees),
+        ],
+    )
+
+
+def _finished(experiment: Experiment, tracker: str | None = None) -> Run:
+    run = begun(experiment, tracker)
+    run.finish()
+    return run
+
+
+def _frames_are_the_same(experiment: Experiment) -> None:
+    setup = experiment.simulate()
+    history = History(((0, setup.parameters),))
+    one, other = (setup.open_source(SEED, setup.parameters) for _ in range(2))
+    straight = [one.frame(index, history) for index in range(FRAMES)]
+    for index in TO_AND_FRO:
+        same = _look_alike(straight[index], other.frame(index, history))
+        demand(same, f"frame {index} of the source depends on which frames were asked for before")
+
+
+def _only_noise_depends_on_the_seed(experiment: Experiment) -> None:
+    setup = experiment.simulate()
+    history = History(((0, setup.parameters),))
+    one, other = (setup.open_source(seed, setup.parameters) for seed in (SEED, SEED + 1))
+    if not one.noisy:
+        for index in range(FRAMES):
+            same = _look_alike(one.frame(index, history), other.frame(index, history))
+            demand(same, f"the source says that it is not noisy, and frame {index} depends on the seed")
+
+
+def _look_alike(one: Frame, other: Frame) -> bool:
+    """Tell whether two frames show the same, to the bit."""
+    pairs = ((one.image_rgb, other.image_rgb), (one.signal, other.signal))
+    return all((a is None and b is None) or np.array_equal(a, b) for a, b in pairs)  # type: ignore[arg-type]  # not None
+
+
+def _seeking_agrees(experiment: Experiment, tracker: str) -> None:
+    straight, wandering = _finished(experiment, tracker), begun(experiment, tracker)
+    for frame in TO_AND_FRO:
+        wandering.seek(frame)
+    demand_equal(straight, wandering, "a run that seeks to and fro")
+    wandering.seek(MIDDLE)
+    again = wandering.finish().state.arrays()
+    for name, array in straight.current.state.arrays().items():
+        same = np.array_equal(again[name], array, equal_nan=array.dtype.kind == "f")
+        demand(same, f"{name} of the last state differs after seeking back and computing it once more")
+
+
+def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
+    trunk = _finished(experiment, tracker)
+    before = trunk.estimates_sha256
+    twin = trunk.branch(MIDDLE)
+    twin.finish()
+    demand_equal(trunk, twin, "a branch that changes nothing")
+    changed = trunk.branch(MIDDLE, dict(islice(_other_values(experiment, tracker), 1)))
+    changed.finish()
+    shared = [row.estimate for row in changed.diagnostics[: MIDDLE + 1]]
+    past = [row.estimate for row in trunk.diagnostics[: MIDDLE + 1]]
+    demand(shared == past, "a branch that changes a parameter must share the past, and its past differs")
+    demand(trunk.estimates_sha256 == before, "computing a branch changed the run that it left")
+    replayed = begun(experiment, tracker, timeline=changed.timeline)
+    replayed.finish()
+    demand_equal(changed, replayed, "a run with the branch's timeline")
+
+
+def _other_values(experiment: Experiment, tracker: str) -> Iterator[tuple[str, Value]]:
+    """Yield live numbers that a tracker reads, each a step away from its default."""
+    parameters = experiment.simulate().parameters
+    values = flat(parameters)
+    for declared in declarations(type(parameters)):
+        read = not declared.trackers or tracker in declared.trackers
+        if declared.live and read and declared.kind in {"integer", "number"} and declared.step and declared.maximum:
+            kind = int if declared.kind == "integer" else float
+            up = float(values[declared.name]) + declared.step
+            yield declared.name, kind(up if up <= declared.maximum else up - 2 * declared.step)
+
+
+def _a_saved_run_agrees(experiment: Experiment, tracker: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        run = _finished(experiment, tracker)
+        save(run, Path(folder, "run.pft"), states=True)
+        again = _loaded(Path(folder, "run.pft"))
+    again.finish()
+    demand_equal(run, again, "the run from its file")
+
+
+def _loaded(path: Path) -> Run:
+    try:
+        return load(path)
+    except RecordError as error:
+        raise CheckError(f"a saved run must open again: {error}") from None
+
+
+def _another_process_agrees(experiment: Experiment) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        runs, files = [], []
+        for tracker in experiment.trackers:
+            runs.append(_finished(experiment, tracker))
+            files.append(str(Path(folder, f"{tracker}.pft")))
+            save(runs[-1], Path(files[-1]))
+        command = [sys.executable, "-c", CHILD, *files]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - this very Python
+    last = done.stderr.strip().rpartition("\n")[2]
+    demand(done.returncode == 0, f"another process cannot compute the run: {last}")
+    for tracker, run, found in zip(experiment.trackers, runs, json.loads(done.stdout), strict=True):
+        demand(found == run.estimates_sha256, f"another process comes to other estimates with the tracker {tracker}")
+
+
+def _a_batch_agrees(experiment: Experiment) -> None:
+    trackers = list(experiment.trackers)
+    seeds = [SEED, SEED + 1]
+    rows = batch.outcomes(experiment, experiment.simulate(), values={}, trackers=trackers, seeds=seeds, frames=FRAMES)
+    for seed, row in zip(seeds, rows, strict=True):
+        for tracker, outcome in zip(trackers, row, strict=True):
+            live = begun(experiment, tracker, seed=seed)
+            live.finish()
+            same = outcome.estimates_sha256 == live.estimates_sha256
+            demand(same, f"a batch comes to other estimates than a live run with the tracker {tracker}, seed {seed}")
+
+
+def _trackers_take_over(experiment: Experiment) -> None:
+    """Let each tracker follow each other one, and see that the run comes again from its timeline."""
+    names = list(experiment.trackers)
+    for shift in range(1, len(names)):
+        run = begun(experiment, names[0])
+        order = islice(cycle([*names[shift:], *names[:shift]]), FRAMES // 2 - 1)
+        for place, tracker in enumerate(order, 1):
+            run.seek(2 * place - 1)
+            run.change({"tracker": tracker})
+        run.finish()
+        for row in run.diagnostics:
+            finite = np.isfinite(row.estimate).all()
+            demand(finite, f"the estimate of frame {row.frame} is {row.estimate} after the tracker changed")
+        again = begun(experiment, names[0], timeline=run.timeline)
+        again.finish()
+        demand_equal(run, again, "a run with the same changes of tracker")
+
+
+def demand_equal(run: Run, other: Run, what: str) -> None:
+    """Go on if two runs have the same estimates, to the bit.
+
+    Raises:
+        CheckError: They have not; the sentence names the first frame in which they differ.
+    """
+    if run.estimates_sha256 != other.estimates_sha256:
+        pairs = zip(run.diagnostics, other.diagnostics, strict=True)
+        frame = next((one.frame for one, two in pairs if one.estimate != two.estimate), 0)
+        raise CheckError(f"{what} must come to the same estimates, and differs from frame {frame} on")

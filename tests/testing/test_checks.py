@@ -1,0 +1,274 @@
+"""Each check fails for an experiment that breaks what it is about, and says what is wrong."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pftrack.experiment import Experiment, Preset, Step
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.experiments.sine.experiment import SineParameters
+from pftrack.frame import Frame
+from pftrack.parameters import parameter
+from pftrack.sources.signal import SignalSource
+from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
+from tests.installing import environment, install
+
+TRACKERS = find("sine").trackers
+KALMAN = TRACKERS["kalman"]
+SOUND = replace(
+    find("sine"),
+    id="under-test",
+    trackers={"kalman": KALMAN, **TRACKERS},
+    presets=(Preset("works", "works", "kalman"),),
+)
+
+
+class Altered:
+    """A state that says something else than the one within."""
+
+    def __init__(self, state: Any, **other: Any) -> None:
+        self.within = state
+        self.__dict__.update(other)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.within, name)
+
+
+def tracking(alter: Callable[[Any, Frame], dict[str, Any]]) -> Experiment:
+    """Return an experiment whose tracker alters each state after the first."""
+
+    def step(state: Any, frame: Frame, parameters: Any, rng: Any) -> Altered:
+        within = state.within if isinstance(state, Altered) else state
+        made = KALMAN.step(within, frame, parameters, rng)
+        return Altered(made, **alter(state, frame))
+
+    return replace(SOUND, trackers={**SOUND.trackers, "kalman": replace(KALMAN, step=step)})
+
+
+def drawing(alter: Callable[[Any, Step, Any, Any], Any]) -> Experiment:
+    """Return an experiment that alters its drawings."""
+
+    def draw(step: Step, past: Any, other: Any = None) -> Any:
+        return alter(SOUND.draw(step, past, other), step, past, other)
+
+    return replace(SOUND, draw=draw)
+
+
+def layered(layer: Callable[[int], str]) -> Experiment:
+    def alter(drawn: Any, step: Step, *_: Any) -> Any:
+        moved = replace(drawn.primitives["now"], layer=layer(step.diagnostics.frame))
+        return replace(drawn, primitives={**drawn.primitives, "now": moved})
+
+    return drawing(alter)
+
+
+def declaring(model: type[SineParameters]) -> Experiment:
+    return replace(SOUND, simulate=lambda: replace(SOUND.simulate(), parameters=model()))
+
+
+def showing(source: Callable[[int, Any], Any]) -> Experiment:
+    return replace(SOUND, simulate=lambda: replace(SOUND.simulate(), open_source=source))
+
+
+class NoUnit(SineParameters):
+    """A unit in the name alone."""
+
+    width_px: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
+
+
+class NoBounds(SineParameters):
+    """A number that may be anything."""
+
+    width: float = parameter(1.0, "Width", "How wide.", group="Signal")
+
+
+class Restless(SignalSource):
+    """Shows another signal whenever it is asked."""
+
+    calls = 0
+
+    def frame(self, index: int, history: Any) -> Frame:
+        frame = super().frame(index, history)
+        self.calls += 1
+        return replace(frame, signal=frame.signal + self.calls)
+
+
+class Quiet(SignalSource):
+    """Says that its noise does not depend on the seed."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.noisy = False
+
+
+def hidden_state() -> Experiment:
+    """Return an experiment whose tracker counts its calls outside of its state."""
+    calls = count()
+    return tracking(lambda *_: {"estimate": np.array([float(next(calls))])})
+
+
+def changing_states() -> Experiment:
+    kept = np.zeros(3)
+
+    def alter(*_: Any) -> dict[str, Any]:
+        kept[:] += 1
+        return {"arrays": lambda: {"kept": kept}}
+
+    start = tracking(alter).trackers["kalman"]
+    begin = lambda *given: Altered(KALMAN.start(*given), arrays=lambda: {"kept": kept})  # noqa: E731 - a stub
+    return replace(SOUND, trackers={**SOUND.trackers, "kalman": replace(start, start=begin)})
+
+
+def jealous_trackers() -> Experiment:
+    def step(state: Any, *given: Any) -> Any:
+        known = isinstance(state, Altered)
+        made = KALMAN.step(state.within if known else state, *given)
+        return Altered(made) if known else Altered(made, estimate=np.array([np.nan]))
+
+    start = lambda *given: Altered(KALMAN.start(*given))  # noqa: E731 - a stub
+    other = replace(KALMAN, id="jealous", start=start, step=step)
+    return replace(SOUND, trackers={**SOUND.trackers, "jealous": other})
+
+
+def wrong_fold() -> Experiment:
+    ball = find("ball")
+    tracker = ball.trackers["condensation"]
+
+    def fold(*given: Any) -> Any:
+        done = tracker.fold(*given)  # type: ignore[misc] # this one has it
+        return done and replace(done, estimates=done.estimates + 1e-9)
+
+    return replace(ball, trackers={"condensation": replace(tracker, fold=fold)}, default_tracker="condensation")
+
+
+def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> Any:
+    return replace(drawn, caption=f"{len(past)} frames")
+
+
+def plots_of_one_name() -> Experiment:
+    return replace(SOUND, plots=(SOUND.plots[0], SOUND.plots[0]))
+
+
+BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
+    "the registry finds it by its id": (
+        lambda: replace(SOUND, id="unlisted"),
+        "unlisted must be registered by an entry point",
+    ),
+    "it says what it is": (lambda: replace(SOUND, question="Why."), r"the experiment's question .* got 'Why.'"),
+    "its parameters are declared whole": (lambda: declaring(NoUnit), "width_px has a unit in its name"),
+    "bad values are refused with their field": (
+        lambda: declaring(NoBounds),
+        "width = None must be refused with a ParameterError",
+    ),
+    "its presets run": (
+        lambda: replace(SOUND, presets=(Preset("few", "few", "kalman", {"sample_count": 0}),)),
+        "the preset few does not fit the experiment: sample_count must be",
+    ),
+    "its plots and readings are complete": (plots_of_one_name, "plots must have names of their own, got twice error"),
+    "estimates are finite and as long as positions are": (
+        lambda: tracking(lambda *_: {"estimate": np.zeros(2)}),
+        r"the estimate of frame 1 must have the shape \(1,\), got \(2,\)",
+    ),
+    "its states are values": (changing_states, "kept of the state of frame 0 changed"),
+    "series are as declared": (
+        lambda: replace(SOUND, series=lambda frame, _: {f"s{frame.index}": 1.0}),
+        "frame 1 has the series s1, frame 0 has s0",
+    ),
+    "frames are the same when asked for again": (lambda: showing(Restless), "depends on which frames were asked for"),
+    "only a noisy source depends on the seed": (lambda: showing(Quiet), "frame 0 depends on the seed"),
+    "another process comes to the same numbers": (
+        lambda: replace(SOUND, id="unlisted"),
+        "another process cannot compute the run: .*no experiment 'unlisted'",
+    ),
+    "a batch comes to the numbers of live runs": (wrong_fold, "a batch comes to other estimates than a live run"),
+    "any tracker takes over from any other": (
+        jealous_trackers,
+        r"the estimate of frame \d is \(nan,\) after the tracker changed",
+    ),
+    "seeking comes to the same numbers": (hidden_state, "a run that seeks to and fro must come to the same estimates"),
+    "a branch shares the past and comes to the same numbers": (hidden_state, "a branch that changes nothing must come"),
+    "a saved run comes to the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
+    "drawings keep to the picture and to declared layers": (
+        lambda: layered(lambda _: "secret"),
+        "now is drawn on the layer 'secret', which is not declared",
+    ),
+    "what has a name in a drawing stays what it is": (
+        lambda: layered(lambda frame: ("estimate", "truth")[frame % 2]),
+        "now is a Ellipse on the layer 'truth' in frame 1, and was a Ellipse on 'estimate' before",
+    ),
+    "a drawing shows no future": (lambda: drawing(caption_of_all_frames), "frame 6 is drawn differently once later"),
+    "a second run can be drawn beside it": (
+        lambda: drawing(lambda _, step, past, __: SOUND.draw(step, past)),
+        "nothing is drawn of a second run",
+    ),
+}
+
+
+@pytest.fixture(autouse=True)
+def _registered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(EXPERIMENTS._known, "under-test", SOUND)
+
+
+def checks_of(experiment: Experiment) -> dict[str, Check]:
+    """Return the checks by name, those of a tracker for the first one."""
+    checks: dict[str, Check] = {}
+    for check in experiment_checks(experiment):
+        checks.setdefault(str(check).partition(" (")[0], check)
+    return checks
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_each_check_can_fail(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An experiment that is broken in one way fails the check of that, with a sentence."""
+    make, sentence = BROKEN[name]
+    experiment = make()
+    if experiment.id in EXPERIMENTS:
+        monkeypatch.setitem(EXPERIMENTS._known, experiment.id, experiment)
+    with pytest.raises(CheckError, match=sentence):
+        checks_of(experiment)[name]()
+
+
+def test_every_check_is_tried() -> None:
+    """No check is left without an experiment that fails it, and no broken experiment without its check."""
+    assert checks_of(find("ball")).keys() == BROKEN.keys()
+
+
+def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What differs from process to process, such as its number, does not pass."""
+    source = (
+        "import os\nfrom dataclasses import replace\nimport numpy as np\n"
+        "from pftrack.experiments import find\n"
+        "SINE = find('sine')\nKALMAN = SINE.trackers['kalman']\n"
+        "def start(target, frame, parameters, rng):\n"
+        "    state = KALMAN.start(target, frame, parameters, rng)\n"
+        "    return replace(state, posterior=replace(state.posterior, mean=state.posterior.mean + os.getpid()))\n"
+        "TRACKERS = {'kalman': replace(KALMAN, start=start)}\n"
+        "EXPERIMENT = replace(SINE, id='pids', trackers=TRACKERS, default_tracker='kalman', interface=1)\n"
+    )
+    install(tmp_path, "of-the-process", source, "pids = of_the_process:EXPERIMENT")
+    monkeypatch.setenv("PYTHONPATH", environment(tmp_path)["PYTHONPATH"])
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    from of_the_process import EXPERIMENT  # type: ignore[import-not-found] # installed just now
+
+    monkeypatch.setitem(EXPERIMENTS._known, "pids", EXPERIMENT)
+    with pytest.raises(CheckError, match="another process comes to other estimates with the tracker kalman"):
+        checks_of(EXPERIMENT)["another process comes to the same numbers"]()
+
+
+def test_all_checks_are_run_at_once() -> None:
+    """`check_experiment` raises the first failure."""
+    with pytest.raises(CheckError, match="must be registered"):
+        check_experiment(replace(SOUND, id="unlisted"))
+
+
+def test_what_is_broken_here_is_sound_otherwise() -> None:
+    """The experiments here differ from one that passes in one thing only."""
+    for name, check in checks_of(SOUND).items():
+        if name != "another process comes to the same numbers":
+            check()
