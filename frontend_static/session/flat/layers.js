@@ -30,10 +30,10 @@ export class Layers {
    * Call `listener` after each change.
    *
    * @param {() => void} listener
-   * @returns {() => void} Ends it.
+   * @param {AbortSignal} signal Ends it.
    */
-  on(listener) {
+  on(listener, signal) {
     this.#listeners.add(listener);
-    return () => void this.#listeners.delete(listener);
+    signal.addEventListener("abort", () => this.#listeners.delete(listener));
   }
 }

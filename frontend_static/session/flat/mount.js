@@ -11,7 +11,7 @@ import { decode } from "./decode.js";
 import { Layers } from "./layers.js";
 import { paint } from "./paint.js";
 import { Pictures } from "./pictures.js";
-import { DrawingStream } from "./stream.js";
+import { receiveDrawings } from "./stream.js";
 
 /** @import { Drawing } from "./decode.js" */
 
@@ -31,57 +31,62 @@ import { DrawingStream } from "./stream.js";
  * @returns {() => void} Takes the view away with all that belongs to it.
  */
 export function mount(element, options) {
-  const view = new FlatView(element, options);
-  return () => view.dispose();
+  const end = new AbortController();
+  const view = new FlatView(element, options, end.signal);
+  return () => {
+    end.abort();
+    view.remove();
+  };
 }
 
 /** @typedef {{drawing: Drawing, bitmaps: Map<number, ImageBitmap>, number: number, painted: () => void}} Ready */
 
 class FlatView {
-  #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame, not there yet" });
-  #caption = h("p", { class: "flat-caption", "aria-hidden": "true" });
+  #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is on its way" });
+  #caption = h("p", { class: "flat-caption" });
   #place = h("div", { class: "flat-place" }, this.#canvas);
   #root = h("div", { class: "flat-view" }, this.#place, this.#caption);
   #pictures = new Pictures();
   #layers;
   #onPainted;
-  #stream;
+  #signal;
   #sizes;
-  #endLayers;
   #came = 0;
   /** @type {Ready|null} */
   #ready = null;
   /** Extent of its place, pixels of the display. */
   #room = { width: 0, height: 0 };
-  #isDisposed = false;
+  #soon;
 
   /**
    * @param {HTMLElement} element
    * @param {Options} options
+   * @param {AbortSignal} signal
    */
-  constructor(element, { session, layers = new Layers(), onPainted = () => {}, onGone = () => {} }) {
+  constructor(element, { session, layers = new Layers(), onPainted = () => {}, onGone = () => {} }, signal) {
     this.#layers = layers;
     this.#onPainted = onPainted;
+    this.#signal = signal;
+    this.#soon = coalesce(() => this.#paint(), signal);
     fill(element, this.#root);
     this.#sizes = new ResizeObserver(([entry]) => this.#resize(entry));
-    this.#observe();
-    this.#endLayers = layers.on(this.#soon);
-    this.#stream = new DrawingStream(session, (message, painted) => this.#receive(message, painted), onGone);
+    this.#watchSize();
+    layers.on(this.#soon, signal);
+    receiveDrawings(session, { drawing: (message, painted) => this.#receive(message, painted), gone: onGone }, signal);
   }
 
-  dispose() {
-    this.#isDisposed = true;
-    this.#stream.close();
+  /** Leave nothing behind; the signal has ended the rest. */
+  remove() {
     this.#sizes.disconnect();
-    this.#endLayers();
     this.#pictures.free(Infinity);
     this.#root.remove();
   }
 
-  #observe() {
+  #watchSize() {
     try {
       this.#sizes.observe(this.#place, { box: "device-pixel-content-box" });
     } catch {
+      // Safari knows its pixels only roughly.
       this.#sizes.observe(this.#place);
     }
   }
@@ -91,7 +96,7 @@ class FlatView {
     const width = sizes?.[0]?.inlineSize ?? Math.round(contentRect.width * devicePixelRatio);
     const height = sizes?.[0]?.blockSize ?? Math.round(contentRect.height * devicePixelRatio);
     this.#room = { width, height };
-    // At once: a canvas that waits for the next frame would be shown stretched.
+    // At once: until the next frame of the display the canvas would be shown at its old size.
     this.#paint();
   }
 
@@ -102,32 +107,44 @@ class FlatView {
   async #receive(message, painted) {
     this.#came += 1;
     const number = this.#came;
-    const drawing = decode(message);
+    let drawing;
+    try {
+      drawing = decode(message);
+    } catch (error) {
+      setText(this.#caption, error instanceof Error ? error.message : String(error));
+      return;
+    }
     const bitmaps = await this.#pictures.of(drawing, number);
-    if (this.#isDisposed || number < (this.#ready?.number ?? 0)) return;
+    if (this.#signal.aborted || number < (this.#ready?.number ?? 0)) return;
     this.#ready = { drawing, bitmaps, number, painted };
     this.#soon();
   }
 
-  #soon = coalesce(() => this.#paint());
-
   #paint() {
     const ready = this.#ready;
     const context = this.#canvas.getContext("2d", { alpha: false });
-    if (this.#isDisposed || ready === null || context === null || !this.#room.width || !this.#room.height) return;
+    if (ready === null || context === null || !this.#room.width || !this.#room.height) return;
     const { drawing, bitmaps, number, painted } = ready;
     const scale = Math.min(this.#room.width / drawing.width, this.#room.height / drawing.height);
-    this.#fit(Math.round(drawing.width * scale), Math.round(drawing.height * scale));
-    const { width, height } = this.#canvas;
-    const surface = { context, width, height, scale, density: devicePixelRatio, picture: (/** @type {number} */ key) => bitmaps.get(key) };
+    const width = Math.max(1, Math.round(drawing.width * scale));
+    const height = Math.max(1, Math.round(drawing.height * scale));
+    this.#fit(width, height);
+    /** @param {number} key */
+    const picture = (key) => bitmaps.get(key);
+    const surface = { context, width, height, scale, density: devicePixelRatio, picture };
     paint(surface, drawing, (layer) => this.#layers.isShown(layer));
-    const words = drawing.caption || `frame ${drawing.frame}`;
-    setText(this.#caption, words);
-    this.#canvas.setAttribute("aria-label", `The current frame with what the tracker believes. ${words}`);
-    this.#canvas.dataset.frame = String(drawing.frame);
+    this.#say(drawing);
     painted();
     this.#pictures.free(number);
     this.#onPainted(drawing.frame);
+  }
+
+  /** @param {Drawing} drawing */
+  #say({ frame, caption }) {
+    const words = caption || `frame ${frame}`;
+    setText(this.#caption, words);
+    this.#canvas.setAttribute("aria-label", `The current frame with what the tracker believes: ${words}`);
+    this.#canvas.dataset.frame = String(frame);
   }
 
   /**

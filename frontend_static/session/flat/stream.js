@@ -5,74 +5,79 @@
  * says so again and again: on a line that has died that makes the browser notice.
  */
 
+import { after } from "../../shared/timing.js";
+
 const PATH = "/api/v1/sessions/";
 const GONE = 4404;
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 4000;
 const SAY_EVERY_MS = 5000;
 
-/** @typedef {(message: ArrayBuffer, painted: () => void) => void} Receive `painted` tells the server that it was. */
+/**
+ * @typedef {object} Listener
+ * @property {(message: ArrayBuffer, painted: () => void) => void} drawing `painted` tells the server that it was painted,
+ *     and so were all before it or will never be.
+ * @property {() => void} gone The session has ended.
+ */
 
-export class DrawingStream {
-  #address;
-  #receive;
-  #onGone;
-  /** @type {WebSocket|null} */
-  #socket = null;
-  #wait = FIRST_WAIT_MS;
-  #timer = 0;
-
-  /**
-   * @param {string} session
-   * @param {Receive} receive
-   * @param {() => void} onGone Called when the session has ended.
-   */
-  constructor(session, receive, onGone) {
-    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    this.#address = `${scheme}//${location.host}${PATH}${encodeURIComponent(session)}/drawings`;
-    this.#receive = receive;
-    this.#onGone = onGone;
-    this.#connect();
+/**
+ * Receive a session's drawings until the signal.
+ *
+ * @param {string} session
+ * @param {Listener} on
+ * @param {AbortSignal} signal
+ */
+export async function receiveDrawings(session, on, signal) {
+  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+  const address = `${scheme}//${location.host}${PATH}${encodeURIComponent(session)}/drawings`;
+  let wait = FIRST_WAIT_MS;
+  while (!signal.aborted) {
+    const { code, came } = await connection(address, on, signal);
+    if (signal.aborted) return;
+    if (code === GONE) {
+      on.gone();
+      return;
+    }
+    if (came) wait = FIRST_WAIT_MS;
+    await after(wait * (0.75 + Math.random() / 2), signal);
+    wait = Math.min(wait * 2, LONGEST_WAIT_MS);
   }
+}
 
-  close() {
-    clearTimeout(this.#timer);
-    const socket = this.#socket;
-    this.#socket = null;
-    socket?.close();
-  }
-
-  #connect() {
-    const socket = new WebSocket(this.#address);
+/**
+ * Receive drawings over one connection until it ends.
+ *
+ * @param {string} address
+ * @param {Listener} on
+ * @param {AbortSignal} signal
+ * @returns {Promise<{code: number, came: boolean}>} Why it ended, and whether anything came over it.
+ */
+function connection(address, on, signal) {
+  return new Promise((resolve) => {
+    const socket = new WebSocket(address);
     let came = 0;
     let painted = 0;
     const say = () => {
       if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ type: "painted", count: painted }));
     };
     const saying = setInterval(say, SAY_EVERY_MS);
+    const hangUp = () => socket.close();
+    signal.addEventListener("abort", hangUp);
     socket.binaryType = "arraybuffer";
     socket.addEventListener("message", ({ data }) => {
-      if (socket !== this.#socket) return;
-      this.#wait = FIRST_WAIT_MS;
+      if (signal.aborted) return;
       came += 1;
       const count = came;
-      this.#receive(data, () => {
-        painted = Math.max(painted, count);
+      on.drawing(data, () => {
+        if (count <= painted) return;
+        painted = count;
         say();
       });
     });
     socket.addEventListener("close", ({ code }) => {
       clearInterval(saying);
-      if (socket !== this.#socket) return;
-      this.#socket = null;
-      if (code === GONE) this.#onGone();
-      else this.#again();
+      signal.removeEventListener("abort", hangUp);
+      resolve({ code, came: came > 0 });
     });
-    this.#socket = socket;
-  }
-
-  #again() {
-    this.#timer = setTimeout(() => this.#connect(), this.#wait * (0.75 + Math.random() / 2));
-    this.#wait = Math.min(this.#wait * 2, LONGEST_WAIT_MS);
-  }
+  });
 }
