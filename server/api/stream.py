@@ -1,42 +1,74 @@
-"""The stream: what happens in a session, told as it happens."""
+"""The streams of a session: what happens in it, told as it happens, and its drawings for flat views."""
 
 import asyncio
 import contextlib
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 
 from fastapi import APIRouter, WebSocket
 
 from server.api.dependencies import TheServices
 from server.errors import ApiError
-from server.schemas.messages import Pong, encode
+from server.schemas.messages import Pong, encode, painted, ping
+from server.services import Services
 from server.sessions.session import Session
 from server.stream.duplex import GONE, converse
+from server.stream.listeners import Listener
 
 __all__ = ["router"]
 
 router = APIRouter()
 
 
+FAREWELL = "The session was ended."
+
+
 @router.websocket("/sessions/{session}/stream")
 async def stream(websocket: WebSocket, session: str, services: TheServices) -> None:
     """Greet a page, then tell it everything that happens until one of the two leaves."""
-    found = services.manager.find(session)
+    found = await _accept(websocket, session, services)
+    if found is not None:
+        async with _awake(found, services):
+            with found.listeners.join() as listener:
+                await converse(websocket, listener, _pong(listener), FAREWELL)
+
+
+@router.websocket("/sessions/{session}/drawings")
+async def drawings(websocket: WebSocket, session: str, services: TheServices) -> None:
+    """Send a page the newest drawing again and again, as fast as it says that it has painted them."""
+    found = await _accept(websocket, session, services)
+    if found is not None:
+        async with _awake(found, services):
+            with found.drawing_feed.join() as watcher:
+                await converse(websocket, watcher, lambda text: watcher.painted(painted(text).count), FAREWELL)
+
+
+def _pong(listener: Listener) -> Callable[[str], None]:
+    """Return what answers a page's pings."""
+    return lambda text: listener.put(encode(Pong(sent=ping(text).sent)))
+
+
+async def _accept(websocket: WebSocket, name: str, services: Services) -> Session | None:
+    """Accept a page and return its session; send it away if there is none."""
+    found = services.manager.find(name)
     await websocket.accept()
     if found is None:
         await websocket.close(GONE, "There is no such session; it may have been ended.")
-        return
-    with found.listeners.join() as listener:
-        waking = asyncio.ensure_future(_wake(services, found))
-        try:
-            await converse(
-                websocket, listener, lambda sent: listener.put(encode(Pong(sent=sent))), "The session was ended."
-            )
-        finally:
-            waking.cancel()
-            await asyncio.gather(waking, return_exceptions=True)
+    return found
 
 
-async def _wake(services: TheServices, session: Session) -> None:
-    """Let a suspended session go on, since somebody is here again."""
+@asynccontextmanager
+async def _awake(session: Session, services: Services) -> AsyncIterator[None]:
+    """Have a suspended session go on, since somebody is here again."""
+    waking = asyncio.ensure_future(_wake(session, services))
+    try:
+        yield
+    finally:
+        waking.cancel()
+        await asyncio.gather(waking, return_exceptions=True)
+
+
+async def _wake(session: Session, services: Services) -> None:
     if session.phase == "suspended":
         with contextlib.suppress(ApiError):
             await asyncio.shield(services.manager.resume(session))

@@ -7,6 +7,7 @@ from fastapi import APIRouter, WebSocket
 from pftrack.sweep import SweepError
 from server.api.dependencies import TheServices
 from server.errors import ApiError
+from server.schemas.messages import ping
 from server.stream.duplex import GONE, converse
 
 __all__ = ["router"]
@@ -33,4 +34,9 @@ async def stream(
         await websocket.close(GONE, "The files of this sweep are damaged or were taken away.")
         return
     with found.join(x, y) as listener:
-        await converse(websocket, listener, listener.answer, "The sweep was deleted, or the server was stopped.")
+        await converse(
+            websocket,
+            listener,
+            lambda text: listener.answer(ping(text).sent),
+            "The sweep was deleted, or the server was stopped.",
+        )

@@ -22,6 +22,7 @@ __all__ = [
     "Frames",
     "Hello",
     "Message",
+    "Painted",
     "Parameters",
     "Phase",
     "Ping",
@@ -32,6 +33,7 @@ __all__ = [
     "SessionPublic",
     "TrackerPublic",
     "encode",
+    "painted",
     "ping",
 ]
 
@@ -211,7 +213,17 @@ class Ping(Message):
     sent: Annotated[float, Field(allow_inf_nan=False)]
 
 
+class Painted(BaseModel):
+    """The only thing that a page says where it receives drawings: how many it has painted or left out since it came."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    type: Literal["painted"]
+    count: Annotated[int, Field(ge=0)]
+
+
 PING: TypeAdapter[Ping] = TypeAdapter(Ping)
+PAINTED: TypeAdapter[Painted] = TypeAdapter(Painted)
 
 
 def encode(message: Message) -> str:
@@ -226,3 +238,12 @@ def ping(text: str) -> Ping:
         ValueError: It is no ping of this version.
     """
     return PING.validate_json(text)
+
+
+def painted(text: str) -> Painted:
+    """Read what a page said about drawings.
+
+    Raises:
+        ValueError: It is no such message.
+    """
+    return PAINTED.validate_json(text)

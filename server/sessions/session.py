@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pftrack.parameters import ParameterError
 from pftrack.runs.run import EndOfRun, PastError
 from server.errors import ApiError, ConflictError, shape
+from server.flat.feed import DrawingFeed
 from server.schemas import messages
 from server.schemas.messages import Phase
 from server.schemas.panel import InForce
@@ -40,6 +41,7 @@ class Session:
     Attributes:
         state: What is known of it.
         scene_feed: Its scene.
+        drawing_feed: Its drawings for flat views.
         left: When the last visitor left (monotonic, s).
     """
 
@@ -47,7 +49,10 @@ class Session:
         self, spec: SessionSpec, settings: Settings, config_of: ConfigOf, *, phase: Phase = "suspended"
     ) -> None:
         self.state = SessionState(spec, phase, self._tell_panel)
-        self.scene_feed = SceneFeed(credit=self._credit, on_values=self._queue, on_transport=self._steer)
+        self.drawing_feed = DrawingFeed(lambda: self._credit("flat"))
+        self.scene_feed = SceneFeed(
+            credit=lambda: self._credit("scene"), on_values=self._queue, on_transport=self._steer
+        )
         self.left = time.monotonic()
         self._settings = settings
         self._config_of = config_of
@@ -81,7 +86,7 @@ class Session:
     @property
     def visitors(self) -> int:
         """How many connections look at it or listen to it."""
-        return len(self.listeners) + self.scene_feed.watchers
+        return len(self.listeners) + self.scene_feed.watchers + len(self.drawing_feed)
 
     @property
     def worker(self) -> WorkerHandle | None:
@@ -120,6 +125,7 @@ class Session:
             self._worker = worker
             self.state.begin(ready)
             self.scene_feed.resumed()
+            self.drawing_feed.resumed()
 
     async def suspend(self, message: str) -> None:
         """End the worker; the spec remembers everything."""
@@ -136,6 +142,7 @@ class Session:
             await self._hang_up()
             self.state.become("ended", message)
             self.listeners.close()
+            self.drawing_feed.close()
         for task in list(self._tasks):
             task.cancel()
         await self.scene_feed.close()
@@ -297,15 +304,17 @@ class Session:
 
     # ------------------------------------------------------------ what the worker says
 
-    def _credit(self) -> None:
+    def _credit(self, form: protocol.Form) -> None:
         if self._worker is not None:
-            self._worker.credit()
+            self._worker.credit(form)
 
     def _event(self, event: protocol.Event) -> None:
         if isinstance(event, protocol.Progress):
             self.state.stand(event.status, event.rows, event.shown["frame"] if event.shown else None)
             if event.drawing is not None and event.shown is not None:
                 self.scene_feed.offer(event.drawing, event.shown)
+            if event.flat is not None:
+                self.drawing_feed.offer(event.flat)
 
     def _lost(self, reason: str) -> None:
         self._worker = None

@@ -17,7 +17,7 @@ from pftrack.process import Ending, described, ending
 from server.errors import UnavailableError
 from server.worker import forkserver
 from server.worker.pipe import WebEnd, pair
-from server.worker.protocol import Command, Credit, Event, Failed, Ready, Reply, Request, WorkerConfig
+from server.worker.protocol import Command, Credit, Event, Failed, Form, Ready, Reply, Request, WorkerConfig
 from server.worker.worker import main
 
 __all__ = ["WorkerHandle", "WorkerLostError"]
@@ -111,10 +111,10 @@ class WorkerHandle:
         finally:
             self._waiting.pop(number, None)
 
-    def credit(self) -> None:
-        """Let the worker send one more drawing."""
+    def credit(self, form: Form) -> None:
+        """Let the worker send one more drawing in a form."""
         if self._end is not None:
-            self._end.send(Credit())
+            self._end.send(Credit(form))
 
     def kill(self, reason: str) -> None:
         """End the worker at once, and say why when its end is noticed."""

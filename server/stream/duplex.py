@@ -6,8 +6,6 @@ from collections.abc import AsyncIterable, Callable
 
 from fastapi import WebSocket, WebSocketDisconnect
 
-from server.schemas.messages import ping
-
 __all__ = ["GONE", "converse"]
 
 GONE = 4404
@@ -16,41 +14,41 @@ SLOWEST_LISTENER_S = 30.0
 
 
 async def converse(
-    websocket: WebSocket, texts: AsyncIterable[str], answer: Callable[[float], None], farewell: str
+    websocket: WebSocket, messages: AsyncIterable[str | bytes], hear: Callable[[str], None], farewell: str
 ) -> None:
-    """Tell a page everything that comes, and answer its pings, until one of the two leaves.
+    """Tell a page everything that comes, and hear what it says, until one of the two leaves.
 
     Args:
         websocket: To the page, accepted.
-        texts: What to tell; it ends when there is nothing more to come.
-        answer: Called with the time of each ping.
+        messages: What to tell; it ends when there is nothing more to come.
+        hear: Called with what the page says; raises a ValueError if that is nothing for this stream.
         farewell: Why it ended.
     """
-    telling = asyncio.ensure_future(_tell(websocket, texts, farewell))
+    telling = asyncio.ensure_future(_tell(websocket, messages, farewell))
     try:
-        await _listen(websocket, answer)
+        await _listen(websocket, hear)
     finally:
         telling.cancel()
         await asyncio.gather(telling, return_exceptions=True)
 
 
-async def _tell(websocket: WebSocket, texts: AsyncIterable[str], farewell: str) -> None:
-    async for text in texts:
+async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], farewell: str) -> None:
+    async for message in messages:
         # A peer that takes nothing for so long is gone, whatever its TCP connection pretends.
         async with asyncio.timeout(SLOWEST_LISTENER_S):
-            await websocket.send_text(text)
+            await (websocket.send_text(message) if isinstance(message, str) else websocket.send_bytes(message))
     await websocket.close(GONE, farewell)
 
 
-async def _listen(websocket: WebSocket, answer: Callable[[float], None]) -> None:
-    """Answer pings until the page leaves or says something else."""
+async def _listen(websocket: WebSocket, hear: Callable[[str], None]) -> None:
+    """Hear what the page says until it leaves or says what it must not."""
     with contextlib.suppress(WebSocketDisconnect):
         while True:
             message = await websocket.receive()
             if message["type"] == "websocket.disconnect":
                 return
             try:
-                answer(ping(message.get("text") or "").sent)
+                hear(message.get("text") or "")
             except ValueError:
-                await websocket.close(UNKNOWN_WORD, "The stream takes nothing but pings; use the REST interface.")
+                await websocket.close(UNKNOWN_WORD, "The stream takes no commands; use the REST interface.")
                 return

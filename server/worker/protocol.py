@@ -2,17 +2,19 @@
 
 Commands go down, events come up, each a small frozen dataclass. A command with an answer carries a request number. The
 worker sends a drawing only when it holds a credit, and the web process gives the next credit when the last drawing has
-arrived and somebody looks: so drawings are never queued, and nobody draws for an empty room.
+arrived and somebody looks: so drawings are never queued, and nobody draws for an empty room. A drawing travels in two
+forms, as it is for the scene and encoded for flat views, with a credit for each; both are made of one drawing.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from pftrack.drawing import Drawing
 from pftrack.parameters import Value
 from pftrack.runs.run import Timeline
 from pftrack.sources.points import Marks
+from server.flat.codec import EncodedDrawing
 
 __all__ = [
     "Activate",
@@ -22,6 +24,7 @@ __all__ = [
     "Credit",
     "Event",
     "Failed",
+    "Form",
     "Heartbeat",
     "Picture",
     "Progress",
@@ -38,6 +41,8 @@ __all__ = [
 ]
 
 Values: TypeAlias = dict[str, Value]
+Form: TypeAlias = Literal["scene", "flat"]
+"""The forms in which a drawing is sent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +222,9 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Credit:
-    """One drawing may be sent; no answer."""
+    """One drawing may be sent in this form; no answer."""
+
+    form: Form
 
 
 Command: TypeAlias = Transport | Speed | Restart | Change | Branch | Activate | Save | Picture
@@ -259,13 +266,15 @@ class Progress:
     Attributes:
         standing: Where the run stands now.
         rows: Diagnostics of the frames computed since the last event, in config.
-        drawing: The newest picture, where a credit was left for it.
+        drawing: The newest drawing for the scene, where a credit was left for it.
+        flat: The newest drawing for flat views, where a credit was left for it.
         shown: Diagnostics of the drawing's frame.
     """
 
     status: RunStatus
     rows: list[dict[str, Any]] = field(default_factory=list)
     drawing: Drawing | None = None
+    flat: EncodedDrawing | None = None
     shown: dict[str, Any] | None = None
 
 

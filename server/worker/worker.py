@@ -10,14 +10,16 @@ import sys
 import time
 import traceback
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
+from pftrack.drawing import Drawing
 from pftrack.parameters import ParameterError
 from pftrack.process import confine, leave_interrupts_to_parent
 from pftrack.rendering import png, render
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
+from server.flat.codec import DrawingEncoder
 from server.worker.pipe import WorkerEnd
 from server.worker.protocol import (
     Activate,
@@ -26,6 +28,7 @@ from server.worker.protocol import (
     Command,
     Credit,
     Failed,
+    Form,
     Heartbeat,
     Picture,
     Progress,
@@ -45,6 +48,7 @@ __all__ = ["Worker", "main"]
 
 # What a command may be answered with; anything else is a mistake of ours and ends the session.
 REFUSALS = (ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
+FORMS: tuple[Form, ...] = get_args(Form)
 TELL_S = 1 / 30
 # A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
 EARLY = 0.8
@@ -107,8 +111,10 @@ class Worker:
         self._told = 0.0
         self._rows: list[dict[str, Any]] = []
         self._news = False
-        self._credits = 0
-        self._undrawn = True
+        self._credits: set[Form] = set()
+        self._undrawn: set[Form] = set(FORMS)
+        self._drawing: Drawing | None = None
+        self._encoder = DrawingEncoder()
         self._goal: tuple[int, int | None] | None = None
         self._catch_up(config.head, config.position)
 
@@ -119,7 +125,7 @@ class Worker:
         while True:
             message = self._pipe.receive(self._patience())
             if isinstance(message, Credit):
-                self._credits = 1
+                self._credits.add(message.form)
             elif message is not None:
                 self._answer(message)
             self._compute()
@@ -135,7 +141,7 @@ class Worker:
         waits = [self._told + HEARTBEAT_S - now]
         if self._playing:
             waits.append(self._due - now)
-        if self._news or (self._undrawn and self._credits):
+        if self._news or (self._undrawn & self._credits):
             waits.append(self._told + EARLY * TELL_S - now)
         return min(waits)
 
@@ -159,7 +165,7 @@ class Worker:
         self._changed()
 
     def _changed(self) -> None:
-        self._news = self._undrawn = True
+        self._news, self._undrawn, self._drawing = True, set(FORMS), None
 
     def _approach(self, goal: int, number: int | None) -> None:
         if self._tree.run.position < goal and not self._tree.ended:
@@ -189,8 +195,7 @@ class Worker:
     def _tell(self) -> None:
         """Tell what is new, thirty times a second at most, or that there is life."""
         now = time.monotonic()
-        drawable = self._undrawn and self._credits > 0
-        if (self._news or drawable) and now - self._told >= EARLY * TELL_S:
+        if (self._news or self._undrawn & self._credits) and now - self._told >= EARLY * TELL_S:
             self._report(draw=True)
             self._told = time.monotonic()
         elif now - self._told >= HEARTBEAT_S:
@@ -198,12 +203,17 @@ class Worker:
 
     def _report(self, *, draw: bool) -> None:
         rows, self._rows = self._rows, []
-        drawing = shown = None
-        if draw and self._undrawn and self._credits:
-            drawing = self._tree.drawing()
+        forms = self._undrawn & self._credits if draw else set[Form]()
+        drawing = flat = shown = None
+        if forms:
+            # Whoever wants the other form a little later gets it of the same drawing.
+            self._drawing = self._drawing or self._tree.drawing()
             shown = self._tree.run.current.diagnostics.as_dict()
-            self._credits, self._undrawn = 0, False
-        self._pipe.send(Progress(self._status(), rows, drawing, shown))
+            drawing = self._drawing if "scene" in forms else None
+            flat = self._encoder.encode(self._drawing, self._tree.run.position) if "flat" in forms else None
+            self._credits -= forms
+            self._undrawn -= forms
+        self._pipe.send(Progress(self._status(), rows, drawing, flat, shown))
         self._news = False
 
     def _reply(self, number: int, result: object = None) -> None:

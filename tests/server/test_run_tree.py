@@ -166,9 +166,9 @@ class TestPipe:
 
             web = await WebEnd.connect(ours, hear, lost.set)
             worker = WorkerEnd(theirs)
-            web.send(Credit())
+            web.send(Credit("scene"))
             web.send(Request(7, Picture()))
-            assert await asyncio.to_thread(worker.receive, 5) == Credit()
+            assert await asyncio.to_thread(worker.receive, 5) == Credit("scene")
             assert await asyncio.to_thread(worker.receive, 5) == Request(7, Picture())
             assert worker.receive(0) is None
             large = b"x" * 5_000_000
