@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import Drawing
 from pftrack.frame import Frame
+from pftrack.layer import Layer
 from pftrack.parameters import Parameters, Value
 from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.runs.diagnostics import Diagnostics, Series
@@ -192,7 +193,7 @@ class Experiment:
         default_tracker: Name of the one to begin with.
         frames: Length of a simulated run.
         presets: Starting points that show something.
-        layers: What can be drawn, and whether it is at first.
+        layers: What can be drawn, in the order in which it is listed.
         simulate: Wire the simulated scene.
         draw: Draw a frame.
         error: (estimates (..., d), true positions (..., d)) -> distances (...).
@@ -222,7 +223,7 @@ class Experiment:
     default_tracker: str
     frames: int
     presets: tuple[Preset, ...]
-    layers: Mapping[str, bool]
+    layers: tuple[Layer, ...]
     simulate: Callable[[], Setup]
     draw: Draw
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
@@ -243,6 +244,11 @@ class Experiment:
     def accepts_video(self) -> bool:
         """Whether it can run on a recording."""
         return self.on_video is not None
+
+    @property
+    def shown_layers(self) -> dict[str, bool]:
+        """Whether each layer is shown at first, by name."""
+        return {layer.name: layer.shown for layer in self.layers}
 
     @property
     def finds_target(self) -> bool:

@@ -1,6 +1,7 @@
 """`list` and `show`: which experiments there are, and every parameter that they take."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from itertools import groupby
 from typing import TYPE_CHECKING, Annotated
 
@@ -57,7 +58,7 @@ def show(
     values = flat(parameters)
     if json:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
-        emit({**_about(found), "layers": found.layers, "declarations": entries})
+        emit({**_about(found), "layers": [asdict(layer) for layer in found.layers], "declarations": entries})
         return
     typer.echo(f"{found.title}\n{found.description}\nFrom {found.document}.\n")
     table(

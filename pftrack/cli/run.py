@@ -255,7 +255,7 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
         tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}"))
         for step in islice(run, frames):
             if film is not None:
-                film.write(render(run.experiment.draw(step, run.diagnostics), layers=run.experiment.layers))
+                film.write(render(run.experiment.draw(step, run.diagnostics), layers=run.experiment.shown_layers))
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
     said = run.experiment.report(run.diagnostics) if run.experiment.report else {}

@@ -4,15 +4,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Colour, Ellipse, Points
+from pftrack.layer import Key, Layer
 from pftrack.particles import ParticleSet
 
-__all__ = ["at_height", "circle", "particle_clouds", "uncertainty"]
+__all__ = ["BY_SAMPLER", "SECOND_RUN", "at_height", "circle", "particle_clouds", "uncertainty"]
 
 MOST_DRAWN = 5000
 """A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
 
 LIFT_PX = 40.0
 """Height above the picture of the particle with the greatest weight."""
+
+BY_SAMPLER = (Key("prediction", "particles from the prediction"), Key("observation", "particles from the observation"))
+"""What the colours of `particle_clouds` mean."""
+
+SECOND_RUN = Layer("second run", legend=(Key("second", "second run, where it differs"),))
+"""Where the run with which this one is compared is drawn."""
 
 LIGHT, DARK = np.array([198.0, 219.0, 239.0]), np.array([8.0, 48.0, 107.0])
 

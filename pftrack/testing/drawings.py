@@ -50,7 +50,9 @@ def _demand_sound(experiment: Experiment, drawing: Drawing, frame: int) -> None:
     demand(isinstance(first, Picture), f"the drawing of frame {frame} must begin with the picture, got {first!r:.60}")
     demand("\n" not in drawing.caption, f"the caption of frame {frame} must be one line, got {drawing.caption!r}")
     for name, item in drawing.primitives.items():
-        demand(item.layer in experiment.layers, f"{name} is drawn on the layer {item.layer!r}, which is not declared")
+        demand(
+            item.layer in experiment.shown_layers, f"{name} is drawn on the layer {item.layer!r}, which is not declared"
+        )
         if isinstance(item, Picture):
             shape = item.image_rgb.shape
             wanted = (drawing.height, drawing.width, 3)

@@ -39,7 +39,7 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
     return ExperimentDetail(
         **_shown(experiment),
         declarations=list(declarations(model)),
-        layers=dict(experiment.layers),
+        layers=list(experiment.layers),
         parameter_schema=model.model_json_schema(),
     )
 

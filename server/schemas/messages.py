@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from pftrack.experiments import Plot, Reading
+from pftrack.layer import Layer
 from pftrack.parameters import Value
 from server.schemas.spec import Bookmark
 
@@ -91,7 +92,7 @@ class SessionPublic(BaseModel):
     first_parameters: dict[str, Value] = {}
     declarations: list[dict[str, Any]]
     trackers: list[TrackerPublic]
-    layers: dict[str, bool]
+    layers: list[Layer]
     timeline: list[ChangePublic]
     branch: str
     branches: list[BranchPublic]

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pftrack.layer import Layer
 from pftrack.parameters import Declaration, Value
 
 __all__ = ["SPEEDS", "InForce", "PanelDescription"]
@@ -19,13 +20,13 @@ class PanelDescription:
         title: Its heading.
         declarations: What can be turned, in order.
         trackers: Titles by identifier, in order.
-        layers: Layers by name, and whether they are shown at first.
+        layers: What can be switched on and off in the scene, in order.
     """
 
     title: str
     declarations: Sequence[Declaration]
     trackers: Mapping[str, str]
-    layers: Mapping[str, bool]
+    layers: Sequence[Layer]
 
 
 @dataclass(frozen=True, slots=True)

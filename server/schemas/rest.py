@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from pftrack.layer import Layer
 from pftrack.parameters import Declaration, Value
 from server.schemas.messages import TrackerPublic
 from server.schemas.spec import LARGEST_SEED, Box, Points
@@ -85,7 +86,7 @@ class ExperimentDetail(ExperimentPublic):
     """An experiment with everything that can be turned."""
 
     declarations: list[Declaration]
-    layers: dict[str, bool]
+    layers: list[Layer]
     parameter_schema: dict[str, Any] = Field(serialization_alias="schema")
 
 

@@ -6,7 +6,7 @@ spec, so a worker may die at any moment, and the store holds it too, so the serv
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, field_validator
 
 from pftrack.parameters import Value
 from pftrack.runs.run import Change, Timeline
@@ -88,6 +88,14 @@ class SessionSpec(BaseModel):
     created: str = ""
     card: dict[str, Any] | None = None
     values: dict[str, Value] = {}
+
+    @field_validator("card")
+    @classmethod
+    def _migrate(cls, card: dict[str, Any] | None) -> dict[str, Any] | None:
+        """Take layers in the form in which earlier versions stored them, by name with whether they are shown."""
+        if card is None or not isinstance(card.get("layers"), dict):
+            return card
+        return {**card, "layers": [{"name": name, "shown": shown} for name, shown in card["layers"].items()]}
 
     @property
     def active(self) -> BranchSpec:

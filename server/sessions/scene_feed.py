@@ -15,6 +15,7 @@ import structlog
 from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration
 from server.schemas.panel import InForce, PanelDescription
+from server.sessions.view import LAYERS
 from server.worker.protocol import SessionInfo
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ class SceneFeed:
 
         declarations = [Declaration.model_validate(item) for item in info.declarations]
         return Viewer(
-            PanelDescription(info.title, declarations, info.trackers, info.layers),
+            PanelDescription(info.title, declarations, info.trackers, LAYERS.validate_python(info.layers)),
             in_force,
             on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),
             on_transport=lambda command: self._from_thread(self._on_transport, dict(command)),

@@ -3,14 +3,15 @@
 from pydantic import TypeAdapter
 
 from pftrack.experiments import Plot, Reading
+from pftrack.layer import Layer
 from pftrack.palette import BRANCHES, hexadecimal
 from server.schemas.messages import BranchPublic, ChangePublic, Phase, SessionPublic, TrackerPublic
 from server.schemas.spec import SessionSpec
 from server.worker.protocol import SessionInfo
 
-__all__ = ["branch_views", "view"]
+__all__ = ["LAYERS", "branch_views", "view"]
 
-PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
+PLOTS, READINGS, LAYERS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading]), TypeAdapter(list[Layer])
 
 
 def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None, *, playing: bool) -> SessionPublic:
@@ -39,7 +40,7 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         first_parameters=active.first_values,
         declarations=card.declarations,
         trackers=[TrackerPublic(id=name, title=title) for name, title in card.trackers.items()],
-        layers=card.layers,
+        layers=LAYERS.validate_python(card.layers),
         timeline=[ChangePublic(frame=change.frame, values=change.values) for change in active.timeline],
         branch=active.id,
         branches=branch_views(spec),

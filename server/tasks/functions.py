@@ -80,7 +80,7 @@ def draw_experiment(experiment_id: str) -> bytes:
     run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
     drawing = experiment.draw(run.current, run.diagnostics)
     scale = THUMBNAIL_WIDTH_PX / drawing.width
-    return png(render(drawing, layers=experiment.layers, scale=scale, caption=False))
+    return png(render(drawing, layers=experiment.shown_layers, scale=scale, caption=False))
 
 
 def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
@@ -218,5 +218,5 @@ def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: L
         "record": found.model_dump(),
         "title": run.experiment.title,
         "summary": {**run.summary(), "reproduced": run.estimates_sha256 == found.estimates_sha256},
-        "thumbnail": png(render(drawing, layers=run.experiment.layers)),
+        "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),
     }

@@ -19,6 +19,7 @@ from typing import Any
 
 import viser
 
+from pftrack.layer import Layer
 from pftrack.parameters import Declaration, Value
 from server.schemas.panel import SPEEDS, InForce, PanelDescription
 from server.viewer.camera import PRESETS
@@ -88,8 +89,8 @@ class Panel:
         self._folders: dict[str, viser.GuiFolderHandle] = {}
         self._add_groups(description.declarations)
         with server.gui.add_folder("What to draw", expand_by_default=False):
-            for layer, shown in description.layers.items():
-                self._add_layer(layer, shown=shown)
+            for layer in description.layers:
+                self._add_layer(layer)
         self._speed = self._add_speed(in_force.speed)
         self._choose_visible()
 
@@ -214,15 +215,14 @@ class Panel:
         box.value = shown
         return True
 
-    def _add_layer(self, layer: str, *, shown: bool) -> None:
-        title = layer.replace("_", " ").replace("-", " ")
-        box: Handle = self._server.gui.add_checkbox(title[:1].upper() + title[1:], shown)
+    def _add_layer(self, layer: Layer) -> None:
+        box: Handle = self._server.gui.add_checkbox(layer.title, layer.shown)
 
         async def switched(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
-            self._requests.set_layer(layer, event.target.value)
+            self._requests.set_layer(layer.name, event.target.value)
 
         box.on_update(switched)
-        self._layers[layer] = box
+        self._layers[layer.name] = box
 
     def _add_speed(self, speed: float) -> Handle:
         offered = {_speed_title(each): each for each in SPEEDS}

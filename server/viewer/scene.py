@@ -8,7 +8,7 @@ All nodes of a frame change within one atomic block, so that a browser never sho
 picture of another.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,6 +29,7 @@ from pftrack.drawing import (
     Primitive,
     Text,
 )
+from pftrack.layer import Layer
 from server.viewer import shapes
 from server.viewer.camera import Box
 from server.viewer.shapes import Stance
@@ -61,12 +62,12 @@ class Scene:
 
     Args:
         server: The session's own viser server.
-        layers: Layers by name, and whether they are shown at first.
+        layers: What can be switched on and off.
     """
 
-    def __init__(self, server: viser.ViserServer, layers: Mapping[str, bool]) -> None:
+    def __init__(self, server: viser.ViserServer, layers: Iterable[Layer]) -> None:
         self._server = server
-        self._layers = dict(layers)
+        self._layers = {layer.name: layer.shown for layer in layers}
         self._nodes: dict[str, _Node] = {}
         server.scene.set_up_direction("+y")
         server.scene.world_axes.visible = False

@@ -13,6 +13,7 @@ from typing import Any
 import viser
 
 from pftrack.drawing import Drawing
+from pftrack.layer import LayerRole
 from pftrack.parameters import Value
 from server.schemas.panel import InForce, PanelDescription
 from server.viewer import viser_adapter
@@ -24,8 +25,6 @@ from server.viewer.scene import Scene
 __all__ = ["Viewer"]
 
 PANEL_WIDTH_PX = 300
-TIME_LAYER = "path through time"
-FLAT_LAYER = "trail"
 HELD_S = 0.1
 """How often to look again while a browser does not keep up; its answer ends the wait at once."""
 UNWATCHED_S = 1.0
@@ -61,6 +60,7 @@ class Viewer:
     ) -> None:
         server, self.endpoint = viser_adapter.start(description.title)
         self._server = server
+        self._layers = tuple(description.layers)
         self._closed = threading.Event()
         self._changed = threading.Condition()
         self._newest: tuple[Drawing, dict[str, Any]] | None = None
@@ -137,9 +137,14 @@ class Viewer:
     def _look(self, client_id: int, preset: str) -> None:
         # Time as the third direction is worth seeing from aside only.
         aside = preset == "side"
-        if self._panel.set_layer(TIME_LAYER, shown=aside):
-            self._panel.set_layer(FLAT_LAYER, shown=not aside)
+        turned = [self._panel.set_layer(layer, shown=aside) for layer in self._with_role("through time")]
+        if any(turned):
+            for layer in self._with_role("flat only"):
+                self._panel.set_layer(layer, shown=not aside)
         self._cameras.look(client_id, preset)
+
+    def _with_role(self, role: LayerRole) -> list[str]:
+        return [layer.name for layer in self._layers if layer.role == role]
 
     def _draw_again(self) -> None:
         with self._changed:

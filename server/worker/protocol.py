@@ -106,7 +106,7 @@ class SessionInfo:
     title: str
     declarations: list[dict[str, Any]]
     trackers: dict[str, str]
-    layers: dict[str, bool]
+    layers: list[dict[str, Any]]
     width: int
     height: int
     frame_rate_hz: float

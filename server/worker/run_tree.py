@@ -72,7 +72,7 @@ class RunTree:
             title=self.experiment.title,
             declarations=[item.model_dump(mode="json") for item in declarations(type(self._setup.parameters))],
             trackers={name: tracker.title for name, tracker in self.experiment.trackers.items()},
-            layers=dict(self.experiment.layers),
+            layers=[dataclasses.asdict(layer) for layer in self.experiment.layers],
             width=width,
             height=height,
             frame_rate_hz=source.frame_rate_hz,

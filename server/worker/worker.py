@@ -322,7 +322,8 @@ class Worker:
 
     def _picture(self) -> bytes:
         drawing = self._tree.drawing()
-        return png(render(drawing, layers=self._tree.experiment.layers, scale=_scale(drawing.width), caption=False))
+        layers = self._tree.experiment.shown_layers
+        return png(render(drawing, layers=layers, scale=_scale(drawing.width), caption=False))
 
 
 def _scale(width: int) -> float:

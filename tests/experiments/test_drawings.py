@@ -17,7 +17,7 @@ def test_a_second_run_is_drawn_in_its_colour(experiment: Experiment) -> None:
         Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=20).finish() for tracker in (first, last)
     )
     past = [one.diagnostics] * 20
-    assert "second run" in experiment.layers
+    assert "second run" in experiment.shown_layers
     assert all(item.layer != "second run" for item in experiment.draw(one, past).primitives.values())
     drawing = experiment.draw(one, past, two.diagnostics)
     shown = [item for item in drawing.primitives.values() if item.layer == "second run"]

@@ -67,7 +67,7 @@ def test_declarations(client: httpx.Client, name: str) -> None:
     known = declarations(type(EXPERIMENTS[name].simulate().parameters))
     assert [item["name"] for item in detail["declarations"]] == [item.name for item in known]
     assert set(detail["schema"]["properties"]) == {item.name for item in known}
-    assert set(detail["layers"]) == set(EXPERIMENTS[name].layers)
+    assert [layer["name"] for layer in detail["layers"]] == [layer.name for layer in EXPERIMENTS[name].layers]
 
 
 def test_health(client: httpx.Client) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
+from pftrack.layer import Layer
 from pftrack.parameters import ParameterError
 from pftrack.runs.run import Change
 from server.schemas.spec import BranchSpec, SessionSpec
@@ -58,9 +59,20 @@ class TestWorkbench:
             shown = view(spec, known, "ready", None, playing=False)
             assert tuple(shown.plots) == experiment.plots
             assert tuple(shown.readings) == experiment.readings
+            assert tuple(shown.layers) == experiment.layers
             assert (shown.features, shown.target) == (list(experiment.features), experiment.target)
             told = json.loads(shown.model_dump_json())
             assert told["plots"] == json.loads(json.dumps([dataclasses.asdict(plot) for plot in experiment.plots]))
+
+    def test_layers_that_an_earlier_version_stored_are_known(self) -> None:
+        """A session that was suspended by it is listed, and its scene opens, as if by this one."""
+        card = dataclasses.asdict(RunTree(config()).card())
+        card["layers"] = {"picture": True, "trail": False}
+        branches = {"b0": BranchSpec(id="b0", title="Main", tracker="t")}
+        spec = SessionSpec(id="s", experiment="ball", branches=branches, card=card)
+        assert spec.card is not None
+        shown = view(spec, SessionInfo(**spec.card), "suspended", None, playing=False)
+        assert shown.layers == [Layer("picture"), Layer("trail", shown=False)]
 
     def test_changes_in_one_frame_are_one(self) -> None:
         """Several changes before the same frame are one change on the timeline."""

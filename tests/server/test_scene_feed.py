@@ -15,7 +15,7 @@ from server.viewer import Endpoint
 from server.worker.protocol import SessionInfo
 from tests.server.apart import run
 
-CARD = SessionInfo("ball", "Ball", [], {"apf": "APF"}, {}, 320, 240, 30.0, 100)
+CARD = SessionInfo("ball", "Ball", [], {"apf": "APF"}, [], 320, 240, 30.0, 100)
 
 ENDPOINT = Endpoint()
 

@@ -12,7 +12,7 @@ from server.sessions.history import History
 from server.sessions.state import SessionState
 from server.worker.protocol import Ready, RunStatus, SessionInfo
 
-CARD = SessionInfo("ball", "Ball", [], {"apf": "APF", "kalman": "Kalman"}, {}, 320, 240, 30.0, 100)
+CARD = SessionInfo("ball", "Ball", [], {"apf": "APF", "kalman": "Kalman"}, [], 320, 240, 30.0, 100)
 START = RunStatus("b0", 0, 0, False, False, 1.0, "apf", "apf", {"n": 1, "m": 2}, (), 0)
 
 

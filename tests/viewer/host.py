@@ -17,12 +17,20 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from pftrack.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
+from pftrack.layer import Key, Layer
 from pftrack.parameters import Declaration, Value
 from server.schemas.panel import InForce, PanelDescription
 from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
-LAYERS = {"picture": True, "particles": True, "trail": True, "estimate": True, "labels": False}
+LAYERS = (
+    Layer("picture"),
+    Layer("particles", legend=(Key("prediction", "particles"),)),
+    Layer("trail", role="flat only"),
+    Layer("history", shown=False, role="through time"),
+    Layer("estimate", legend=(Key("estimate", "estimate"),)),
+    Layer("labels", shown=False),
+)
 TRACKERS = {"condensation": "Condensation", "h-spf": "h-SPF"}
 
 

@@ -74,6 +74,15 @@ def test_layers_are_switched_in_the_panel(session: Session, peer: Peer) -> None:
     wait_for(lambda: peer.visible.get("/particles") is False)
 
 
+def test_layers_through_time_take_the_place_of_flat_ones_seen_from_aside(session: Session, peer: Peer) -> None:
+    """The viewer knows their roles, not their names; from the front it is as it was."""
+    flat, deep = peer.uuid("Trail"), peer.uuid("History")
+    peer.move_view("Side")
+    wait_for(lambda: peer.controls[deep]["value"] is True and peer.controls[flat]["value"] is False)
+    peer.move_view("Front")
+    wait_for(lambda: peer.controls[deep]["value"] is False and peer.controls[flat]["value"] is True)
+
+
 def _layer(peer: Peer, title: str) -> str:
     """Return the label of a layer's box, renamed where a parameter has the same title."""
     for item in peer.controls.values():

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
 from pftrack.experiment import Experiment, Preset, Setup, Step
-from pftrack.experiments.sketch import at_height, circle, particle_clouds, uncertainty
+from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
 from pftrack.filters.fixed_lag import smoothed
+from pftrack.layer import Key, Layer
 from pftrack.likelihoods import chromaticity
 from pftrack.parameters import revise
 from pftrack.runs.diagnostics import Diagnostics
@@ -203,19 +204,19 @@ EXPERIMENT = Experiment(
         Preset("few", "breaks: too few particles", "h-spf", {"sample_count": 40}),
         Preset("prediction", "breaks: prediction only", "condensation"),
     ),
-    layers={
-        "picture": True,
-        "particles by sampler": True,
-        "particles by weight": False,
-        "estimate": True,
-        "truth": True,
-        "uncertainty": True,
-        "region of success": False,
-        "trail": True,
-        "path through time": False,
-        "smoothed path": True,
-        "second run": True,
-    },
+    layers=(
+        Layer("picture"),
+        Layer("particles by sampler", legend=BY_SAMPLER),
+        Layer("particles by weight", shown=False),
+        Layer("estimate", legend=(Key("estimate", "estimate"),)),
+        Layer("truth", legend=(Key("truth", "truth"),)),
+        Layer("uncertainty"),
+        Layer("region of success", shown=False, legend=(Key("lost", "limit of success"),)),
+        Layer("trail", role="flat only"),
+        Layer("path through time", shown=False, role="through time"),
+        Layer("smoothed path", legend=(Key("second", "smoothed path"),)),
+        SECOND_RUN,
+    ),
     simulate=simulate,
     on_video=on_video,
     draw=draw,

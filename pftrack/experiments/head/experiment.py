@@ -18,6 +18,7 @@ from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
 from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
 from pftrack.experiments.pose.sketch import (
+    BY_PREDICTION,
     beside,
     camera,
     feature_clouds,
@@ -28,10 +29,12 @@ from pftrack.experiments.pose.sketch import (
     rimmed,
     true_marks,
 )
+from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.frame import Frame, Target
 from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import wrapped
+from pftrack.layer import Key, Layer
 from pftrack.runs.diagnostics import Diagnostics, Series
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.sources.truth import POSES
@@ -200,19 +203,19 @@ EXPERIMENT = Experiment(
         Preset("features", "worse: a faster head, features only", "alpha-0", {"speed": 2}),
         Preset("few", "breaks: too few particles", "pf-asd", {"sample_count": 8}),
     ),
-    layers={
-        "picture": True,
-        "head": True,
-        "particles by prediction": True,
-        "features": True,
-        "model points": True,
-        "names": False,
-        "viewing direction": True,
-        "axes": True,
-        "truth": True,
-        "second run": True,
-        "camera": True,
-    },
+    layers=(
+        Layer("picture"),
+        Layer("head", legend=(Key("estimate", "estimate"),)),
+        Layer("particles by prediction", legend=BY_PREDICTION),
+        Layer("features", legend=(Key("lost", "not recognised"),)),
+        Layer("model points"),
+        Layer("names", shown=False),
+        Layer("viewing direction"),
+        Layer("axes"),
+        Layer("truth", legend=(Key("truth", "truth"),)),
+        SECOND_RUN,
+        Layer("camera"),
+    ),
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,

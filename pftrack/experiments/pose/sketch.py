@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 from pftrack.drawing import COLOURS, Axes, Colour, Frustum, Links, Points, Primitive, Text
 from pftrack.experiments.sketch import at_height, uncertainty
 from pftrack.frame import Landmarks
+from pftrack.layer import Key
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = [
+    "BY_PREDICTION",
     "beside",
     "camera",
     "dashes",
@@ -29,6 +31,13 @@ NAMES_DOWN = 18
 
 UPPER, LOWER = COLOURS["observation"], COLOURS["prediction"]
 """Particles from the solid's prediction, and from the feature's own past."""
+
+
+BY_PREDICTION = (
+    Key("observation", "particles from the solid's pose"),
+    Key("prediction", "particles from the feature's own past"),
+)
+"""What these colours mean."""
 
 
 def feature_clouds(state: PoseState, size: float) -> dict[str, Primitive]:

@@ -15,6 +15,7 @@ from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
 from pftrack.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
 from pftrack.experiments.pose.sketch import (
+    BY_PREDICTION,
     beside,
     camera,
     dashes,
@@ -25,9 +26,10 @@ from pftrack.experiments.pose.sketch import (
     pose_axes,
     true_marks,
 )
-from pftrack.experiments.sketch import at_height
+from pftrack.experiments.sketch import SECOND_RUN, at_height
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
+from pftrack.layer import Key, Layer
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.prism import (
     FACES,
@@ -154,19 +156,19 @@ EXPERIMENT = Experiment(
         Preset("noise", "breaks: every corner noisy", "pf-asd", {"noise_px": 40}),
         Preset("few", "breaks: corners only, few particles", "alpha-0", {"sample_count": 6}),
     ),
-    layers={
-        "picture": True,
-        "particles by prediction": True,
-        "estimate": True,
-        "truth": True,
-        "features": True,
-        "model points": True,
-        "names": True,
-        "axes": False,
-        "measurements": True,
-        "second run": True,
-        "camera": True,
-    },
+    layers=(
+        Layer("picture"),
+        Layer("particles by prediction", legend=BY_PREDICTION),
+        Layer("estimate", legend=(Key("estimate", "estimate"),)),
+        Layer("truth", legend=(Key("truth", "truth"),)),
+        Layer("features", legend=(Key("lost", "not recognised"),)),
+        Layer("model points"),
+        Layer("names"),
+        Layer("axes", shown=False),
+        Layer("measurements"),
+        SECOND_RUN,
+        Layer("camera"),
+    ),
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,

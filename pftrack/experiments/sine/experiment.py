@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
 from pftrack.experiment import Experiment, Preset, Setup, Step
-from pftrack.experiments.sketch import at_height, circle, particle_clouds
+from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
+from pftrack.layer import Key, Layer
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.signal import SignalParameters, SignalSource
 from pftrack.trackers.signal import TRACKERS, SignalTrackerParameters
@@ -123,17 +124,17 @@ EXPERIMENT = Experiment(
         Preset("dimensions", "breaks: five dimensions", "condensation", {"sample_count": 100, "dimension": 5}),
         Preset("kalman", "exact: Kalman filter", "kalman", {"waveform": "sine", "initial_sd": 1.0}),
     ),
-    layers={
-        "picture": True,
-        "observations": True,
-        "truth": True,
-        "estimate": True,
-        "uncertainty": True,
-        "exact (Kalman)": True,
-        "particles by sampler": True,
-        "particles by weight": False,
-        "second run": True,
-    },
+    layers=(
+        Layer("picture"),
+        Layer("observations", legend=(Key("hidden", "observations"),)),
+        Layer("truth", legend=(Key("truth", "truth"),)),
+        Layer("estimate", legend=(Key("estimate", "estimate"),)),
+        Layer("uncertainty"),
+        Layer("exact (Kalman)", legend=(Key("second", "exact"),)),
+        Layer("particles by sampler", legend=BY_SAMPLER),
+        Layer("particles by weight", shown=False),
+        SECOND_RUN,
+    ),
     simulate=simulate,
     draw=draw,
     error=_mean_distance,

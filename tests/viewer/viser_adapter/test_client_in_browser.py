@@ -60,6 +60,18 @@ def test_what_the_style_sheet_and_the_scripts_look_for_is_there(scene: Any, sele
     assert count > 0, f"the client of viser {viser.__version__} has no element {selector}; see viser_adapter/client"
 
 
+def test_a_picture_is_what_the_scripts_take_for_one(scene: Any) -> None:
+    """It is told from a mesh by its material, also before its image has been unpacked."""
+    materials = """(() => {
+        const found = [];
+        const note = (item) => item.isMesh && found.push(item.material.type);
+        window.__viserMutable.nodeRefFromName['/picture'].traverse(note);
+        return found;
+    })()"""
+    found = scene.evaluate(materials)
+    assert found == ["MeshBasicMaterial"], f"viser {viser.__version__} shows a picture by {found}"
+
+
 def test_the_scene_says_whether_it_is_drawn(scene: Any) -> None:
     """With a picture it is in place when the camera frames it; nothing but viser's own nodes is nothing."""
     assert scene.evaluate("pftrackScene.drawn()") == "in place"

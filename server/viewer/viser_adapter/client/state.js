@@ -5,10 +5,11 @@ const MARGIN = 1.03;
 const EXACT = 0.02;
 const DRAWN_BY_NOBODY = new Set(["", "/WorldAxes"]); // viser's own nodes
 
-const textureOf = (node) => {
-  let image = null;
-  node.traverse((item) => (image = (item.isMesh && item.material.map?.image) || image));
-  return image?.width ? image : null;
+// A picture is a plane without light; it has no image while that is being unpacked. Meshes are lit.
+const planeOf = (node) => {
+  let plane = null;
+  node.traverse((item) => (plane ??= item.isMesh && item.material.isMeshBasicMaterial ? item : null));
+  return plane;
 };
 const hasContent = (node) => {
   let found = false;
@@ -25,15 +26,12 @@ const isOpaque = () => {
 const drawn = () => {
   const { nodeRefFromName: nodes, camera } = window.__viserMutable ?? {};
   if (!nodes || !camera) return null;
-  const picture = nodes["/picture"];
-  if (!picture) {
-    // A drawing without a picture, or with its picture switched off.
-    const drawing = Object.entries(nodes).filter(([name]) => !DRAWN_BY_NOBODY.has(name));
-    return drawing.some(([, node]) => node && hasContent(node)) ? "there" : null;
-  }
-  const image = textureOf(picture);
-  if (image === null) return null;
-  const distance = picture.getWorldPosition(camera.position.clone()).distanceTo(camera.position);
+  const drawing = Object.entries(nodes).flatMap(([name, node]) => (node && !DRAWN_BY_NOBODY.has(name) ? [node] : []));
+  const plane = drawing.map(planeOf).find((found) => found !== null);
+  if (!plane) return drawing.some(hasContent) ? "there" : null;
+  const image = plane.material.map?.image;
+  if (!image?.width) return null;
+  const distance = plane.getWorldPosition(camera.position.clone()).distanceTo(camera.position);
   const seen = distance * Math.tan((camera.fov * Math.PI) / 360);
   const wanted = (MARGIN * Math.max(image.height, image.width / camera.aspect)) / 2;
   return Math.abs(seen / wanted - 1) < EXACT && isOpaque() ? "in place" : "there";
