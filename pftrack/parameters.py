@@ -21,9 +21,11 @@ __all__ = [
     "allowed",
     "declarations",
     "flat",
+    "limit_particles",
     "parameter",
     "parse",
     "revise",
+    "with_role",
 ]
 
 Value: TypeAlias = bool | int | float | str
@@ -35,6 +37,10 @@ Role: TypeAlias = Literal["", "particles", "threshold", "loss_share"]
 - "threshold": a limit of the series that the parameter is a threshold of; it is drawn beside that series.
 - "loss_share": the share of a run's frames that may be lost in a success.
 """
+
+
+DECLARED = "unit", "step", "live", "group", "trackers", "role", "threshold_of", "sets"
+"""What a declaration says beyond what pydantic's field holds."""
 
 
 class ParameterError(ValueError):
@@ -77,6 +83,7 @@ class Declaration(BaseModel):
     trackers: tuple[str, ...] = ()
     role: Role = ""
     threshold_of: str = ""
+    sets: int = 1
 
 
 class Parameters(BaseModel):
@@ -111,6 +118,7 @@ def parameter(
     trackers: tuple[str, ...] = (),
     role: Role = "",
     threshold_of: str = "",
+    sets: int = 1,
 ) -> Any:  # noqa: ANN401 - what a pydantic field declaration is to a type checker
     """Declare one field of a `Parameters` model.
 
@@ -128,6 +136,7 @@ def parameter(
         trackers: The trackers that read it; empty means all.
         role: What general code may do with it.
         threshold_of: Of a "threshold", the name of the series that it limits.
+        sets: Of "particles", how many sets of so many a tracker has at most, such as one for each feature.
 
     Raises:
         ValueError: A threshold names no series, or another role names one.
@@ -143,6 +152,7 @@ def parameter(
         "trackers": list(trackers),
         "role": role,
         "threshold_of": threshold_of,
+        "sets": sets,
     }
     pattern = r"^#[0-9a-fA-F]{6}$" if colour else None
     return Field(
@@ -154,6 +164,32 @@ def parameter(
 def declarations(model: type[Parameters]) -> tuple[Declaration, ...]:
     """Return the declaration of every field of a parameter model, in order."""
     return tuple(_declaration(model, name) for name in model.model_fields)
+
+
+def with_role(model: type[Parameters], role: Role) -> tuple[Declaration, ...]:
+    """Return the declarations of the fields that have a role, in order."""
+    return tuple(declaration for declaration in declarations(model) if declaration.role == role)
+
+
+def limit_particles(model: type[Parameters], values: Mapping[str, Any], tracker: str, most: int) -> None:
+    """Refuse values with which a tracker would hold more particles than are allowed.
+
+    What counts is the product: a tracker with a set of particles for each feature holds all of them at once. Numbers of
+    particles that another tracker reads do not count.
+
+    Args:
+        model: What declares them.
+        values: All values in force, by name.
+        tracker: Name of the tracker.
+        most: How many particles are allowed.
+
+    Raises:
+        ParameterError: A number of particles is too large.
+    """
+    for declaration in with_role(model, "particles"):
+        count = values[declaration.name]
+        if (not declaration.trackers or tracker in declaration.trackers) and count * declaration.sets > most:
+            raise ParameterError(declaration.name, count, f"at most {most // declaration.sets} on this server")
 
 
 def parse(model: type[Parameters], name: str, text: str) -> Value:
@@ -230,7 +266,7 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
             "minimum": getattr(bounds.get("Ge"), "ge", None),
             "maximum": getattr(bounds.get("Le"), "le", None),
             "choices": choices,
-            **{key: extra[key] for key in ("unit", "step", "live", "group", "trackers", "role", "threshold_of")},
+            **{key: extra[key] for key in DECLARED},
         }
     )
 

@@ -40,7 +40,9 @@ class Settings(BaseSettings):
     max_branches: int = Field(24, ge=1, description="Branches of one session.")
     max_frames: int = Field(20_000, ge=2, description="Frames of one run.")
     max_pixels: int = Field(1920 * 1080 * 2, ge=1, description="Pixels of one frame of an upload.")
-    max_particles: int = Field(100_000, ge=1, description="Particles of one tracker.")
+    max_particles: int = Field(
+        100_000, ge=1, description="Particles of one tracker, those of all its features together."
+    )
     max_upload_bytes: int = Field(512 * MEBIBYTE, ge=1, description="Bytes of one upload.")
     max_upload_files: int = Field(5_000, ge=1, description="Pictures of one upload.")
     max_uploads: int = Field(200, ge=1, description="Uploads kept.")

@@ -4,7 +4,17 @@ from typing import Literal
 import pytest
 
 from pftrack.experiments.ball.experiment import RecordedBallParameters
-from pftrack.parameters import ParameterError, Parameters, declarations, flat, parameter, parse, revise
+from pftrack.parameters import (
+    ParameterError,
+    Parameters,
+    declarations,
+    flat,
+    limit_particles,
+    parameter,
+    parse,
+    revise,
+    with_role,
+)
 
 
 class Model(Parameters):
@@ -107,3 +117,35 @@ def test_only_a_threshold_names_a_series() -> None:
     for role, series in (("threshold", ""), ("particles", "sigma"), ("", "sigma")):
         with pytest.raises(ValueError, match="a threshold and no other role names a series"):
             parameter(1.0, "Limit", "A limit.", role=role, threshold_of=series)  # type: ignore[arg-type] # a loop's
+
+
+class Crowd(Parameters):
+    count: int = parameter(50, "Count", "How many.", ge=1, le=1000, role="particles", sets=11, trackers=("layered",))
+    joint: int = parameter(500, "Joint", "How many at once.", ge=1, le=10_000, role="particles", trackers=("joint",))
+    other: int = parameter(9999, "Other", "A number of something else.", ge=1, le=10_000)
+
+
+def test_roles_find_declarations() -> None:
+    """General code finds parameters by what they are for, not by name."""
+    assert [declaration.name for declaration in with_role(Crowd, "particles")] == ["count", "joint"]
+    assert with_role(Crowd, "loss_share") == ()
+
+
+@pytest.mark.parametrize(
+    ("tracker", "most", "refused"),
+    [
+        ("layered", 550, None),
+        ("layered", 549, "count"),
+        ("joint", 500, None),
+        ("joint", 499, "joint"),
+        ("kalman", 1, None),
+    ],
+)
+def test_particles_are_limited(tracker: str, most: int, refused: str | None) -> None:
+    """A limit on particles holds for all sets together, and only for the numbers that the tracker reads."""
+    if refused is None:
+        limit_particles(Crowd, flat(Crowd()), tracker, most)
+        return
+    with pytest.raises(ParameterError) as error:
+        limit_particles(Crowd, flat(Crowd()), tracker, most)
+    assert error.value.field == refused

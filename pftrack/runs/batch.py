@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment, Setup
-from pftrack.parameters import Parameters, Value, flat, revise
+from pftrack.parameters import Parameters, Value, revise
 from pftrack.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
-from pftrack.runs.scoring import estimates_hash, judge
+from pftrack.runs.scoring import allowed_loss, estimates_hash, judge
 from pftrack.sources.source import History, Source
 from pftrack.trackers import Tracker, TrackState
 
@@ -198,7 +198,7 @@ class _Folding:
         estimates, shares = np.concatenate(self._estimates), np.concatenate(self._shares)
         errors = experiment.error(estimates, truths)
         lost = experiment.lost(errors, sizes, parameters) if experiment.lost else None
-        verdict = judge(errors, lost, float(flat(parameters).get("lost_share", 0.0)))
+        verdict = judge(errors, lost, allowed_loss(parameters))
         steps = len(estimates) - 1
         return Outcome(
             verdict.success,

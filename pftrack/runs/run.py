@@ -23,7 +23,7 @@ from pftrack.parameters import ParameterError, Parameters, Value, declarations, 
 from pftrack.random import MAXIMUM_SEED, Purpose, Stream
 from pftrack.runs.diagnostics import Diagnostics, diagnose
 from pftrack.runs.keyframes import Keyframes
-from pftrack.runs.scoring import estimates_hash, judge
+from pftrack.runs.scoring import allowed_loss, estimates_hash, judge
 from pftrack.sources.source import History
 from pftrack.trackers import TrackState
 
@@ -234,7 +234,7 @@ class Run:
         parameters = self.parameters_at(self.head)
         errors = np.array([np.nan if row.error is None else row.error for row in self.diagnostics])
         lost = np.array([bool(row.lost) for row in self.diagnostics]) if self.experiment.lost else None
-        verdict = judge(errors, lost, parameters.lost_share if self.experiment.lost else 0.0)
+        verdict = judge(errors, lost, allowed_loss(parameters))
         return {
             "experiment": self.experiment.id,
             "tracker": self.tracker,

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Verdict", "estimates_hash", "judge"]
+from pftrack.parameters import Parameters, with_role
+
+__all__ = ["Verdict", "allowed_loss", "estimates_hash", "judge"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,12 @@ def judge(errors: NDArray[np.float64], lost: NDArray[np.bool_] | None, lost_shar
     count = int(np.count_nonzero(lost))
     first = int(np.argmax(lost)) if count else None
     return Verdict(len(known), mean_error, count <= lost_share * len(known), count, first)
+
+
+def allowed_loss(parameters: Parameters) -> float:
+    """Return the share of frames, 0..1, that may be lost in a success; none where no parameter has that role."""
+    shares = with_role(type(parameters), "loss_share")
+    return float(getattr(parameters, shares[0].name)) if shares else 0.0
 
 
 def estimates_hash(estimates: NDArray[np.float64]) -> str:

@@ -11,10 +11,10 @@ import numpy as np
 from pftrack.frame import Frame, Measurements, Target
 from pftrack.likelihoods import points
 from pftrack.random import Stream
-from pftrack.sources.prism import PRINCIPAL_PX, PrismParameters
+from pftrack.sources.prism import PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.methods import METHODS, Method
-from pftrack.trackers.pose.parameters import PoseTrackerParameters
+from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_per_feature
 from pftrack.trackers.pose.state import PoseState, Solid
 from pftrack.trackers.tracker import Tracker
 
@@ -26,6 +26,8 @@ SEEN_FACTOR = 3.0
 
 class TrackedPrismParameters(PoseTrackerParameters, PrismParameters):
     """The scene, whose camera is known, and its trackers."""
+
+    sample_count: int = particles_per_feature(len(VERTICES_MM))
 
 
 def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:

@@ -30,7 +30,15 @@ class SignalTrackerParameters(Parameters):
     """Everything that can be turned on the trackers of a signal."""
 
     sample_count: int = parameter(
-        100, "Particles", "Number of particles N.", ge=1, le=100_000, step=1, group=GROUP, trackers=("condensation",)
+        100,
+        "Particles",
+        "Number of particles N.",
+        ge=1,
+        le=100_000,
+        step=1,
+        group=GROUP,
+        trackers=("condensation",),
+        role="particles",
     )
     process_noise_sd: float = parameter(
         0.001,

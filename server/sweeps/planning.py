@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.parameters import ParameterError, declarations
+from pftrack.parameters import ParameterError, declarations, flat, limit_particles, with_role
 from pftrack.sweep import Axis, Plan, SweepError, parse_axis
 from pftrack.sweep.axis import TRACKER, checked
 from server.errors import RefusedError
@@ -137,13 +137,15 @@ def _plain(number: float | None) -> str:
 
 
 def _within_server(plan: Plan, settings: Settings) -> None:
-    most = {"sample_count": settings.max_particles}
-    for name, limit in most.items():
-        wanted = [value for axis in plan.axes if axis.name == name for value in axis.values]
-        wanted += [plan.values[name]] if name in plan.values else []
-        for value in wanted:
-            if isinstance(value, int | float) and value > limit:
-                raise ParameterError(name, value, f"at most {limit} on this server")
+    """Refuse a plan in which a tracker has more particles, or a run more frames, than the server allows."""
+    parameters = plan.wiring.simulate().parameters
+    model = type(parameters)
+    largest = {**flat(parameters), **plan.values}
+    for axis in plan.axes:
+        if axis.name in {declaration.name for declaration in with_role(model, "particles")}:
+            largest[axis.name] = max(axis.values)
+    for tracker in plan.trackers:
+        limit_particles(model, largest, tracker, settings.max_particles)
     if plan.frames > settings.max_frames:
         raise ParameterError("frames", plan.frames, f"at most {settings.max_frames} on this server")
 

@@ -11,7 +11,7 @@ from typing import Any
 from pftrack.drawing import Drawing
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
-from pftrack.parameters import ParameterError, declarations, flat
+from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise
 from pftrack.runs import record
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.run import Change, Run, Timeline
@@ -36,10 +36,8 @@ class RunTree:
         """
         self._config = config
         self.experiment: Experiment = find(config.experiment)
-        self._limits = {"sample_count": config.max_particles, "frames": config.max_frames}
-        self._within_limits({"frames": config.frames})
-        for change in config.timeline:
-            self._within_limits(change.values)
+        if config.frames is not None and config.frames > config.max_frames:
+            raise ParameterError("frames", config.frames, f"at most {config.max_frames} on this server")
         self._setup = self._wired(config)
         self.active = config.branch
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
@@ -155,7 +153,7 @@ class RunTree:
         Raises:
             ParameterError: A value is refused; nothing has changed then.
         """
-        self._within_limits(values)
+        self._limit_particles(values, self.run.position + 1)
         fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
         if fixed & values.keys():
             self._restart(values)
@@ -170,9 +168,9 @@ class RunTree:
         Raises:
             ParameterError: The frame or a value is refused; nothing has changed then.
         """
-        self._within_limits(values)
         if not 0 <= frame <= self.run.head:
             raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.head}")
+        self._limit_particles(values, frame)
         self._runs[name] = self.run.branch(frame, values)
         self._left[name] = self.active
         self._show(name)
@@ -218,6 +216,12 @@ class RunTree:
         self._restarts += 1
 
     def _begin(self, tracker: str | None, timeline: Timeline) -> Run:
+        changes: dict[int, dict[str, object]] = {0: {}}
+        for change in timeline:
+            changes.setdefault(change.frame, {}).update(change.values)
+        parameters, name = self._setup.parameters, tracker or self.experiment.default_tracker
+        for frame in sorted(changes):
+            parameters, name = _limited(parameters, name, changes[frame], self._config.max_particles)
         return Run(
             self.experiment,
             self._setup,
@@ -252,11 +256,18 @@ class RunTree:
             known["truth"] = {str(frame): list(row) for frame, row in config.truth.items()}
         return dataclasses.replace(setup, reference={**setup.reference, **known})
 
-    def _within_limits(self, values: Mapping[str, object]) -> None:
-        for name, most in self._limits.items():
-            value = values.get(name)
-            if isinstance(value, int | float) and value > most:
-                raise ParameterError(name, value, f"at most {most} on this server")
+    def _limit_particles(self, values: Mapping[str, object], frame: int) -> None:
+        """Refuse a change of what is in force in a frame of the active branch, if it makes too many particles."""
+        run = self.run
+        _limited(run.parameters_at(frame), run.tracker_at(frame), values, self._config.max_particles)
+
+
+def _limited(parameters: Parameters, tracker: str, values: Mapping[str, object], most: int) -> tuple[Parameters, str]:
+    """Return parameters and tracker after a change; refuse those with more particles than are allowed."""
+    tracker = str(values.get("tracker", tracker))
+    changed = revise(parameters, {name: value for name, value in values.items() if name != "tracker"})
+    limit_particles(type(changed), flat(changed), tracker, most)
+    return changed, tracker
 
 
 def check_timeline(timeline: Timeline, frames: int) -> None:

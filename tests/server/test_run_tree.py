@@ -83,6 +83,38 @@ class TestWorkbench:
         assert tree.run.timeline == (Change(6, {"sample_count": 200}),)
         assert tree.status(playing=False, speed=1).values["sample_count"] == 200
 
+    @pytest.mark.parametrize(
+        ("experiment", "tracker", "values", "most", "field"),
+        [
+            ("ball", "h-spf", {"sample_count": 501}, 500, "sample_count"),
+            ("ball", "h-spf", {}, 799, "sample_count"),
+            ("head", "pf-asd", {"sample_count": 51}, 550, "sample_count"),
+            ("head", "rb-pf", {"joint_sample_count": 2001}, 2000, "joint_sample_count"),
+            ("prism", "pf-asd", {"pose_sample_count": 501}, 500, "pose_sample_count"),
+        ],
+    )
+    def test_whatever_is_particles_is_limited(
+        self, experiment: str, tracker: str, values: dict[str, Any], most: int, field: str
+    ) -> None:
+        """The server's limit holds for every number of particles, for defaults, and for the sets of all features."""
+        with pytest.raises(ParameterError, match="on this server") as error:
+            RunTree(config(experiment=experiment, tracker=tracker, timeline=(Change(0, values),), max_particles=most))
+        assert error.value.field == field
+
+    def test_limits_hold_in_the_middle_of_a_run(self) -> None:
+        """Neither a change nor another tracker takes a run over the limit, in the past or at its end."""
+        tree = RunTree(config(experiment="prism", frames=20, max_particles=800))
+        forward(tree, 2)
+        for position in (2, 0):
+            tree.run.seek(position)
+            for values in ({"sample_count": 101}, {"pose_sample_count": 801}, {"tracker": "rb-pf"}):
+                with pytest.raises(ParameterError, match="on this server"):
+                    tree.change(values, "b1")
+        with pytest.raises(ParameterError, match="on this server"):
+            tree.branch("b1", 1, {"sample_count": 101})
+        tree.change({"tracker": "rb-pf", "joint_sample_count": 800}, "b1")
+        assert tree.status(playing=False, speed=1).tracker == "rb-pf"
+
     def test_a_refused_change_changes_nothing(self) -> None:
         """A refused change leaves run, timeline and branches as they were."""
         tree = RunTree(config())

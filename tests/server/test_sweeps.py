@@ -26,7 +26,7 @@ from tests.server.test_stream import hear
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server with small limits."""
     settings = Settings(
-        data_dir=tmp_path_factory.mktemp("sweeps"), sweep_jobs=1, max_sweep_runs=5000, max_particles=1000
+        data_dir=tmp_path_factory.mktemp("sweeps"), sweep_jobs=1, max_sweep_runs=5000, max_particles=4000
     )
     with running(settings) as server:
         yield server
@@ -103,6 +103,11 @@ class TestPlanning:
             ({"seed": -1}, "seed"),
             ({"parameters": {"sample_count": -1}}, "parameters.sample_count"),
             ({"parameters": {"sample_count": 5000}}, "sample_count"),
+            ({"axes": [{"name": "sample_count", "values": [10, 4001]}], "parameters": {}}, "sample_count"),
+            (
+                {"experiment": "prism", "trackers": ["rb-pf"], "axes": [{"name": "distance_mm", "values": [70]}]},
+                "joint_sample_count",
+            ),
             ({"parameters": {"hope": 1}}, "parameters.hope"),
             ({"parameters": {"occlusion_width_px": 1}}, "parameters.occlusion_width_px"),
             ({"wind": 1}, "wind"),

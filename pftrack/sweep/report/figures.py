@@ -16,6 +16,7 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from pftrack.parameters import with_role
 from pftrack.sweep.axis import Axis, declared
 from pftrack.sweep.cells import Code, errors_by_cell
 from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, TRACKERS, diverging
@@ -202,7 +203,9 @@ def _box(
 def _boxed_axis(study: Study) -> Axis | None:
     """Return the axis that boxes are drawn over: the number of particles, or the only one with several numbers."""
     several = [axis for axis in study.result.plan.axes if axis.numerical and 1 < len(axis.values) <= MOST_BOXES]
-    counts = [axis for axis in several if axis.name == "sample_count"]
+    model = type(study.result.plan.wiring.simulate().parameters)
+    particles = {declaration.name for declaration in with_role(model, "particles")}
+    counts = [axis for axis in several if axis.name in particles]
     return counts[0] if counts else several[0] if len(several) == 1 else None
 
 

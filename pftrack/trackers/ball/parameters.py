@@ -24,7 +24,15 @@ class BallTrackerParameters(Parameters):
     """Everything that can be turned on the trackers of a ball."""
 
     sample_count: int = parameter(
-        800, "Particles", "Number of particles N.", ge=1, le=100_000, step=1, group=SAMPLING, trackers=PARTICLE
+        800,
+        "Particles",
+        "Number of particles N.",
+        ge=1,
+        le=100_000,
+        step=1,
+        group=SAMPLING,
+        trackers=PARTICLE,
+        role="particles",
     )
     apf_weights: WeightRule = parameter(
         "sharpened",
@@ -245,6 +253,7 @@ class BallTrackerParameters(Parameters):
         le=1,
         step=0.01,
         group=SCORING,
+        role="loss_share",
     )
 
     @model_validator(mode="after")

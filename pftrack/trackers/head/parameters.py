@@ -2,8 +2,9 @@
 
 from typing import Literal
 
+from pftrack.geometry.face_model import FEATURES as FEATURE_NAMES
 from pftrack.parameters import parameter
-from pftrack.trackers.pose.parameters import FEATURES, UPPER, PoseTrackerParameters
+from pftrack.trackers.pose.parameters import FEATURES, UPPER, PoseTrackerParameters, particles_per_feature
 
 __all__ = ["HeadTrackerParameters"]
 
@@ -13,6 +14,7 @@ LOOK, LOSS = "What features look like", "A lost face"
 class HeadTrackerParameters(PoseTrackerParameters):
     """The trackers of a solid's points, with templates as what the points look like."""
 
+    sample_count: int = particles_per_feature(len(FEATURE_NAMES))
     joint_sample_count: int = parameter(
         5000,
         "Joint particles",
@@ -22,6 +24,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
         step=10,
         group=FEATURES,
         trackers=("rb-pf",),
+        role="particles",
     )
     face_model: Literal["mean", "personal"] = parameter(
         "mean",

@@ -1,19 +1,18 @@
 """What can be turned on the trackers of a solid's points: two layers, and how far each is trusted."""
 
-from typing import Literal
+from typing import Any, Literal
 
 from pftrack.parameters import Parameters, parameter
 
-__all__ = ["PoseTrackerParameters"]
+__all__ = ["PoseTrackerParameters", "particles_per_feature"]
 
 FEATURES, MIXTURE, UPPER, SCORING = "Features", "Which prediction to trust", "Pose", "Scoring"
 LAYERED = ("pf-asd", "alpha-1", "alpha-0")
 
 
-class PoseTrackerParameters(Parameters):
-    """Everything that trackers of a solid's points have in common."""
-
-    sample_count: int = parameter(
+def particles_per_feature(features: int) -> Any:  # noqa: ANN401 - as of `parameter`
+    """Declare the number of particles of each feature, given how many features a solid has at most."""
+    return parameter(
         50,
         "Particles per feature",
         "Number of particles of each feature.",
@@ -22,7 +21,15 @@ class PoseTrackerParameters(Parameters):
         step=1,
         group=FEATURES,
         trackers=LAYERED,
+        role="particles",
+        sets=features,
     )
+
+
+class PoseTrackerParameters(Parameters):
+    """Everything that trackers of a solid's points have in common."""
+
+    sample_count: int = particles_per_feature(1)
     feature_noise_px: float = parameter(
         5,
         "Feature noise",
@@ -107,6 +114,7 @@ class PoseTrackerParameters(Parameters):
         step=10,
         group=UPPER,
         trackers=LAYERED,
+        role="particles",
     )
     pose_noise_deg: float = parameter(
         3,
@@ -136,6 +144,7 @@ class PoseTrackerParameters(Parameters):
         step=10,
         group=FEATURES,
         trackers=("rb-pf",),
+        role="particles",
     )
     lost_deg: float = parameter(
         15,
@@ -155,4 +164,5 @@ class PoseTrackerParameters(Parameters):
         le=1,
         step=0.01,
         group=SCORING,
+        role="loss_share",
     )
