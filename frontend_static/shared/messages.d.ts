@@ -1,0 +1,631 @@
+// Generated from the server's models by `python -m tools.message_types`; changes here are lost.
+
+/** An axis with what a map needs to write beside it. */
+export interface AxisPublic {
+  name: string;
+  title: string;
+  unit: string;
+  kind: string;
+  values: (boolean | number | string)[];
+}
+
+/** A frame that somebody wants to find again. */
+export interface Bookmark {
+  id: string;
+  frame: number;
+  note: string;
+  branch: string;
+}
+
+/** What is worth remembering of the frame that is shown. */
+export interface BookmarkCreate {
+  note?: string;
+}
+
+/** The bookmarks changed. */
+export interface Bookmarks {
+  version: 1;
+  type: "bookmarks";
+  bookmarks: Bookmark[];
+}
+
+/** Where to leave the active branch, and with what to go on. */
+export interface BranchCreate {
+  frame: number;
+  tracker?: string | null;
+  parameters?: Record<string, any>;
+  title?: string | null;
+}
+
+/** A branch as the page lists it. */
+export interface BranchPublic {
+  id: string;
+  title: string;
+  parent: string | null;
+  frame: number;
+  tracker: string;
+  colour: string;
+}
+
+/** One branch: where it left which other, and all that makes it again. */
+export interface BranchSpec {
+  id: string;
+  title: string;
+  parent: string | null;
+  frame: number;
+  tracker: string;
+  first_tracker: string | null;
+  first_values: Record<string, boolean | number | string>;
+  timeline: ChangeModel[];
+  head: number;
+  position: number;
+}
+
+/** A branch was made or chosen. */
+export interface Branches {
+  version: 1;
+  type: "branches";
+  branch: string;
+  branches: BranchPublic[];
+}
+
+/** The cells that have changed, by their number: row after row of the y axis. */
+export interface Cells {
+  version: 1;
+  type: "cells";
+  done: number;
+  at: number[];
+  maps: MapPublic[];
+}
+
+/** A sweep seen over one or two of its axes; the others, and the trials, are pooled. */
+export interface CellsPublic {
+  x: AxisPublic;
+  y: AxisPublic | null;
+  planned: number;
+  done: number;
+  maps: MapPublic[];
+  comparison: ComparisonPublic | null;
+}
+
+/** A change on the timeline: from this frame on, these values. */
+export interface ChangeModel {
+  frame: number;
+  values: Record<string, any>;
+}
+
+/** A change of parameters on the timeline, with what was in force before it, unless the run begins with it. */
+export interface ChangePublic {
+  frame: number;
+  values: Record<string, boolean | number | string>;
+  before: Record<string, boolean | number | string>;
+}
+
+/** The values in force after a change, and the frame from which they count. */
+export interface Changed {
+  parameters: Record<string, boolean | number | string>;
+  tracker: string;
+  frame: number;
+  branch: string;
+}
+
+/** The diagnostics of a branch, a list a column. */
+export interface Columns {
+  branch: string;
+  columns: Record<string, any[]>;
+}
+
+/** Two methods against each other, cell by cell. */
+export interface ComparisonPublic {
+  first: string;
+  second: string;
+  measure: "success" | "error";
+  test: "chi-square" | "fisher" | "rank-sum";
+  level: number;
+  correction: "none" | "holm";
+  difference: (number | null)[];
+  verdict: ("first" | "second" | "none" | "untested")[];
+  p_value: (number | null)[];
+}
+
+/** What there is to know of one parameter, as the page, the command line and the documentation need it. */
+export interface Declaration {
+  name: string;
+  title: string;
+  description: string;
+  unit: string;
+  kind: "integer" | "number" | "boolean" | "choice" | "colour";
+  default: boolean | number | string;
+  minimum: number | null;
+  maximum: number | null;
+  step: number | null;
+  choices: string[];
+  live: boolean;
+  group: string;
+  trackers: string[];
+  role: "" | "particles" | "threshold" | "loss_share";
+  threshold_of: string;
+}
+
+/** A sweep of which somebody wants to know the size before it starts. */
+export interface EstimateRequest {
+  experiment: string;
+  /** Name on the screen; made up from the plan if it is not given. */
+  title?: string | null;
+  /** What is varied; the axes multiply. */
+  axes: SweepAxis[];
+  /** Methods; all of them meet the same seeds. */
+  trackers?: string[];
+  trials?: number;
+  /** Length of a run. */
+  frames?: number | null;
+  seed?: number;
+  /** Parameters that differ from the defaults in every run. */
+  parameters?: Record<string, any>;
+  /** Whether to measure the time on a few runs, which takes some seconds. */
+  measure?: boolean;
+}
+
+/** An experiment with everything that can be turned. */
+export interface ExperimentDetail {
+  id: string;
+  title: string;
+  question: string;
+  document: string;
+  description: string;
+  accepts_video: boolean;
+  /** What is tracked, one word */
+  target: string;
+  finds_target: boolean;
+  /** What people call the target's features, by name */
+  features: Record<string, string>;
+  /** Features between which a line helps the eye */
+  links: ([string, string])[];
+  /** How far a box around the target reaches */
+  outline: string;
+  /** What a person who marks the features should know */
+  advice: string;
+  /** What a table of truth for a recording has */
+  truth_columns: string[];
+  default_tracker: string;
+  frames: number;
+  trackers: Record<string, string>[];
+  presets: PresetPublic[];
+  thumbnail: string;
+  declarations: Declaration[];
+  layers: Record<string, boolean>;
+  schema: Record<string, any>;
+}
+
+/** An experiment as the gallery shows it. */
+export interface ExperimentPublic {
+  id: string;
+  title: string;
+  question: string;
+  document: string;
+  description: string;
+  accepts_video: boolean;
+  /** What is tracked, one word */
+  target: string;
+  finds_target: boolean;
+  /** What people call the target's features, by name */
+  features: Record<string, string>;
+  /** Features between which a line helps the eye */
+  links: ([string, string])[];
+  /** How far a box around the target reaches */
+  outline: string;
+  /** What a person who marks the features should know */
+  advice: string;
+  /** What a table of truth for a recording has */
+  truth_columns: string[];
+  default_tracker: string;
+  frames: number;
+  trackers: Record<string, string>[];
+  presets: PresetPublic[];
+  thumbnail: string;
+}
+
+/** What came of looking for a target in an upload. */
+export interface FeaturesPublic {
+  /** Where it was found, or the last frame that was looked into */
+  frame: number;
+  /** Its features, px; null if it was not found */
+  points: Record<string, [number, number]> | null;
+  /** Features that a model has placed rather than the picture shown */
+  placed: string[];
+  /** What to look at, or why nothing was found */
+  remarks: string[];
+  /** How many frames were looked into */
+  looked: number;
+  /** How many frames there are to look into */
+  of: number;
+}
+
+/** A frame was computed. */
+export interface Frame {
+  version: 1;
+  type: "frame";
+  branch: string;
+  diagnostics: Record<string, any>;
+}
+
+/** Several frames were computed since the last message. */
+export interface Frames {
+  version: 1;
+  type: "frames";
+  branch: string;
+  rows: Record<string, any>[];
+}
+
+/** What is known of the cells of one method, a list a quantity. */
+export interface MapPublic {
+  tracker: string;
+  runs: number[];
+  problems: number[];
+  successes: (number | null)[];
+  rate: (number | null)[];
+  low: (number | null)[];
+  high: (number | null)[];
+  error: (number | null)[];
+  lost_frames: (number | null)[];
+}
+
+/** With which method to open a run; with its own if none is named. */
+export interface OpenRequest {
+  tracker?: string | null;
+}
+
+/** The values in force and how they came about; `values` are those that changed, from `frame` on. */
+export interface Parameters {
+  version: 1;
+  type: "parameters";
+  branch: string;
+  frame: number;
+  parameters: Record<string, boolean | number | string>;
+  first_tracker: string;
+  tracker: string;
+  values: Record<string, boolean | number | string>;
+  timeline: ChangePublic[];
+  thresholds: ThresholdPublic[];
+}
+
+/** The only thing that a page says on the stream. */
+export interface Ping {
+  version?: 1;
+  type: "ping";
+  sent: number;
+}
+
+/** A plot over the frames of a run. */
+export interface Plot {
+  id: string;
+  title: string;
+  kind: "error" | "sigma" | "sample size" | "proposals" | "band" | "features" | "share";
+  description: string;
+  unit: string;
+  series: string[];
+  sd: string;
+  truth: string;
+  visible: string;
+  recognised: string;
+  levels: number[];
+  needs_truth: boolean;
+}
+
+/** An experiment of another package than pftrack. */
+export interface PluginPublic {
+  name: string;
+  package: string;
+  /** Why it cannot be used, one sentence; empty if it can */
+  problem: string;
+}
+
+/** The answer to a ping, with its time. */
+export interface Pong {
+  version: 1;
+  type: "pong";
+  sent: number;
+}
+
+/** Another frame is shown, or the transport changed. */
+export interface Position {
+  version: 1;
+  type: "position";
+  branch: string;
+  frame: number;
+  head: number;
+  playing: boolean;
+  speed: number;
+}
+
+/** A named starting point. */
+export interface PresetPublic {
+  name: string;
+  title: string;
+  tracker: string;
+  parameters: Record<string, boolean | number | string>;
+  seed: number;
+}
+
+/** How far it is, and what it is doing. Rates are in runs a second, times in seconds. */
+export interface Progress {
+  version: 1;
+  type: "progress";
+  state: "running" | "stopped" | "done";
+  message: string | null;
+  done: number;
+  successes: number | null;
+  rate: number | null;
+  seconds: number;
+  seconds_left: number | null;
+  outcome: string;
+}
+
+/** A line of figures that belongs to one frame. */
+export interface Reading {
+  title: string;
+  kind: "estimate" | "error" | "sigma" | "particles" | "proposal" | "evidence" | "time" | "value" | "count";
+  unit: string;
+  series: string;
+  sd: string;
+}
+
+/** A change that came through the scene's panel was refused. */
+export interface Refused {
+  version: 1;
+  type: "refused";
+  message: string;
+  field: string | null;
+  bound: string | null;
+  value: any;
+}
+
+/** Which session's active branch to save. */
+export interface RunCreate {
+  session: string;
+  title?: string | null;
+}
+
+/** A saved run. */
+export interface RunPublic {
+  id: string;
+  title: string;
+  experiment: string;
+  tracker: string;
+  seed: number;
+  frames: number;
+  created: string;
+  outcome: string;
+  summary: Record<string, any>;
+  thumbnail: string;
+  page: string;
+}
+
+/** What a new session is to be. */
+export interface SessionCreate {
+  experiment: string;
+  tracker?: string | null;
+  seed?: number;
+  parameters?: Record<string, any>;
+  frames?: number | null;
+  upload?: string | null;
+  box?: [number, number, number, number] | null;
+  /** Features of the target in the frame `start`, px, by name */
+  points?: Record<string, [number, number]> | null;
+  /** Frame of the upload to begin at, or to look for the target from */
+  start?: number;
+  timeline?: TimelineChange[];
+  position?: number;
+}
+
+/** Everything there is to know; the first message of every connection. */
+export interface SessionHello {
+  version: 1;
+  type: "hello";
+  session: SessionPublic;
+  diagnostics: Record<string, any[]>;
+}
+
+/** The session is in another state. */
+export interface SessionNews {
+  version: 1;
+  type: "session";
+  state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
+  message: string | null;
+}
+
+/** A session as everybody outside sees it. */
+export interface SessionPublic {
+  id: string;
+  experiment: string;
+  title: string;
+  unit: string;
+  target: string;
+  features: string[];
+  plots: Plot[];
+  readings: Reading[];
+  first_tracker: string;
+  tracker: string;
+  seed: number;
+  frames: number;
+  position: number;
+  head: number;
+  playing: boolean;
+  speed: number;
+  speeds: number[];
+  state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
+  message: string | null;
+  parameters: Record<string, boolean | number | string>;
+  declarations: Record<string, any>[];
+  trackers: TrackerPublic[];
+  layers: Record<string, boolean>;
+  timeline: ChangePublic[];
+  thresholds: ThresholdPublic[];
+  branch: string;
+  branches: BranchPublic[];
+  bookmarks: Bookmark[];
+  sweep: string | null;
+  upload: string | null;
+  box: [number, number, number, number] | null;
+  points: Record<string, [number, number]> | null;
+  start: number;
+  width: number;
+  height: number;
+  frame_rate_hz: number;
+  created: string;
+  page: string;
+  viewer: string;
+}
+
+/** Everything that is kept of a session. */
+export interface SessionSpec {
+  id: string;
+  experiment: string;
+  seed: number;
+  frames: number | null;
+  sweep: string | null;
+  upload: string | null;
+  upload_name: string | null;
+  box: [number, number, number, number] | null;
+  points: Record<string, [number, number]> | null;
+  start: number;
+  truth: Record<string, [number, number, number, number] | [number, number, number]> | null;
+  speed: number;
+  branch: string;
+  second: string | null;
+  branches: Record<string, BranchSpec>;
+  branches_made: number;
+  bookmarks: Bookmark[];
+  created: string;
+  card: Record<string, any> | null;
+  values: Record<string, boolean | number | string>;
+}
+
+/** A parameter that is varied: from `start` to `stop` by `step`, both ends included, or over a list of values. */
+export interface SweepAxis {
+  name: string;
+  start?: number | null;
+  stop?: number | null;
+  step?: number | null;
+  values?: any[] | null;
+}
+
+/** What a new sweep is to be: an experiment over a grid of conditions. */
+export interface SweepCreate {
+  experiment: string;
+  /** Name on the screen; made up from the plan if it is not given. */
+  title?: string | null;
+  /** What is varied; the axes multiply. */
+  axes: SweepAxis[];
+  /** Methods; all of them meet the same seeds. */
+  trackers?: string[];
+  trials?: number;
+  /** Length of a run. */
+  frames?: number | null;
+  seed?: number;
+  /** Parameters that differ from the defaults in every run. */
+  parameters?: Record<string, any>;
+}
+
+/** Everything there is to know; the first message of every connection. */
+export interface SweepHello {
+  version: 1;
+  type: "hello";
+  sweep: SweepPublic;
+  cells: CellsPublic;
+}
+
+/** A sweep. */
+export interface SweepPublic {
+  id: string;
+  title: string;
+  experiment: string;
+  experiment_title: string;
+  unit: string;
+  judged: boolean;
+  axes: AxisPublic[];
+  trackers: TrackerPublic[];
+  trials: number;
+  frames: number;
+  seed: number;
+  parameters: Record<string, boolean | number | string>;
+  fixed: AxisPublic[];
+  runs: number;
+  conditions: number;
+  done: number;
+  successes: number | null;
+  problems: number;
+  state: "running" | "stopped" | "done";
+  message: string | null;
+  rate: number | null;
+  seconds: number;
+  seconds_left: number | null;
+  created: string;
+  outcome: string;
+  page: string;
+}
+
+/** What the tracker compares something with, as it changed in the course of the run. */
+export interface ThresholdPublic {
+  name: string;
+  of: string;
+  steps: ThresholdStep[];
+}
+
+/** From this frame on a threshold has this value; null while no tracker reads it. */
+export interface ThresholdStep {
+  frame: number;
+  value: number | null;
+}
+
+/** A change of parameters on the timeline of a new session. */
+export interface TimelineChange {
+  frame: number;
+  values: Record<string, any>;
+}
+
+/** A tracker that can be chosen. */
+export interface TrackerPublic {
+  id: string;
+  title: string;
+}
+
+/** What the run is to do. */
+export interface TransportUpdate {
+  action: "play" | "pause" | "step" | "back" | "seek" | "before_loss" | "speed" | "restart";
+  frame?: number | null;
+  speed?: number | null;
+  /** With restart: the seed to begin anew with */
+  seed?: number | null;
+}
+
+/** What is truly so in an upload, in short. */
+export interface TruthPublic {
+  /** How many frames there is truth of */
+  frames: number;
+  first: number;
+  last: number;
+  warnings: string[];
+}
+
+/** An upload and what was found in it. */
+export interface UploadPublic {
+  id: string;
+  name: string;
+  kind: string;
+  frames: number;
+  width: number;
+  height: number;
+  frame_rate_hz: number;
+  duration_s: number;
+  sha256: string;
+  warnings: string[];
+  size_bytes: number;
+  created: string;
+}
+
+/** What a session's stream says. */
+export type SessionMessage = Bookmarks | Branches | Frame | Frames | SessionHello | Parameters | Pong | Position | Refused | SessionNews;
+
+/** What a sweep's stream says. */
+export type SweepMessage = Cells | SweepHello | Progress;

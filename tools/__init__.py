@@ -1,0 +1,1 @@
+"""Tools for those who work on pftrack; nothing of it is installed."""

@@ -1,0 +1,121 @@
+"""Write the types of what server and pages say to each other for the pages' type checker.
+
+The server's pydantic models are the only definition. `python -m tools.message_types` writes them as TypeScript
+interfaces; a test fails when the file is older than the models.
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
+
+import server.schemas
+
+__all__ = ["PLACE", "generate"]
+
+PLACE = Path(__file__).parents[1] / "frontend_static" / "shared" / "messages.d.ts"
+HEAD = "// Generated from the server's models by `python -m tools.message_types`; changes here are lost.\n"
+SCALARS = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
+
+Schema = dict[str, Any]
+
+
+class _Told(GenerateJsonSchema):
+    """What the server sends has all its fields, also those with a default."""
+
+    def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ANN401 - pydantic's own kinds of fields
+        """Tell whether a field is always there."""
+        return self.mode == "serialization" or super().field_is_required(field, total)
+
+
+def generate() -> str:
+    """Return the text of the file with an interface for each model, and a union of each stream's messages."""
+    models = sorted(_models(), key=lambda model: (model.__module__, model.__name__))
+    modes: list[tuple[type[BaseModel], JsonSchemaMode]]
+    modes = [(model, "validation" if _is_request(model) else "serialization") for model in models]
+    _, schema = models_json_schema(modes, ref_template="{model}", schema_generator=_Told)
+    names = {key: _name(key) for key in schema["$defs"]}
+    texts = [
+        _interface(names[key], body, names)
+        for key, body in sorted(schema["$defs"].items(), key=lambda it: names[it[0]])
+    ]
+    return HEAD + "\n" + "\n".join([*texts, *_unions(models, set(names.values()))])
+
+
+def _models() -> Iterator[type[BaseModel]]:
+    for module in pkgutil.iter_modules(server.schemas.__path__, "server.schemas."):
+        for value in vars(importlib.import_module(module.name)).values():
+            if isinstance(value, type) and issubclass(value, BaseModel) and value.__module__ == module.name:
+                is_base = value.__name__ in {"Message", "RequestBody"}
+                yield from [] if is_base else [value]
+
+
+def _is_request(model: type[BaseModel]) -> bool:
+    """Tell whether it comes from a page, which may leave out what has a default."""
+    return model.model_config.get("extra") == "forbid"
+
+
+def _name(key: str) -> str:
+    """Return a model's name; those of one name in several modules are told apart by what they are about."""
+    *modules, name = key.removesuffix("-Input").removesuffix("-Output").split("__")
+    if not modules:
+        return name
+    return ("Sweep" if "sweep" in modules[-1] else "Session") + name
+
+
+def _unions(models: list[type[BaseModel]], known: set[str]) -> Iterator[str]:
+    """Yield the union of the messages of sessions and that of sweeps."""
+    for about in ("Session", "Sweep"):
+        messages = [it for it in models if {"version", "type"} <= set(it.model_fields) and not _is_request(it)]
+        names = [it.__name__ for it in messages if ("sweep" in it.__module__) == (about == "Sweep")]
+        members = [about + name if about + name in known else name for name in names]
+        yield f"/** What a {about.lower()}'s stream says. */\nexport type {about}Message = {' | '.join(members)};\n"
+
+
+def _interface(name: str, schema: Schema, names: dict[str, str]) -> str:
+    comment = _comment(schema, "")
+    if "properties" not in schema:
+        return f"{comment}export type {name} = {_type(schema, names)};\n"
+    required = set(schema.get("required", ()))
+    lines = [
+        f"{_comment(body, '  ')}  {field}{'' if field in required else '?'}: {_type(body, names)};\n"
+        for field, body in schema["properties"].items()
+    ]
+    return f"{comment}export interface {name} {{\n{''.join(lines)}}}\n"
+
+
+def _comment(schema: Schema, indent: str) -> str:
+    text = schema.get("description", "").split("\n\n")[0].replace("\n", " ").strip()
+    return f"{indent}/** {text} */\n" if text else ""
+
+
+def _type(schema: Schema, names: dict[str, str]) -> str:
+    """Return the TypeScript for a JSON schema."""
+    if "$ref" in schema:
+        return names[schema["$ref"]]
+    if values := schema.get("enum", [schema["const"]] if "const" in schema else None):
+        return " | ".join(f'"{value}"' if isinstance(value, str) else str(value).lower() for value in values)
+    if options := schema.get("anyOf", schema.get("oneOf")):
+        return " | ".join(dict.fromkeys(_type(option, names) for option in options))
+    kind = schema.get("type")
+    if kind == "array":
+        return _array(schema, names)
+    if kind == "object":
+        values = schema.get("additionalProperties", True)
+        return f"Record<string, {_type(values, names) if isinstance(values, dict) else 'any'}>"
+    return SCALARS.get(str(kind), "any")
+
+
+def _array(schema: Schema, names: dict[str, str]) -> str:
+    if "prefixItems" in schema:
+        return f"[{', '.join(_type(item, names) for item in schema['prefixItems'])}]"
+    item = _type(schema.get("items", {}), names)
+    return f"({item})[]" if " " in item and not item.startswith("Record") else f"{item}[]"
+
+
+if __name__ == "__main__":
+    PLACE.write_text(generate(), encoding="utf-8")
