@@ -122,27 +122,3 @@ export function isGone(row) {
 function finite(value) {
   return typeof value === "number" && Number.isFinite(value) ? value : null;
 }
-
-const APPROACH = 5;
-const MEMORY = 40;
-
-/**
- * The frame from which to look at how the target was lost.
- *
- * That is a few frames before the loss, or before the target went out of sight if that is what led to it: there a
- * different choice can still save the day.
- *
- * @param {History} history
- * @param {number} position The last loss at or before this frame is meant; failing that, the first one after it.
- * @returns {number|null} Null when the target was never lost.
- */
-export function beforeLoss(history, position) {
-  const losses = history.spans(isGone).map(([first]) => first);
-  if (losses.length === 0) return null;
-  const loss = losses.filter((frame) => frame <= position).at(-1) ?? losses[0];
-  const hidden = history
-    .spans((row) => row?.hidden === true)
-    .filter(([first, last]) => first < loss && last >= loss - MEMORY)
-    .at(-1);
-  return Math.max(0, (hidden ? Math.min(hidden[0], loss) : loss) - APPROACH);
-}

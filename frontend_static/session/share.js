@@ -13,10 +13,10 @@ export function wishOf(session) {
   return {
     ...targetOf(session),
     experiment: session.experiment,
-    tracker: session.first_tracker ?? session.tracker,
+    tracker: session.first_tracker,
     seed: session.seed,
     frames: session.frames,
-    timeline: session.timeline ?? [],
+    timeline: session.timeline.map(({ frame, values }) => ({ frame, values })),
     position: session.position,
   };
 }

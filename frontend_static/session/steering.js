@@ -2,11 +2,9 @@
 
 import { api } from "../shared/api.js";
 import { later, latest } from "../shared/timing.js";
-import { attempt, toast } from "../shared/toast.js";
-import { beforeLoss } from "./history.js";
+import { attempt } from "../shared/toast.js";
 
 const GOAL_MS = 2000;
-export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 0];
 
 export class Steering {
   #store;
@@ -45,6 +43,11 @@ export class Steering {
   /** Whether the last frame is shown, so that playing means playing again. */
   get isAtEnd() {
     return this.#session !== null && this.#session.position >= this.#session.frames - 1;
+  }
+
+  /** The speeds that are offered, times real time; 0 is as fast as possible. */
+  get speeds() {
+    return this.#session?.speeds ?? [];
   }
 
   get speed() {
@@ -95,10 +98,7 @@ export class Steering {
   }
 
   async beforeLoss() {
-    if (!this.#able) return;
-    const frame = beforeLoss(this.#store.history, this.#session.position);
-    if (frame === null) toast("The target has not been lost so far");
-    else await this.seek(frame);
+    if (this.#able) await this.#send("before_loss");
   }
 
   async setSpeed(value) {
@@ -110,7 +110,7 @@ export class Steering {
   async faster(direction) {
     if (!this.#able) return;
     const now = this.speed === 0 ? Infinity : this.speed;
-    const rank = SPEEDS.map((speed) => (speed === 0 ? Infinity : speed));
+    const rank = this.speeds.map((speed) => (speed === 0 ? Infinity : speed));
     const next = direction > 0 ? rank.find((speed) => speed > now) : rank.findLast((speed) => speed < now);
     if (next !== undefined) await this.setSpeed(next === Infinity ? 0 : next);
   }

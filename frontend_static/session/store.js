@@ -2,50 +2,82 @@
  * What the page knows of its session, and the one place where the stream's messages change it.
  *
  * The server decides everything; this is its latest word. Answers of REST are not taken over: they may be older than what
- * the stream has already brought. Views subscribe to topics and look at the fields they draw:
- * `session`, `position`, `history`, `branches`, `bookmarks`, `connection`, `refused`.
+ * the stream has already brought. Views subscribe to topics and look at the fields they draw.
  */
 
 import { api } from "../shared/api.js";
 import { History } from "./history.js";
 
+/**
+ * @typedef {import("../shared/messages.js").SessionMessage} SessionMessage
+ * @typedef {import("../shared/messages.js").SessionPublic} SessionPublic
+ * @typedef {import("./history.js").Row} Row
+ * @typedef {"session"|"position"|"history"|"branches"|"bookmarks"|"connection"|"refused"} Topic
+ */
+
 export class Store {
-  /** The session as the server describes it, or null before the first `hello`. */
+  /**
+   * The session as the server describes it, or null before the first `hello`.
+   *
+   * @type {SessionPublic|null}
+   */
   session = null;
-  /** "connecting" | "open" | "lost" | "gone" */
+  /** @type {"connecting"|"open"|"lost"|"gone"} */
   connection = "connecting";
-  /** Branch id -> History. */
+  /**
+   * By branch.
+   *
+   * @type {Map<string, History>}
+   */
   histories = new Map();
+  /** @type {Map<string, Set<(detail?: any) => void>>} */
   #listeners = new Map();
+  /** @type {Set<string>} */
   #fetching = new Set();
 
-  /** Call `listener` after each change of any of the topics. */
+  /**
+   * Call `listener` after each change of any of the topics.
+   *
+   * @param {string} topics Names of topics, with spaces between.
+   * @param {(detail?: any) => void} listener
+   */
   on(topics, listener) {
     for (const topic of topics.split(" ")) {
-      if (!this.#listeners.has(topic)) this.#listeners.set(topic, new Set());
-      this.#listeners.get(topic).add(listener);
+      const those = this.#listeners.get(topic) ?? new Set();
+      this.#listeners.set(topic, those.add(listener));
     }
+  }
+
+  /** The session, where there must be one: who listens to what changes in it is only called then. */
+  get known() {
+    if (this.session === null) throw new Error("Nothing is known of the session yet");
+    return this.session;
   }
 
   /** History of the active branch. */
   get history() {
-    return this.historyOf(this.session?.branch);
+    return this.historyOf(this.session?.branch ?? "");
   }
 
-  /** History of any branch; empty until it is known. */
+  /**
+   * History of any branch; empty until it is known.
+   *
+   * @param {string} branch
+   */
   historyOf(branch) {
-    if (!this.histories.has(branch)) this.histories.set(branch, new History());
-    return this.histories.get(branch);
+    const known = this.histories.get(branch) ?? new History();
+    this.histories.set(branch, known);
+    return known;
   }
 
   /** The active branch first, then the others. */
   get branches() {
-    const all = this.session?.branches ?? [];
-    return [...all].sort((a, b) => (b.id === this.session.branch) - (a.id === this.session.branch));
+    const { branches = [], branch: active } = this.session ?? {};
+    return [...branches].sort((a, b) => Number(b.id === active) - Number(a.id === active));
   }
 
   get activeBranch() {
-    return this.session?.branches?.find((branch) => branch.id === this.session.branch);
+    return this.session?.branches.find((branch) => branch.id === this.session?.branch);
   }
 
   /** Whether there is a session that listens. */
@@ -53,97 +85,127 @@ export class Store {
     return this.session !== null && !["starting", "suspended", "crashed"].includes(this.session.state);
   }
 
-  /** Have the views of a topic drawn again, since something that they show beside the session has changed. */
+  /**
+   * Have the views of a topic drawn again, since something that they show beside the session has changed.
+   *
+   * @param {Topic} topic
+   */
   touch(topic) {
     if (this.session !== null) this.#tell(topic);
   }
 
-  /** Take over a message of the stream. */
+  /**
+   * Take over a message of the stream.
+   *
+   * @param {SessionMessage} message
+   */
   receive(message) {
-    if (message.type === "hello") {
-      this.connection = "open";
-      this.session = message.session;
-      this.historyOf(message.session.branch).replace(message.diagnostics ?? {});
-      for (const branch of message.session.branches ?? []) {
-        if (branch.id !== message.session.branch) this.#fetch(branch.id);
-      }
-      this.#tell("connection", "session", "position", "branches", "bookmarks", "history");
-      return;
-    }
-    if (this.session === null) return;
-    this.#handlers[message.type]?.(message);
+    if (message.type === "hello") this.#greeted(message);
+    else if (this.session !== null) this.#take(this.session, message);
   }
 
-  /** Show a speed that was asked for, until the server says otherwise. */
+  /**
+   * Show a speed that was asked for, until the server says otherwise.
+   *
+   * @param {number} speed
+   */
   setSpeed(speed) {
-    this.session.speed = speed;
+    this.known.speed = speed;
     this.#tell("position");
   }
 
+  /** @param {Store["connection"]} connection */
   setConnection(connection) {
     this.connection = connection;
     this.#tell("connection");
   }
 
-  #handlers = {
-    frame: ({ branch, diagnostics }) => this.#rows(branch, [diagnostics]),
-    frames: ({ branch, rows }) => this.#rows(branch, rows),
-    position: ({ branch, frame, head, playing, speed }) => {
-      Object.assign(this.session, { position: frame, head, playing, speed });
-      if (branch !== undefined) this.#activate(branch);
-      this.#tell("position");
-    },
-    parameters: ({ branch, frame, parameters, tracker, values }) => {
-      Object.assign(this.session, { parameters, tracker });
-      if (branch !== undefined) this.#activate(branch);
-      // The echo says what changed, not what the timeline is now (a restart begins a fresh one): ask for the rest.
-      const timeline = (this.session.timeline ?? []).filter((change) => change.frame !== frame);
-      const together = (this.session.timeline ?? []).find((change) => change.frame === frame)?.values ?? {};
-      this.session.timeline = [...timeline, { frame, values: { ...together, ...values } }];
-      this.#tell("session");
-      this.#refresh();
-    },
-    branches: ({ branch, branches }) => {
-      this.session.branches = branches;
-      for (const { id, parent, frame } of branches) {
-        if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
-      }
-      if (branch !== undefined) this.#activate(branch);
-      this.#tell("branches");
-      this.#refresh();
-    },
-    bookmarks: ({ bookmarks }) => {
-      this.session.bookmarks = bookmarks;
-      this.#tell("bookmarks");
-    },
-    session: ({ state, message }) => {
-      Object.assign(this.session, { state, message });
-      if (state !== "playing") this.session.playing = false;
-      this.#tell("session", "position");
-    },
-    refused: (message) => this.#tell("refused", message),
-  };
+  /** @param {import("../shared/messages.js").SessionHello} message */
+  #greeted({ session, diagnostics }) {
+    this.connection = "open";
+    this.session = session;
+    this.historyOf(session.branch).replace(diagnostics);
+    for (const { id } of session.branches) if (id !== session.branch) this.#fetch(id);
+    this.#tell("connection", "session", "position", "branches", "bookmarks", "history");
+  }
 
+  /**
+   * @param {SessionPublic} session
+   * @param {SessionMessage} message
+   */
+  #take(session, message) {
+    switch (message.type) {
+      case "frame":
+        this.#rows(message.branch, [message.diagnostics]);
+        break;
+      case "frames":
+        this.#rows(message.branch, message.rows);
+        break;
+      case "position": {
+        const { branch, frame, head, playing, speed } = message;
+        Object.assign(session, { position: frame, head, playing, speed });
+        this.#activate(branch);
+        this.#tell("position");
+        break;
+      }
+      case "parameters": {
+        const { branch, parameters, first_tracker, tracker, timeline, thresholds } = message;
+        Object.assign(session, { parameters, first_tracker, tracker, timeline, thresholds });
+        this.#activate(branch);
+        this.#tell("session");
+        break;
+      }
+      case "branches":
+        session.branches = message.branches;
+        for (const { id, parent, frame } of message.branches) {
+          if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
+        }
+        this.#activate(message.branch);
+        this.#tell("branches");
+        break;
+      case "bookmarks":
+        session.bookmarks = message.bookmarks;
+        this.#tell("bookmarks");
+        break;
+      case "session":
+        Object.assign(session, { state: message.state, message: message.message });
+        if (message.state !== "playing") session.playing = false;
+        this.#tell("session", "position");
+        break;
+      case "refused":
+        this.#tell("refused", message);
+        break;
+      default:
+        break;
+    }
+  }
+
+  /**
+   * @param {string} branch
+   * @param {Record<string, any>[]} rows
+   */
   #rows(branch, rows) {
     const history = this.historyOf(branch);
-    let whole = true;
-    for (const row of rows) whole = history.add(row) && whole;
-    if (!whole) this.#fetch(branch);
+    let isWhole = true;
+    for (const row of rows) isWhole = history.add(/** @type {Row} */ (row)) && isWhole;
+    if (!isWhole) this.#fetch(branch);
     this.#tell("history");
   }
 
+  /** @param {string} branch */
   #activate(branch) {
-    if (this.session.branch === branch) return;
-    this.session.branch = branch;
+    if (this.known.branch === branch) return;
+    this.known.branch = branch;
     this.#fetch(branch);
     this.#tell("branches");
   }
 
+  /** @param {string} branch */
   async #fetch(branch) {
     if (this.#fetching.has(branch)) return;
     this.#fetching.add(branch);
     try {
-      const { columns } = await api.diagnostics(this.session.id, branch);
+      const { columns } = await api.diagnostics(this.known.id, branch);
       this.historyOf(branch).merge(columns);
       this.#tell("history");
     } catch {
@@ -153,23 +215,11 @@ export class Store {
     }
   }
 
-  #refreshing = 0;
-
-  #refresh() {
-    clearTimeout(this.#refreshing);
-    this.#refreshing = setTimeout(async () => {
-      try {
-        const { timeline, branches, bookmarks } = await api.session(this.session.id);
-        Object.assign(this.session, { timeline, branches, bookmarks });
-        this.#tell("session", "branches", "bookmarks");
-      } catch {
-        // The next hello brings it.
-      }
-    }, 120);
-  }
-
-  #tell(...items) {
-    const detail = typeof items.at(-1) === "string" ? undefined : items.pop();
-    for (const topic of items) for (const listener of this.#listeners.get(topic) ?? []) listener(detail);
+  /** @param {(Topic|SessionMessage)[]} topics Topics; at the end there may be a message that the listeners are handed. */
+  #tell(...topics) {
+    const detail = typeof topics.at(-1) === "string" ? undefined : topics.pop();
+    for (const topic of /** @type {Topic[]} */ (topics)) {
+      for (const listener of this.#listeners.get(topic) ?? []) listener(detail);
+    }
   }
 }

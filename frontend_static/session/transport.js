@@ -4,8 +4,7 @@ import { fill, h, setText } from "../shared/dom.js";
 import { speed as speedText } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
 import { coalesce } from "../shared/timing.js";
-import { beforeLoss } from "./history.js";
-import { SPEEDS } from "./steering.js";
+import { isGone } from "./history.js";
 
 /**
  * @param {HTMLElement} root
@@ -29,7 +28,6 @@ export function transport(root, view, extras) {
   const speed = h(
     "select",
     { "aria-label": "Speed", title: "Speed ([ and ])", on: { change: () => view.steering.setSpeed(Number(speed.value)) } },
-    SPEEDS.map((value) => h("option", { value }, speedText(value))),
   );
   const counter = h("output", { class: "counter", "aria-label": "Frame" });
   const loss = h(
@@ -57,8 +55,8 @@ export function transport(root, view, extras) {
       play.title = `${label} (space)`;
     }
     for (const element of [...moves, speed]) element.disabled = !able;
-    loss.disabled = !able || beforeLoss(store.history, session.position) === null;
-    if (document.activeElement !== speed) choose(speed, steering.speed);
+    loss.disabled = !able || !store.history.some(isGone);
+    if (document.activeElement !== speed) choose(speed, steering);
     if (session === null) return;
     setText(counter, `frame ${session.position} / ${session.frames}`);
   }, view.signal);
@@ -66,8 +64,11 @@ export function transport(root, view, extras) {
   draw();
 }
 
-function choose(select, value) {
-  const known = [...select.options].find((option) => Number(option.value) === value);
-  if (!known && Number.isFinite(value)) select.append(h("option", { value }, speedText(value)));
-  select.value = String(value);
+/** Show a speed among those that are offered; one that a client has set otherwise is offered as well. */
+function choose(select, { speed, speeds }) {
+  for (const value of [...speeds, speed]) {
+    const known = [...select.options].some((option) => Number(option.value) === value);
+    if (!known) select.append(h("option", { value }, speedText(value)));
+  }
+  select.value = String(speed);
 }

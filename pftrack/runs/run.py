@@ -211,16 +211,6 @@ class Run:
         twin.seek(frame)
         return twin
 
-    def lost_before(self, frame: int) -> int | None:
-        """Return the frame in which the loss began that lasted at `frame` or was the last one before it.
-
-        It is lost where the truth or the tracker itself says so.
-        """
-        for index in range(min(frame, self.head), 0, -1):
-            if self.diagnostics[index].gone and not self.diagnostics[index - 1].gone:
-                return index
-        return None
-
     @property
     def estimates_sha256(self) -> str:
         """Hash of all estimates up to the head: equal if and only if they are to the bit."""

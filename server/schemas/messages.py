@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.parameters import Value
+from server.schemas.panel import SPEEDS
 from server.schemas.spec import Bookmark
 
 __all__ = [
@@ -32,6 +33,8 @@ __all__ = [
     "Refused",
     "SessionNews",
     "SessionPublic",
+    "ThresholdPublic",
+    "ThresholdStep",
     "TrackerPublic",
     "encode",
     "painted",
@@ -50,10 +53,26 @@ class TrackerPublic(BaseModel):
 
 
 class ChangePublic(BaseModel):
-    """A change of parameters on the timeline."""
+    """A change of parameters on the timeline, with what was in force before it, unless the run begins with it."""
 
     frame: int
     values: dict[str, Value]
+    before: dict[str, Value] = {}
+
+
+class ThresholdStep(BaseModel):
+    """From this frame on a threshold has this value; null while no tracker reads it."""
+
+    frame: int
+    value: float | None
+
+
+class ThresholdPublic(BaseModel):
+    """What the tracker compares something with, as it changed in the course of the run."""
+
+    name: str
+    of: str
+    steps: list[ThresholdStep]
 
 
 class BranchPublic(BaseModel):
@@ -86,14 +105,15 @@ class SessionPublic(BaseModel):
     head: int
     playing: bool
     speed: float
+    speeds: list[float] = list(SPEEDS)
     state: Phase
     message: str | None = None
     parameters: dict[str, Value]
-    first_parameters: dict[str, Value] = {}
     declarations: list[dict[str, Any]]
     trackers: list[TrackerPublic]
     layers: list[Layer]
     timeline: list[ChangePublic]
+    thresholds: list[ThresholdPublic] = []
     branch: str
     branches: list[BranchPublic]
     bookmarks: list[Bookmark]
@@ -132,7 +152,6 @@ class Frame(Message):
     type: Literal["frame"] = "frame"
     branch: str
     diagnostics: dict[str, Any]
-    shown: bool
 
 
 class Frames(Message):
@@ -155,14 +174,17 @@ class Position(Message):
 
 
 class Parameters(Message):
-    """The values in force; `values` are those that changed, from `frame` on."""
+    """The values in force and how they came about; `values` are those that changed, from `frame` on."""
 
     type: Literal["parameters"] = "parameters"
     branch: str
     frame: int
     parameters: dict[str, Value]
+    first_tracker: str
     tracker: str
     values: dict[str, Value]
+    timeline: list[ChangePublic]
+    thresholds: list[ThresholdPublic]
 
 
 class Branches(Message):

@@ -168,7 +168,7 @@ class SessionCreate(RequestBody):
 class TransportUpdate(RequestBody):
     """What the run is to do."""
 
-    action: Literal["play", "pause", "step", "back", "seek", "speed", "restart"]
+    action: Literal["play", "pause", "step", "back", "seek", "before_loss", "speed", "restart"]
     frame: Frame | None = None
     speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
     seed: Seed | None = Field(None, description="With restart: the seed to begin anew with")

@@ -179,7 +179,7 @@ class Session:
     async def transport(
         self, action: str, frame: int | None = None, speed: float | None = None, seed: object = None
     ) -> messages.SessionPublic:
-        """Play, pause, step, back, seek, speed or restart, the last with another seed if one is given.
+        """Play, pause, step, back, seek, before_loss, speed or restart, the last with another seed if one is given.
 
         Returns:
             The session as the command left it, which is not where it is by now if it plays.
@@ -194,6 +194,8 @@ class Session:
                 command = protocol.Speed(speed or 0.0)
             case "restart":
                 command = protocol.Restart(self._checked_seed(seed))
+            case "before_loss":
+                command = protocol.Transport("seek", self._before_loss())
             case _:
                 command = protocol.Transport(action, frame or 0)
         # Not through the door: a pause has to reach a worker that is busy with a long seek.
@@ -260,6 +262,12 @@ class Session:
             raise ConflictError(f"All {count} branches of the session have its seed; start another session for {seed}.")
         return seed
 
+    def _before_loss(self) -> int:
+        frame = self.state.before_loss()
+        if frame is None:
+            raise ConflictError("The target has not been lost so far.")
+        return frame
+
     def _room_for_branch(self) -> None:
         if len(self.spec.branches) >= self._settings.max_branches:
             raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
@@ -310,9 +318,9 @@ class Session:
 
     def _event(self, event: protocol.Event) -> None:
         if isinstance(event, protocol.Progress):
-            self.state.stand(event.status, event.rows, event.shown["frame"] if event.shown else None)
-            if event.drawing is not None and event.shown is not None:
-                self.scene_feed.offer(event.drawing, event.shown)
+            self.state.stand(event.status, event.rows)
+            if event.drawing is not None:
+                self.scene_feed.offer(event.drawing, {"frame": event.status.position})
             if event.flat is not None:
                 self.drawing_feed.offer(event.flat)
 

@@ -6,10 +6,12 @@ It alone changes the spec's branches and positions, and it alone decides what of
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from pftrack.runs.loss import before_loss
 from server.schemas import messages
 from server.schemas.messages import Phase
 from server.schemas.spec import Bookmark, BranchSpec, SessionSpec, as_models
 from server.sessions.history import History
+from server.sessions.timeline_view import threshold_views, timeline_view
 from server.sessions.view import branch_views, view
 from server.stream.listeners import Listeners
 from server.worker.protocol import Ready, RunStatus, SessionInfo
@@ -62,6 +64,14 @@ class SessionState:
         history = self._histories.get(branch)
         return dict(history.columns) if history else {}
 
+    def before_loss(self) -> int | None:
+        """Return the frame from which to watch how the target was lost; None if it has not been lost."""
+        known = self.columns(self.spec.branch)
+        nothing: list[bool] = []
+        lost, searching, hidden = (known.get(name, nothing) for name in ("lost", "searching", "hidden"))
+        gone = [bool(one) or bool(other) for one, other in zip(lost, searching, strict=True)]
+        return before_loss(gone, [bool(value) for value in hidden], self.spec.active.position)
+
     # ------------------------------------------------------------ what is told by the worker
 
     def begin(self, ready: Ready) -> None:
@@ -78,19 +88,18 @@ class SessionState:
         self.stand(ready.status)
         self.listeners.greet()
 
-    def add(self, branch: str, rows: list[dict[str, Any]], shown: int | None) -> None:
+    def add(self, branch: str, rows: list[dict[str, Any]]) -> None:
         """Take down the diagnostics of frames just computed."""
         if not rows:
             return
         self.frames_computed += len(rows)
         self._history(branch).put(rows)
         if len(rows) == 1:
-            row = rows[0]
-            self.listeners.emit(messages.Frame(branch=branch, diagnostics=row, shown=shown == row["frame"]))
+            self.listeners.emit(messages.Frame(branch=branch, diagnostics=rows[0]))
         else:
             self.listeners.emit(messages.Frames(branch=branch, rows=rows))
 
-    def stand(self, now: RunStatus, rows: Sequence[dict[str, Any]] = (), shown: int | None = None) -> None:
+    def stand(self, now: RunStatus, rows: Sequence[dict[str, Any]] = ()) -> None:
         """Take down where the run stands and the diagnostics of frames just computed, and tell what has changed.
 
         The diagnostics of a frame are told before the position, so that no page stands on a frame it knows nothing of.
@@ -107,7 +116,8 @@ class SessionState:
         branch.first_values = now.first_values
         self.playing, self.spec.speed = now.playing, now.speed
         reseeded, self.spec.seed = self.spec.seed != now.seed, now.seed
-        if last is None or now.timeline != last.timeline:
+        retimed = last is None or now.timeline != last.timeline
+        if retimed:
             branch.timeline = as_models(now.timeline)
         self.moved = True
         # While it plays only its position changes, which is worth a look now and then.
@@ -117,11 +127,11 @@ class SessionState:
         self.become("playing" if now.playing else "ended" if now.ended else "ready")
         if switched:
             self.tell_branches()
-        if changed or switched:
+        if changed or switched or retimed:
             self._tell_values(branch, changed)
         if last is None or reseeded or last.speed != now.speed:
             self._on_values()
-        self.add(now.branch, list(rows), shown)
+        self.add(now.branch, list(rows))
         if last is None or switched or _where(last) != _where(now):
             self._tell_position(now)
 
@@ -190,13 +200,18 @@ class SessionState:
 
     def _tell_values(self, branch: BranchSpec, changed: dict[str, Any]) -> None:
         self._on_values()
+        card = self.card
+        assert card is not None  # noqa: S101 - a worker shows its card first
         self.listeners.emit(
             messages.Parameters(
                 branch=branch.id,
                 frame=branch.position + 1,
                 parameters=self.spec.values,
+                first_tracker=branch.first_tracker or branch.tracker,
                 tracker=branch.tracker,
                 values=changed,
+                timeline=timeline_view(branch, card.declarations),
+                thresholds=threshold_views(branch, card.declarations),
             )
         )
 

@@ -5,8 +5,9 @@ from pydantic import TypeAdapter
 from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.palette import BRANCHES, hexadecimal
-from server.schemas.messages import BranchPublic, ChangePublic, Phase, SessionPublic, TrackerPublic
+from server.schemas.messages import BranchPublic, Phase, SessionPublic, TrackerPublic
 from server.schemas.spec import SessionSpec
+from server.sessions.timeline_view import threshold_views, timeline_view
 from server.worker.protocol import SessionInfo
 
 __all__ = ["LAYERS", "branch_views", "view"]
@@ -37,11 +38,11 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         state=state,
         message=message,
         parameters=spec.values,
-        first_parameters=active.first_values,
         declarations=card.declarations,
         trackers=[TrackerPublic(id=name, title=title) for name, title in card.trackers.items()],
         layers=LAYERS.validate_python(card.layers),
-        timeline=[ChangePublic(frame=change.frame, values=change.values) for change in active.timeline],
+        timeline=timeline_view(active, card.declarations),
+        thresholds=threshold_views(active, card.declarations),
         branch=active.id,
         branches=branch_views(spec),
         bookmarks=spec.bookmarks,

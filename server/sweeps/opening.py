@@ -1,5 +1,6 @@
 """Opening: from a row of a sweep to a live session that computes the same numbers, paused shortly before the loss."""
 
+from pftrack.runs.loss import approach
 from pftrack.sweep import Plan
 from server.errors import ConflictError, RefusedError
 from server.schemas.spec import BranchSpec, ChangeModel, SessionSpec
@@ -9,8 +10,6 @@ from server.sweeps.results import Results
 from server.sweeps.views import RowPublic
 
 __all__ = ["opened"]
-
-BEFORE_THE_LOSS = 10
 
 
 def opened(sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
@@ -66,4 +65,4 @@ def _loss(plan: Plan, results: Results, row: RowPublic, method: str) -> int | No
 
 
 def _before(loss: int | None, frames: int) -> int:
-    return min(max((loss or 0) - BEFORE_THE_LOSS, 0), frames - 1)
+    return min(approach(loss or 0), frames - 1)

@@ -268,14 +268,12 @@ class Progress:
         rows: Diagnostics of the frames computed since the last event, in config.
         drawing: The newest drawing for the scene, where a credit was left for it.
         flat: The newest drawing for flat views, where a credit was left for it.
-        shown: Diagnostics of the drawing's frame.
     """
 
     status: RunStatus
     rows: list[dict[str, Any]] = field(default_factory=list)
     drawing: Drawing | None = None
     flat: EncodedDrawing | None = None
-    shown: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)

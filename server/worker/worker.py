@@ -204,16 +204,15 @@ class Worker:
     def _report(self, *, draw: bool) -> None:
         rows, self._rows = self._rows, []
         forms = self._undrawn & self._credits if draw else set[Form]()
-        drawing = flat = shown = None
+        drawing = flat = None
         if forms:
             # Whoever wants the other form a little later gets it of the same drawing.
             self._drawing = self._drawing or self._tree.drawing()
-            shown = self._tree.run.current.diagnostics.as_dict()
             drawing = self._drawing if "scene" in forms else None
             flat = self._encoder.encode(self._drawing, self._tree.run.position) if "flat" in forms else None
             self._credits -= forms
             self._undrawn -= forms
-        self._pipe.send(Progress(self._status(), rows, drawing, flat, shown))
+        self._pipe.send(Progress(self._status(), rows, drawing, flat))
         self._news = False
 
     def _reply(self, number: int, result: object = None) -> None:

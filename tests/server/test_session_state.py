@@ -55,7 +55,7 @@ def ear() -> Ear:
 
 def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
     """No page ever stands on a frame of which it knows nothing."""
-    ear.state.stand(replace(START, position=1, head=1), [row(1)], 1)
+    ear.state.stand(replace(START, position=1, head=1), [row(1)])
     assert [message["type"] for message in ear.heard] == ["frame", "position"]
 
 
@@ -86,6 +86,7 @@ def test_a_change_is_echoed(ear: Ear) -> None:
     assert (told["type"], told["values"], told["parameters"]) == ("parameters", {"n": 5}, {"n": 5, "m": 2})
     assert ear.panel == 1
     assert ear.state.spec.active.timeline[0].values == {"n": 5}
+    assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {}}]
 
 
 def test_a_tracker_is_echoed(ear: Ear) -> None:
@@ -102,7 +103,7 @@ def test_a_speed_reaches_the_panel(ear: Ear) -> None:
 
 def test_a_branch_shares_its_past(ear: Ear) -> None:
     """A new branch is told with title, parent and colour, and has its parent's past up to where it left."""
-    ear.state.add("b0", [row(1), row(2), row(3)], None)
+    ear.state.add("b0", [row(1), row(2), row(3)])
     ear.stand(position=2, head=3)
     told = {message["type"]: message for message in ear.stand(branch="b1", head=2, tracker="kalman")}
     assert set(told) == {"branches", "parameters", "position"}
@@ -116,7 +117,7 @@ def test_a_branch_shares_its_past(ear: Ear) -> None:
 
 def test_a_new_beginning_forgets(ear: Ear) -> None:
     """A run begun anew forgets diagnostics and bookmarks of its branch and greets everybody."""
-    ear.state.add("b0", [row(1)], None)
+    ear.state.add("b0", [row(1)])
     ear.state.bookmark("m", "here")
     assert {"type": "hello"} in ear.stand(restarts=1)
     assert ear.state.columns("b0") == {}
@@ -126,11 +127,10 @@ def test_a_new_beginning_forgets(ear: Ear) -> None:
 def test_one_row_or_many(ear: Ear) -> None:
     """One new frame is a frame, several are frames, none is nothing."""
     ear.heard.clear()
-    ear.state.add("b0", [], None)
-    ear.state.add("b0", [row(1)], 1)
-    ear.state.add("b0", [row(2), row(3)], 3)
+    ear.state.add("b0", [])
+    ear.state.add("b0", [row(1)])
+    ear.state.add("b0", [row(2), row(3)])
     assert [told["type"] for told in ear.heard] == ["frame", "frames"]
-    assert ear.heard[0]["shown"] is True
     assert ear.state.frames_computed == 3
 
 

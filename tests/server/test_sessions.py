@@ -7,6 +7,7 @@ import httpx
 import pytest
 
 from pftrack.experiments import find
+from pftrack.runs.loss import before_loss
 from pftrack.runs.run import Change, Run
 from tests.server.host import Server, begin, error_of, steer, wait_for
 
@@ -14,6 +15,11 @@ from tests.server.host import Server, begin, error_of, steer, wait_for
 def get(client: httpx.Client, session: str) -> dict[str, Any]:
     found: dict[str, Any] = client.get(f"/api/v1/sessions/{session}").json()
     return found
+
+
+def timeline_of(session: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return a session's timeline as a client writes one."""
+    return [{"frame": change["frame"], "values": change["values"]} for change in session["timeline"]]
 
 
 def columns(client: httpx.Client, session: str, branch: str | None = None) -> dict[str, list[Any]]:
@@ -61,18 +67,30 @@ class TestStarting:
         )
 
     def test_the_values_at_the_beginning(self, client: httpx.Client) -> None:
-        """What the run began with is told beside what is in force now."""
+        """A change is told with the value that it replaced, that of the beginning included."""
         session = begin(client, parameters={"sample_count": 300})
         steer(client, session["id"], "seek", frame=3)
         client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200})
         now = get(client, session["id"])
-        assert (now["first_parameters"]["sample_count"], now["parameters"]["sample_count"]) == (300, 200)
+        change = now["timeline"][-1]
+        assert (change["frame"], change["before"]["sample_count"]) == (4, 300)
+        assert (change["values"]["sample_count"], now["parameters"]["sample_count"]) == (200, 200)
+
+    def test_before_the_loss(self, client: httpx.Client) -> None:
+        """The transport goes where the library says that a loss is to be watched from, if there is one."""
+        session = begin(client, tracker="condensation", seed=5, frames=90)
+        error_of(client.post(f"/api/v1/sessions/{session['id']}/transport", json={"action": "before_loss"}), 409)
+        steer(client, session["id"], "seek", frame=89)
+        columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+        expected = before_loss(columns["lost"], columns["hidden"], 89)
+        assert expected is not None
+        assert steer(client, session["id"], "before_loss")["position"] == expected
 
     def test_timeline(self, client: httpx.Client) -> None:
         """A session started with a timeline computes what the library computes with it."""
         timeline = [{"frame": 10, "values": {"sample_count": 150}}, {"frame": 20, "values": {"tracker": "apf"}}]
         session = begin(client, timeline=timeline, position=40)
-        assert session["timeline"] == timeline
+        assert timeline_of(session) == timeline
         assert session["position"] == 40
         experiment = find("ball")
         changes = (Change(10, {"sample_count": 150}), Change(20, {"tracker": "apf"}))
@@ -151,7 +169,7 @@ class TestTransport:
         client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200, "tracker": "apf"})
         again = steer(client, session["id"], "restart")
         assert (again["position"], again["head"], again["tracker"]) == (0, 0, "apf")
-        assert again["timeline"] == [{"frame": 0, "values": {"sample_count": 200}}]
+        assert timeline_of(again) == [{"frame": 0, "values": {"sample_count": 200}}]
         assert columns(client, session["id"])["frame"] == [0]
 
     def test_restart_with_another_seed(self, client: httpx.Client, session: dict[str, Any]) -> None:
@@ -213,7 +231,7 @@ class TestParameters:
         made = [a + b for a, b in zip(counts["prediction_count"], counts["observation_count"], strict=True)]
         assert made[10] == session["parameters"]["sample_count"]
         assert made[11] == 200
-        assert get(client, session["id"])["timeline"] == [{"frame": 11, "values": {"sample_count": 200}}]
+        assert timeline_of(get(client, session["id"])) == [{"frame": 11, "values": {"sample_count": 200}}]
 
     def test_tracker_is_a_parameter(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """The tracker changes like a parameter."""
@@ -253,7 +271,7 @@ class TestParameters:
             assert answer.status_code == 200, answer.text
             now = get(client, session["id"])
             assert (now["position"], now["head"], now["seed"]) == (0, 0, session["seed"])
-            assert now["timeline"] == [{"frame": 0, "values": {name: value}}]
+            assert timeline_of(now) == [{"frame": 0, "values": {name: value}}]
             return
         pytest.skip("no experiment has a parameter that is fixed during a run")
 

@@ -175,16 +175,16 @@ def test_a_full_queue_is_a_new_hello() -> None:
 
     def greet() -> Any:
         greetings.append("hello")
-        return Frame(branch="b0", diagnostics={}, shown=False)
+        return Frame(branch="b0", diagnostics={})
 
     crowd = listeners.Listeners(greet)
     with crowd.join() as slow:
         stream = slow.__aiter__()
         send_once(stream)
         for _ in range(listeners.LONGEST_QUEUE):
-            crowd.emit(Frame(branch="b0", diagnostics={}, shown=True))
+            crowd.emit(Frame(branch="b0", diagnostics={}))
         assert len(slow._queue) == listeners.LONGEST_QUEUE
-        crowd.emit(Frame(branch="b0", diagnostics={}, shown=True))
+        crowd.emit(Frame(branch="b0", diagnostics={}))
         assert len(slow._queue) == 0
         send_once(stream)
         assert len(greetings) == 2

@@ -66,5 +66,5 @@ def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
     told = [event for event in heard[:answer] if isinstance(event, Progress)]
     assert told[-1].status.values["sample_count"] == 90
     assert [event.drawing for event in told] == [None] * len(told)
-    shown = next(event.shown for event in heard if isinstance(event, Progress) and event.shown is not None)
-    assert shown["frame"] == heard[answer].result
+    shown = next(event.status for event in heard if isinstance(event, Progress) and event.drawing is not None)
+    assert shown.position == heard[answer].result

@@ -3,7 +3,6 @@
 import { Figure, Lines } from "./figure.js";
 import { smallestSpan, unitOf } from "../../shared/format.js";
 import { curve, isGone, shares, valueOf } from "../history.js";
-import { thresholds } from "../timeline.js";
 
 const DASHES = [4, 3];
 /** Within its row a feature's line leaves this free above and below. */
@@ -57,7 +56,7 @@ class SigmaPlot extends Curve {
     super.draw(store);
     const { session } = store;
     const source = this.#gamma.data_source;
-    const data = staircase(thresholds(session), session.frames - 1);
+    const data = staircase(session.thresholds, session.frames - 1);
     if (JSON.stringify(data) !== JSON.stringify(source.data)) source.data = data;
     const levels = data.value.filter(Number.isFinite);
     this.reach(Math.max(smallestSpan(unitOf(session)), this.lines.most, ...levels));

@@ -3,7 +3,6 @@
 import { h } from "../../shared/dom.js";
 import { number, quantity, unitOf } from "../../shared/format.js";
 import { curve, shares, valueOf } from "../history.js";
-import { thresholds } from "../timeline.js";
 
 /**
  * The title.
@@ -76,7 +75,7 @@ function key(token, word) {
 
 /** The thresholds in force in the frame that is shown. */
 function gammas(session) {
-  return thresholds(session)
+  return session.thresholds
     .map(({ steps }) => steps.filter(({ frame }) => frame <= session.position).at(-1)?.value)
     .filter((value) => typeof value === "number");
 }

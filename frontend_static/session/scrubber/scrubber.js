@@ -7,7 +7,7 @@ import { fill, h } from "../../shared/dom.js";
 import { smallestSpan, unitOf } from "../../shared/format.js";
 import { onTheme, tokens } from "../../shared/theme.js";
 import { coalesce, later, throttle } from "../../shared/timing.js";
-import { marks, thresholds } from "../timeline.js";
+import { marks } from "../timeline.js";
 import { Axis, HEIGHT, ROWS, paint, playhead } from "./paint.js";
 import { describe, mixtureOf } from "./words.js";
 
@@ -147,7 +147,7 @@ export class Scrubber {
         colour: branch.colour,
         active: branch.id === session.branch,
       })),
-      thresholds: thresholds(session),
+      thresholds: session.thresholds,
       bookmarks: session.bookmarks.filter((mark) => !mark.branch || mark.branch === session.branch),
       marks: this.#marks,
       smallest: smallestSpan(unitOf(session)),

@@ -1,0 +1,45 @@
+"""Where to look when a target was lost: at the frames before, where another choice can still save it."""
+
+from collections.abc import Sequence
+
+__all__ = ["APPROACH_FRAMES", "approach", "before_loss"]
+
+APPROACH_FRAMES = 10
+"""So many frames before a loss one begins to watch."""
+
+MEMORY_FRAMES = 40
+"""A target that was out of sight so many frames before it was lost was lost for that."""
+
+
+def approach(loss: int) -> int:
+    """Return the frame from which to watch what happens in another one."""
+    return max(0, loss - APPROACH_FRAMES)
+
+
+def before_loss(lost: Sequence[bool], hidden: Sequence[bool], frame: int) -> int | None:
+    """Return the frame from which to watch how the target was lost.
+
+    That is some frames before the loss, or before the target went out of sight if that led to it, but after the loss
+    that was before.
+
+    Args:
+        lost: For each frame, whether the target is lost by the truth or by the tracker's own account.
+        hidden: For each frame, whether the target is out of sight.
+        frame: The last loss that began at or before this frame is meant; failing that, the first one after it.
+
+    Returns:
+        The frame; None if the target was never lost.
+    """
+    losses = _starts(lost)
+    if not losses:
+        return None
+    loss = max((start for start in losses if start <= frame), default=losses[0])
+    went = max((start for start in _starts(hidden) if start <= loss), default=None)
+    led_to_it = went is not None and any(hidden[max(went, loss - MEMORY_FRAMES) : loss + 1])
+    first = approach(went if went is not None and led_to_it else loss)
+    return max((index + 1 for index in range(first, loss) if lost[index]), default=first)
+
+
+def _starts(flags: Sequence[bool]) -> list[int]:
+    """Return the frames in which something begins to hold."""
+    return [index for index, holds in enumerate(flags) if holds and (index == 0 or not flags[index - 1])]

@@ -1,0 +1,40 @@
+"""Where to look when a target was lost."""
+
+import pytest
+
+from pftrack.runs.loss import approach, before_loss
+
+
+def flags(*spans: tuple[int, int], frames: int = 100) -> list[bool]:
+    return [any(first <= frame <= last for first, last in spans) for frame in range(frames)]
+
+
+@pytest.mark.parametrize(
+    ("lost", "hidden", "frame", "expected"),
+    [
+        ([], [], 50, None),
+        ([(60, 70)], [], 99, 50),
+        ([(60, 70)], [], 0, 50),
+        ([(60, 70), (80, 99)], [], 79, 50),
+        ([(60, 70), (80, 99)], [], 80, 71),
+        ([(4, 9)], [], 50, 0),
+        ([(60, 70)], [(40, 55)], 99, 30),
+        ([(60, 70)], [(10, 15)], 99, 50),
+        ([(60, 70)], [(10, 15), (58, 90)], 99, 48),
+        ([(60, 70)], [(61, 65)], 99, 50),
+        ([(60, 70)], [(5, 25)], 99, 0),
+        ([(60, 70), (75, 99)], [], 99, 71),
+        ([(20, 40), (60, 70)], [(45, 55)], 99, 41),
+    ],
+)
+def test_the_approach_to_a_loss(
+    lost: list[tuple[int, int]], hidden: list[tuple[int, int]], frame: int, expected: int | None
+) -> None:
+    """It leads to ten frames before the last loss, or before what hid the target shortly before."""
+    assert before_loss(flags(*lost), flags(*hidden), frame) == expected
+
+
+def test_the_run_begins_somewhere() -> None:
+    """There is nothing before the first frame, also when the target is lost from the beginning."""
+    assert approach(3) == 0
+    assert before_loss([True, True], [False, False], 1) == 0

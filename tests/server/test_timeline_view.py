@@ -1,0 +1,48 @@
+"""What a page is told of a timeline."""
+
+from typing import Any
+
+from server.schemas.spec import BranchSpec, ChangeModel
+from server.sessions.timeline_view import threshold_views, timeline_view
+
+DECLARATIONS: list[dict[str, Any]] = [
+    {"name": "gate", "default": 5.0, "role": "threshold", "threshold_of": "sigma", "trackers": ["hard"]},
+    {"name": "count", "default": 800, "role": "particles", "threshold_of": "", "trackers": []},
+]
+
+
+def branch(*changes: tuple[int, dict[str, Any]], **more: Any) -> BranchSpec:
+    timeline = [ChangeModel(frame=frame, values=values) for frame, values in changes]
+    return BranchSpec(id="b0", title="Main", tracker="hard", first_tracker="hard", timeline=timeline, **more)
+
+
+def test_a_change_is_told_with_what_it_replaced() -> None:
+    """Each change names the values before it: those of the beginning, the defaults, or those of the change before."""
+    told = timeline_view(
+        branch(
+            (0, {"gate": 4.0}),
+            (10, {"gate": 3.0, "count": 200}),
+            (20, {"gate": 2.0, "tracker": "soft"}),
+            first_values={"gate": 4.0},
+        ),
+        DECLARATIONS,
+    )
+    assert [change.before for change in told] == [
+        {},
+        {"gate": 4.0, "count": 800},
+        {"gate": 3.0, "tracker": "hard"},
+    ]
+
+
+def test_a_threshold_holds_while_its_tracker_is_in_charge() -> None:
+    """A threshold has a step for each change, and none where another tracker is in charge; others are not told."""
+    (view,) = threshold_views(branch((10, {"gate": 3.0}), (20, {"tracker": "soft"})), DECLARATIONS)
+    assert (view.name, view.of) == ("gate", "sigma")
+    assert [(step.frame, step.value) for step in view.steps] == [(0, 5.0), (10, 3.0), (20, None)]
+    assert threshold_views(branch((0, {"tracker": "soft"})), DECLARATIONS) == []
+
+
+def test_a_run_without_changes_has_its_thresholds() -> None:
+    """Without any change the value of the beginning holds from the first frame on."""
+    (view,) = threshold_views(branch(first_values={"gate": 7.0}), DECLARATIONS)
+    assert [(step.frame, step.value) for step in view.steps] == [(0, 7.0)]
