@@ -193,7 +193,7 @@ export interface ExperimentDetail {
   presets: PresetPublic[];
   thumbnail: string;
   declarations: Declaration[];
-  layers: Record<string, boolean>;
+  layers: Layer[];
   schema: Record<string, any>;
 }
 
@@ -257,6 +257,21 @@ export interface Frames {
   rows: Record<string, any>[];
 }
 
+/** An entry of the legend. */
+export interface Key {
+  colour: string;
+  meaning: string;
+}
+
+/** What can be switched on and off in a drawing. */
+export interface Layer {
+  name: string;
+  title: string;
+  shown: boolean;
+  legend: Key[];
+  role: "" | "through time" | "flat only";
+}
+
 /** What is known of the cells of one method, a list a quantity. */
 export interface MapPublic {
   tracker: string;
@@ -273,6 +288,12 @@ export interface MapPublic {
 /** With which method to open a run; with its own if none is named. */
 export interface OpenRequest {
   tracker?: string | null;
+}
+
+/** The only thing that a page says where it receives drawings: how many it has painted or left out since it came. */
+export interface Painted {
+  type: "painted";
+  count: number;
 }
 
 /** The values in force and how they came about; `values` are those that changed, from `frame` on. */
@@ -458,7 +479,7 @@ export interface SessionPublic {
   parameters: Record<string, boolean | number | string>;
   declarations: Record<string, any>[];
   trackers: TrackerPublic[];
-  layers: Record<string, boolean>;
+  layers: Layer[];
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
   branch: string;
