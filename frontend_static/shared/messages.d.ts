@@ -128,6 +128,15 @@ export interface ComparisonPublic {
   p_value: (number | null)[];
 }
 
+/** What a panel needs to know of a parameter beside its declaration. */
+export interface ControlPublic {
+  name: string;
+  label: string;
+  hint: string;
+  step: number | null;
+  slider: [number, number] | null;
+}
+
 /** What there is to know of one parameter, as the page, the command line and the documentation need it. */
 export interface Declaration {
   name: string;
@@ -145,6 +154,7 @@ export interface Declaration {
   trackers: string[];
   role: "" | "particles" | "threshold" | "loss_share";
   threshold_of: string;
+  sets: number;
 }
 
 /** A sweep of which somebody wants to know the size before it starts. */
@@ -478,6 +488,7 @@ export interface SessionPublic {
   message: string | null;
   parameters: Record<string, boolean | number | string>;
   declarations: Record<string, any>[];
+  controls: ControlPublic[];
   trackers: TrackerPublic[];
   layers: Layer[];
   timeline: ChangePublic[];

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.parameters import Value
+from server.schemas.controls import ControlPublic
 from server.schemas.panel import SPEEDS
 from server.schemas.spec import Bookmark
 
@@ -110,6 +111,7 @@ class SessionPublic(BaseModel):
     message: str | None = None
     parameters: dict[str, Value]
     declarations: list[dict[str, Any]]
+    controls: list[ControlPublic] = []
     trackers: list[TrackerPublic]
     layers: list[Layer]
     timeline: list[ChangePublic]

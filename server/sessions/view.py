@@ -5,6 +5,8 @@ from pydantic import TypeAdapter
 from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.palette import BRANCHES, hexadecimal
+from pftrack.parameters import Declaration
+from server.schemas.controls import controls_of
 from server.schemas.messages import BranchPublic, Phase, SessionPublic, TrackerPublic
 from server.schemas.spec import SessionSpec
 from server.sessions.timeline_view import threshold_views, timeline_view
@@ -13,6 +15,7 @@ from server.worker.protocol import SessionInfo
 __all__ = ["LAYERS", "branch_views", "view"]
 
 PLOTS, READINGS, LAYERS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading]), TypeAdapter(list[Layer])
+DECLARATIONS: TypeAdapter[list[Declaration]] = TypeAdapter(list[Declaration])
 
 
 def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None, *, playing: bool) -> SessionPublic:
@@ -39,6 +42,7 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         message=message,
         parameters=spec.values,
         declarations=card.declarations,
+        controls=controls_of(DECLARATIONS.validate_python(card.declarations), spec.values),
         trackers=[TrackerPublic(id=name, title=title) for name, title in card.trackers.items()],
         layers=LAYERS.validate_python(card.layers),
         timeline=timeline_view(active, card.declarations),

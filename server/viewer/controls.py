@@ -1,45 +1,21 @@
 """One control of the panel, made from the declaration of one parameter.
 
-Whole numbers and numbers are sliders, which in viser carry a box to type into. Where a slider over the whole range
-would jump by many steps at a pixel, the box has the whole range, and a slider below it the part that one works in.
-viser passes on whatever a browser sends, so nothing is trusted: the session validates, and the panel shows the answer.
+Whole numbers and numbers are sliders, which in viser carry a box to type into; a slider for a part of the range stands
+below a box for the whole. viser passes on whatever a browser sends, so nothing is trusted: the session validates, and
+the panel shows the answer.
 """
 
-import math
 from collections.abc import Callable
 from typing import Any
 
 import viser
 
 from pftrack.parameters import Declaration, Value
+from server.schemas.controls import ControlPublic, control_of
 
-__all__ = ["Control", "Handle", "label_of", "working_range"]
-
-FINE_STEPS = 1000
-"""Positions up to which one slider is enough."""
-SLIDER_STEPS = 100_000
-"""Positions beyond which there is no slider: numbers like these are names, not amounts."""
+__all__ = ["Control", "Handle"]
 
 Handle = Any  # viser's handles are generic over their value and assign through `__setattr__`
-
-
-def label_of(declaration: Declaration) -> str:
-    """Return a parameter's title with its unit."""
-    return f"{declaration.title} ({declaration.unit})" if declaration.unit else declaration.title
-
-
-def working_range(declaration: Declaration, value: float) -> tuple[float, float]:
-    """Return the part of a wide range that a slider shows: up to about five times what is in force.
-
-    Args:
-        declaration: With both bounds.
-        value: In force.
-    """
-    low, high = declaration.minimum or 0.0, declaration.maximum or 0.0
-    reach = 5.0 * abs(value) or 200.0 * (declaration.step or 1.0)
-    power = 10.0 ** math.floor(math.log10(reach))
-    reach = next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if reach <= factor * power * (1.0 + 1e-9))
-    return max(low, -reach), min(high, reach)
 
 
 class Control:
@@ -91,7 +67,8 @@ class Control:
 
 
 def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> tuple[Handle, ...]:
-    label, hint = label_of(declaration), _hint(declaration)
+    control = control_of(declaration, value)
+    label, hint = control.label, control.hint
     shown = _to_handle(declaration, value)
     match declaration.kind:
         case "boolean":
@@ -101,35 +78,26 @@ def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> 
         case "colour":
             return (server.gui.add_rgb(label, shown, hint=hint),)
         case _:
-            return _make_number(server.gui, declaration, shown)
+            return _make_number(server.gui, declaration, control, shown)
 
 
-def _make_number(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> tuple[Handle, ...]:
+def _make_number(
+    gui: viser.GuiApi, declaration: Declaration, control: ControlPublic, shown: Handle
+) -> tuple[Handle, ...]:
     number = int if declaration.kind == "integer" else float
-    label, hint = label_of(declaration), _hint(declaration)
     low, high = declaration.minimum, declaration.maximum
     if low is None or high is None or not low <= shown <= high or low == high:
-        return (gui.add_number(label, shown, hint=hint),)
-    step = number(declaration.step or (1 if number is int else (high - low) / 100.0))
-    steps = (high - low) / step
-    if steps <= FINE_STEPS:
-        return (gui.add_slider(label, number(low), number(high), step, shown, marks=(), hint=hint),)
-    box = gui.add_number(label, shown, min=number(low), max=number(high), step=step, hint=hint)
-    if steps > SLIDER_STEPS:
+        return (gui.add_number(control.label, shown, hint=control.hint),)
+    step = number(control.step or 1)
+    bounds = number(low), number(high)
+    slider = tuple(number(bound) for bound in control.slider or ())
+    if slider == bounds:
+        return (gui.add_slider(control.label, *bounds, step, shown, marks=(), hint=control.hint),)
+    box = gui.add_number(control.label, shown, min=bounds[0], max=bounds[1], step=step, hint=control.hint)
+    if not slider:
         return (box,)
     # Without a label: the style sheet gives such a slider the whole width and hides its box.
-    start, end = (number(bound) for bound in working_range(declaration, float(shown)))
-    return box, gui.add_slider("", start, end, step, shown, marks=(), hint=hint)
-
-
-def _hint(declaration: Declaration) -> str:
-    unit = f" {declaration.unit}" if declaration.unit else ""
-    sentences = [declaration.description]
-    if declaration.minimum is not None and declaration.maximum is not None:
-        sentences.append(f"From {declaration.minimum:g} to {declaration.maximum:g}{unit}.")
-    if not declaration.live:
-        sentences.append("A change restarts the run.")
-    return " ".join(sentences)
+    return box, gui.add_slider("", slider[0], slider[1], step, shown, marks=(), hint=control.hint)
 
 
 def _to_handle(declaration: Declaration, value: Value) -> Handle:

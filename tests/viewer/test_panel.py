@@ -3,12 +3,9 @@
 import threading
 import time
 
-import pytest
-
 from pftrack.parameters import Value
 from server.schemas.panel import InForce
-from server.viewer.controls import working_range
-from tests.viewer.host import DECLARATIONS, Peer, Session, Site, declare, drawing, wait_for
+from tests.viewer.host import DECLARATIONS, Peer, Session, Site, drawing, wait_for
 
 
 def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer) -> None:
@@ -52,24 +49,6 @@ def test_a_wide_range_has_a_box_and_a_slider_that_show_the_same(session: Session
     wait_for(lambda: session.values["sample_count"] == 90_000)
     wait_for(lambda: peer.control("")["value"] == 5000)
     assert session.changes == [{"sample_count": 1200}, {"sample_count": 90_000}]
-
-
-@pytest.mark.parametrize(
-    ("minimum", "maximum", "step", "value", "expected"),
-    [
-        (1, 100_000, 1, 800, (1, 5000)),
-        (0, 1000, 0.5, 20, (0, 100)),
-        (0.01, 200, 0.1, 4, (0.01, 20)),
-        (-960, 960, 1, 0, (-200, 200)),
-        (1, 100_000, 1, 60_000, (1, 100_000)),
-    ],
-)
-def test_the_working_range_holds_the_value_and_round_numbers(
-    minimum: float, maximum: float, step: float, value: float, expected: tuple[float, float]
-) -> None:
-    """It reaches to about five times what is in force, within the bounds."""
-    declaration = declare("a", "A", "number", value, minimum=minimum, maximum=maximum, step=step)
-    assert working_range(declaration, value) == pytest.approx(expected)
 
 
 def test_the_authoritative_value_is_shown_and_proposes_nothing(session: Session, peer: Peer) -> None:
