@@ -18,6 +18,7 @@ PAGE = """<!doctype html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>pftrack REST interface</title>
 <link rel="icon" href="/static/shared/icon.svg" type="image/svg+xml">
+<link rel="stylesheet" href="/static/shared/palette.css">
 <link rel="stylesheet" href="/static/shared/style.css">
 <style>
 main {{ max-width: 60rem; margin: 0 auto; padding: 1rem; }}

@@ -1,6 +1,6 @@
 /** What a cell looks like, and what is said of it, in each of the ways to see a sweep. */
 
-import { diverging, verdict, VERDICTS, viridis } from "./colours.js";
+import { SIGNS, diverging, verdict, viridis } from "./colours.js";
 
 const USUAL_SHARE = 0.95;
 
@@ -55,7 +55,7 @@ export function comparisonLook(store) {
     if (comparison === null) return { ...there, colour: null };
     if (view.show === "significance") {
       const code = comparison.verdict[index];
-      return { ...there, colour: there.filled > 0 ? verdict(code) : null, outlined: true, text: VERDICTS[code].sign };
+      return { ...there, colour: there.filled > 0 ? verdict(code) : null, outlined: true, text: SIGNS[code] };
     }
     const value = comparison.difference[index];
     if (value === null) return { ...there, colour: null };

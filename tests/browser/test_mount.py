@@ -61,7 +61,8 @@ LEFT = """() => ({
     views: [...(window.Bokeh?.index ?? [])].length,
     elements: document.querySelectorAll("body *").length,
 })"""
-PAGE = """<head><link rel="stylesheet" href="/static/shared/style.css"><title>Two</title>
+PAGE = """<head><link rel="stylesheet" href="/static/shared/palette.css">
+<link rel="stylesheet" href="/static/shared/style.css"><title>Two</title>
 <style>main { display: grid; grid-template-columns: 1fr 1fr; height: 100vh }</style></head>
 <body><main><div id="a"></div><div id="b"></div></main></body>"""
 MOUNT = """async ([place, options, shared]) => {
