@@ -9,6 +9,7 @@ import pytest
 from pftrack.drawing import Drawing, Picture
 from server.flat.codec import DrawingEncoder, EncodedDrawing, decode
 from server.flat.feed import WINDOW, DrawingFeed, Watcher
+from tests.server.apart import run
 
 
 class Worker:
@@ -62,10 +63,6 @@ class Page:
 
     def paints(self) -> None:
         self.watcher.painted(len(self.frames))
-
-
-def run(scenario: object) -> None:
-    asyncio.run(scenario)  # type: ignore[arg-type]
 
 
 def test_nobody_draws_for_an_empty_room() -> None:
