@@ -12,7 +12,8 @@ from pftrack.frame import Frame
 from pftrack.layer import Layer
 from pftrack.parameters import Parameters, Value
 from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
-from pftrack.runs.diagnostics import Diagnostics, Series
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.series import Series, SeriesValue, joined
 from pftrack.sources.points import Marks
 from pftrack.sources.recording import Box
 from pftrack.sources.sequence import FrameSequence
@@ -203,7 +204,8 @@ class Experiment:
         finder: How it finds its target on a recording by itself, where it does, so that no box is needed.
         truth: The kind of truth that comes with a recording.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
-        series: (frame, state) -> what else to write down of it, by name.
+        series: What it measures of every frame beside what its trackers report, such as distances from the truth.
+        measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
         report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
         features: Names of the target's points, in the order in which series have one number for each.
         target: What is tracked, one word.
@@ -232,12 +234,32 @@ class Experiment:
     finder: Finder | None = None
     truth: TruthKind = BOXES
     scale: float = 1.0
-    series: Callable[[Frame, Any], Mapping[str, Series]] | None = None
+    series: tuple[Series, ...] = ()
+    measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
     report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
     features: tuple[str, ...] = ()
     target: str = "target"
     plots: tuple[Plot, ...] = STANDARD_PLOTS
     readings: tuple[Reading, ...] = STANDARD_READINGS
+
+    def __post_init__(self) -> None:
+        """Refuse plots and readings of series that nobody declares.
+
+        Raises:
+            ValueError: A plot or reading names an unknown series, or two different series have one name.
+        """
+        known = {series.name for series in self.declared()}
+        shown = [name for plot in self.plots for name in plot.names]
+        shown += [name for reading in self.readings for name in reading.names]
+        for name in shown:
+            if name not in known:
+                raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
+
+    def declared(self, *trackers: str) -> tuple[Series, ...]:
+        """Return all series that a run with these trackers, or with any if none is named, may have."""
+        chosen = trackers or tuple(self.trackers)
+        return joined(*(self.trackers[name].series for name in chosen), self.series)
+
     interface: int = 0
 
     @property

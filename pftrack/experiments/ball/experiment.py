@@ -155,8 +155,9 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 def _caption(step: Step) -> str:
     row = step.diagnostics
     parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
-    if row.proposal != "none":
-        parts.append(f"{row.prediction_count} by prediction, {row.observation_count} by observation")
+    samples = row.vector("samples")
+    if samples is not None:
+        parts.append("{:g} by prediction, {:g} by observation".format(*samples))
     if row.error is not None:
         parts.append(f"error {row.error:.1f} px" + (", lost" if row.lost else ""))
     return " · ".join(parts)

@@ -58,7 +58,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     for name, sign in (("upper", 2.0), ("lower", -2.0)):
         band = _curve(frames, estimates + sign * sigmas)
         primitives[name] = Polyline(band, COLOURS["observation"], 1.0, "uncertainty")
-    references = [past_row.reference for past_row in rows]
+    references = [past_row.vector("exact") for past_row in rows]
     exact = np.array([reference[0] for reference in references if reference])
     if len(exact) == len(frames):
         primitives["exact"] = Polyline(_curve(frames, exact), COLOURS["second"], 2.0, "exact (Kalman)")
