@@ -21,7 +21,18 @@ from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.trackers import Tracker
 
-__all__ = ["INTERFACE", "Draw", "Experiment", "Finder", "OnVideo", "Preset", "Setup", "Sighting", "Step"]
+__all__ = [
+    "INTERFACE",
+    "Draw",
+    "ExampleSweep",
+    "Experiment",
+    "Finder",
+    "OnVideo",
+    "Preset",
+    "Setup",
+    "Sighting",
+    "Step",
+]
 
 INTERFACE = 1
 """Version of what an experiment and the library expect of each other: raised with every change that may break one."""
@@ -63,6 +74,23 @@ class Preset:
     tracker: str
     parameters: Mapping[str, Value] = field(default_factory=dict)
     seed: int = 0
+
+
+@dataclass(frozen=True)
+class ExampleSweep:
+    """A sweep that is worth starting as it stands.
+
+    Attributes:
+        axes: Values of the parameters that are varied, by name.
+        trackers: Names of the trackers that are compared.
+        trials: Runs of each tracker in each condition.
+        frames: Length of a run.
+    """
+
+    axes: Mapping[str, tuple[Value, ...]]
+    trackers: tuple[str, ...]
+    trials: int
+    frames: int
 
 
 @dataclass(frozen=True)
@@ -211,6 +239,7 @@ class Experiment:
         target: What is tracked, one word.
         plots: What is drawn of a run over its frames, in the order in which it is shown.
         readings: What is written of the frame that is shown, in that order.
+        example_sweep: A sweep to begin with; where there is none, its first two numbers are varied.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -241,6 +270,8 @@ class Experiment:
     target: str = "target"
     plots: tuple[Plot, ...] = STANDARD_PLOTS
     readings: tuple[Reading, ...] = STANDARD_READINGS
+    example_sweep: ExampleSweep | None = None
+    interface: int = 0
 
     def __post_init__(self) -> None:
         """Refuse plots and readings of series that nobody declares.
@@ -259,8 +290,6 @@ class Experiment:
         """Return all series that a run with these trackers, or with any if none is named, may have."""
         chosen = trackers or tuple(self.trackers)
         return joined(*(self.trackers[name].series for name in chosen), self.series)
-
-    interface: int = 0
 
     @property
     def accepts_video(self) -> bool:

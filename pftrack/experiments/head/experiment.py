@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
-from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.head.recording import on_video
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
@@ -221,4 +221,11 @@ EXPERIMENT = Experiment(
     target="face",
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
+    # How fast may the driver turn, with how few particles?
+    example_sweep=ExampleSweep(
+        {"speed": (0.5, 1, 2, 3, 4), "sample_count": (10, 20, 50, 200)},
+        trackers=("pf-asd", "alpha-1", "alpha-0"),
+        trials=2,
+        frames=200,
+    ),
 )

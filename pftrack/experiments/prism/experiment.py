@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
-from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.pose.placing import heights, placed
 from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_measure, pose_series
 from pftrack.experiments.pose.sketch import (
@@ -181,4 +181,11 @@ EXPERIMENT = Experiment(
     target="prism",
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
+    # Where the affine camera's error and the corners' noise decide which prediction is worth more.
+    example_sweep=ExampleSweep(
+        {"distance_mm": (70, 80, 100, 150, 300), "noise_px": (1, 3, 10, 20, 40)},
+        trackers=("pf-asd", "alpha-1", "alpha-0"),
+        trials=5,
+        frames=200,
+    ),
 )

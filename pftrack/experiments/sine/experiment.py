@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
-from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
 from pftrack.layer import Key, Layer
 from pftrack.runs.diagnostics import Diagnostics
@@ -139,4 +139,10 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=_mean_distance,
     target="signal",
+    example_sweep=ExampleSweep(
+        {"sample_count": (10, 30, 100, 300, 1000), "dimension": (1, 2, 3, 4, 5)},
+        trackers=("condensation", "kalman"),
+        trials=10,
+        frames=120,
+    ),
 )

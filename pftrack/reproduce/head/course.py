@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from pftrack.frame import Frame
 from pftrack.geometry.face_model import fit_similarity, mean_model, person
 from pftrack.geometry.rotation import wrapped
-from pftrack.likelihoods.template import EYE_DISTANCE_PX
 from pftrack.parameters import revise
 from pftrack.random import Purpose, Stream
 from pftrack.sources.head import HeadSceneParameters, HeadSource
@@ -24,6 +23,7 @@ from pftrack.sources.source import History
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import eye_distance
 from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 from pftrack.trackers.pose.methods import Method
 
 __all__ = ["Course", "Drive", "Model", "Trial", "distance_mm", "drive"]
