@@ -91,13 +91,44 @@ class Axes:
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A triangle mesh: vertices (n, 3) float32 px, faces (m, 3) int32, one colour and opacity."""
+    """A triangle mesh.
+
+    Attributes:
+        vertices: (n, 3) px.
+        faces: (m, 3) numbers of vertices.
+        colour: Of all of it, or (n, 3) RGB of the vertices, between which it changes gradually.
+        opacity: Of all of it, 0..1, or (n,) of the vertices.
+        layer: That it is on.
+
+    Raises:
+        ValueError: There is not one colour or opacity for each vertex.
+    """
 
     vertices: NDArray[np.float32]
     faces: NDArray[np.int32]
-    colour: Colour
-    opacity: float
+    colour: Colour | NDArray[np.uint8]
+    opacity: float | NDArray[np.float32]
     layer: str
+
+    def __post_init__(self) -> None:
+        """Refuse colours and opacities that do not belong to the vertices."""
+        count = len(self.vertices)
+        for what, values, shape in (("colour", self.colour, (count, 3)), ("opacity", self.opacity, (count,))):
+            if isinstance(values, np.ndarray) and values.shape != shape:
+                raise ValueError(f"expected one {what} or an array of shape {shape}, got one of {values.shape}")
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether all of it has the same colour and opacity."""
+        return not (isinstance(self.colour, np.ndarray) or isinstance(self.opacity, np.ndarray))
+
+    @property
+    def rgba(self) -> NDArray[np.float32]:
+        """Colour and opacity of each vertex, (n, 4), 0..1."""
+        values = np.empty((len(self.vertices), 4), dtype=np.float32)
+        values[:, :3] = np.asarray(self.colour, dtype=np.float32) / 255.0
+        values[:, 3] = self.opacity
+        return values
 
 
 @dataclass(frozen=True, slots=True)

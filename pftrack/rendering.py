@@ -35,6 +35,7 @@ SHIFT = 4  # OpenCV takes positions as whole sixteenths of a pixel
 FAR_PX = 30_000.0  # beyond this OpenCV's whole numbers overflow
 ELLIPSE_CORNERS = 72
 STAMPED_FROM = 5_000  # so many points are stamped at once, without antialiasing
+RIM_PX = 3
 LARGEST_PICTURE_PX = 64_000_000
 # What OpenCV's font lacks.
 GLYPHS = str.maketrans({"·": "-", "–": "-", "—": "-", "×": "x", "…": "...", "σ": "sigma", "γ": "gamma", "°": " deg"})
@@ -189,11 +190,29 @@ def _mesh(mesh: Mesh, canvas: NDArray[np.uint8], scale: float) -> None:
     normals = np.cross(edges[:, 0], edges[:, 1]).astype(np.float64)
     facing = np.abs(normals[:, 2]) / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)
     places = _sixteenths(corners.reshape(-1, 3), scale).reshape(-1, 3, 2)
+    order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
+    colours = np.broadcast_to(np.asarray(mesh.colour, np.float64), mesh.vertices.shape)[mesh.faces].mean(axis=1)
     layer = canvas.copy()
-    for face in np.argsort(corners[:, :, 2].mean(axis=1), kind="stable"):
-        shade = (np.array(mesh.colour) * (0.4 + 0.6 * facing[face])).tolist()
+    for face in order:
+        shade = (colours[face] * (0.4 + 0.6 * facing[face])).tolist()
         cv2.fillConvexPoly(layer, places[face], shade, cv2.LINE_AA, SHIFT)
-    cv2.addWeighted(layer, mesh.opacity, canvas, 1 - mesh.opacity, 0, dst=canvas)
+    if not isinstance(mesh.opacity, np.ndarray):
+        cv2.addWeighted(layer, mesh.opacity, canvas, 1 - mesh.opacity, 0, dst=canvas)
+        return
+    share = _opacities(places[order], mesh.opacity[mesh.faces[order]].mean(axis=1), canvas.shape[:2])
+    canvas[:] = np.rint(share * layer + (1.0 - share) * canvas)
+
+
+def _opacities(places: NDArray[np.int32], opacities: NDArray[np.float32], size: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return how opaque a mesh is at each pixel of the canvas, (height, width, 1), its triangles painted in order."""
+    mask = np.zeros(size, np.uint8)
+    values = np.rint(255.0 * np.clip(opacities, 0.0, 1.0)).astype(int).tolist()
+    # A rim beneath: the layer's own edge is soft already, and would be so twice.
+    for triangle, value in zip(places, values, strict=True):
+        cv2.polylines(mask, [triangle], True, value, RIM_PX, cv2.LINE_8, SHIFT)
+    for triangle, value in zip(places, values, strict=True):
+        cv2.fillConvexPoly(mask, triangle, value, cv2.LINE_AA, SHIFT)
+    return mask[..., None].astype(np.float32) / np.float32(255.0)
 
 
 @_paint.register

@@ -1,6 +1,7 @@
 """Drawings are painted where their coordinates say, in their colours, layer by layer."""
 
 import itertools
+from typing import Any
 
 import cv2
 import numpy as np
@@ -157,6 +158,51 @@ def test_empty_primitives_draw_nothing() -> None:
         Links(np.zeros((0, 2, 3), np.float32), BLUE, 1.0, "links"),
     ):
         assert (single(primitive) == 255).all()
+
+
+SQUARE = f32([4, 4, 0], [36, 4, 0], [36, 26, 0], [4, 26, 0])
+HALVES = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+
+
+def test_a_mesh_of_equal_vertices_is_one_of_one_colour() -> None:
+    """To the bit in colour, and to the rounding of one in opacity, which is painted in 255 steps."""
+    plain = single(Mesh(SQUARE, HALVES, BLUE, 0.6, "mesh"))
+    np.testing.assert_array_equal(single(Mesh(SQUARE, HALVES, np.tile(np.uint8(BLUE), (4, 1)), 0.6, "mesh")), plain)
+    opacities = np.full(4, 0.6, np.float32)
+    np.testing.assert_allclose(single(Mesh(SQUARE, HALVES, BLUE, opacities, "mesh")).astype(int), plain, atol=1)
+
+
+def test_a_triangle_has_the_mean_colour_and_opacity_of_its_corners() -> None:
+    """Each vertex counts for a third, in the triangles that it belongs to."""
+    colours = np.array([[0, 0, 0], [240, 0, 0], [0, 120, 0], [0, 0, 60]], np.uint8)
+    picture = single(Mesh(SQUARE, HALVES, colours, 1.0, "mesh"))
+    np.testing.assert_allclose(picture[8, 30], (80, 40, 0), atol=1)
+    np.testing.assert_allclose(picture[22, 10], (0, 40, 20), atol=1)
+    opacities = np.array([0.0, 0.6, 0.0, 0.9], np.float32)
+    faint = single(Mesh(SQUARE, HALVES, (0, 0, 0), opacities, "mesh"))
+    np.testing.assert_allclose(faint[8, 30], 255 * (1 - 0.2), atol=2)
+    np.testing.assert_allclose(faint[22, 10], 255 * (1 - 0.3), atol=2)
+
+
+def test_the_nearer_side_of_a_mesh_hides_the_further_one() -> None:
+    """What it does not let through is its own opacity, not the product of both."""
+    two = np.concatenate([SQUARE, SQUARE + f32(0, 0, 9)])
+    opacities = np.repeat(np.float32([1.0, 0.4]), 4)
+    mesh = Mesh(two, np.concatenate([HALVES, HALVES + 4]), (0, 0, 0), opacities, "mesh")
+    np.testing.assert_allclose(single(mesh)[15, 20], 255 * 0.6, atol=2)
+
+
+@pytest.mark.parametrize(
+    ("colour", "opacity", "message"),
+    [
+        (np.zeros((3, 3), np.uint8), 1.0, r"expected one colour or an array of shape \(4, 3\), got one of \(3, 3\)"),
+        (BLUE, np.ones(5, np.float32), r"expected one opacity or an array of shape \(4,\), got one of \(5,\)"),
+    ],
+)
+def test_colours_must_belong_to_the_vertices(colour: Any, opacity: Any, message: str) -> None:
+    """The sentence names what was expected and what was given."""
+    with pytest.raises(ValueError, match=message):
+        Mesh(SQUARE, HALVES, colour, opacity, "mesh")
 
 
 def test_an_ellipse_passes_through_the_ends_of_its_half_axes() -> None:

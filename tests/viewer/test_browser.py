@@ -5,10 +5,13 @@ Software rendering is slow, so content is awaited and never counted by the secon
 
 import contextlib
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
+from pftrack.drawing import Mesh
 from server.schemas.panel import InForce
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing, wait_for
@@ -296,3 +299,28 @@ def _await(page: Any, condition: Callable[[], bool]) -> None:
             return
         page.wait_for_timeout(50)
     raise AssertionError("waited in vain")
+
+
+def test_a_mesh_has_the_colours_of_its_vertices(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:
+    """Viser's client reads the file: colours in proportion to light, with opacity, blended; and new ones after them."""
+    corners = np.array(((60, 60, 2), (200, 60, 2), (60, 180, 2)), dtype=np.float32)
+    faces = np.array(((0, 1, 2),), dtype=np.int32)
+    colours = np.array(((255, 0, 0), (0, 255, 0), (0, 0, 255)), dtype=np.uint8)
+    attributes = """(() => {
+        let found = null;
+        window.__viserMutable.nodeRefFromName['/mesh']?.traverse((item) => {
+            if (!item.isMesh || !item.geometry.attributes.color) return;
+            const { color } = item.geometry.attributes;
+            const { transparent } = item.material;
+            found = [color.itemSize, color.getX(0), color.getY(1), color.getZ(2), color.getW(2), transparent];
+        });
+        return JSON.stringify(found);
+    })()"""
+    shown = drawing(3)
+    for opacity in (1.0, 0.5):
+        opacities = np.full(3, opacity, dtype=np.float32)
+        mesh = Mesh(corners, faces, colours, opacities, "estimate")
+        session.viewer.show(replace(shown, primitives={**shown.primitives, "mesh": mesh}), {"frame": 3})
+        blended = str(opacity < 1.0).lower()
+        until(scene, f"{attributes}.replace(/0\\.50000\\d+/, '0.5') === '[4,1,1,1,{opacity:g},{blended}]'")
+    assert opened[1] == []

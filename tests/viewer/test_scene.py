@@ -150,6 +150,45 @@ def test_of_a_mesh_that_moves_only_the_vertices_are_sent(session: Session, peer:
     wait_for(lambda: node["faces"] is not faces and tuple(node["color"]) == COLOURS["lost"])
 
 
+def test_of_a_mesh_that_changes_its_colour_only_that_is_sent(session: Session, peer: Peer) -> None:
+    """It stands where it stood."""
+    mesh = triangle(3.0)
+    session.viewer.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
+    wait_for(lambda: "/mesh" in peer.nodes)
+    node = peer.nodes["/mesh"]
+    vertices = node["vertices"]
+    session.viewer.show(with_item(drawing(1), "mesh", replace(mesh, colour=COLOURS["lost"])), {"frame": 1})
+    wait_for(lambda: tuple(node["color"]) == COLOURS["lost"])
+    assert node["vertices"] is vertices
+
+
+def test_a_mesh_with_colours_of_its_own_is_a_file_that_is_sent_when_it_changes(session: Session, peer: Peer) -> None:
+    """Viser takes colours of vertices in no other way; a mesh that becomes one of one colour is another node."""
+    colours = np.array(((255, 0, 0), (0, 255, 0), (0, 0, 255)), dtype=np.uint8)
+    mesh = replace(triangle(3.0), colour=colours)
+    session.viewer.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
+    wait_for(lambda: "/mesh" in peer.nodes)
+    node = peer.nodes["/mesh"]
+    assert node["kind"] == "GlbMessage"
+    file = bytes(node["glb_data"])
+    session.viewer.show(with_item(drawing(1, 50), "mesh", replace(mesh, colour=colours.copy())), {"frame": 1})
+    wait_for(lambda: len(points(peer)) == 50)
+    assert bytes(node["glb_data"]) == file
+    fading = replace(mesh, opacity=np.array((1.0, 0.5, 0.0), dtype=np.float32))
+    session.viewer.show(with_item(drawing(2), "mesh", fading), {"frame": 2})
+    wait_for(lambda: bytes(node["glb_data"]) != file)
+    session.viewer.show(with_item(drawing(3), "mesh", triangle(3.0)), {"frame": 3})
+    wait_for(lambda: peer.nodes["/mesh"]["kind"] == "MeshMessage")
+
+
+def test_a_mesh_that_is_nowhere_is_not_shown(session: Session, peer: Peer) -> None:
+    """A place that is not a number hides it, as in a film, until there is one."""
+    session.viewer.show(with_item(drawing(), "mesh", triangle(3.0)), {"frame": 0})
+    wait_for(lambda: peer.visible.get("/mesh"))
+    session.viewer.show(with_item(drawing(1), "mesh", triangle(np.nan)), {"frame": 1})
+    wait_for(lambda: peer.visible.get("/mesh") is False)
+
+
 def test_a_mesh_is_pressed_into_its_layer(session: Session, peer: Peer) -> None:
     """From the front what is painted later lies before it, and its own parts keep their order; from aside it rises."""
 
