@@ -6,7 +6,7 @@ import pytest
 
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
-from tests.browser.views import PublicModel, SessionPage
+from tests.browser.views import SessionPage, View
 
 SMALL: dict[str, Any] = {
     "experiment": "ball",
@@ -23,7 +23,7 @@ FAILING = {"i": 1, "j": 1}
 OPTIONS = ("Difference", "Significance", "Error", "Success")
 
 
-class SweepPage(PublicModel):
+class SweepPage(View):
     """The page of a sweep."""
 
     @property
@@ -87,7 +87,7 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
         page.locator(f"[data-field='axes.{index}.values']").fill(values)
     page.locator("[data-field=trials] input").fill("60")
     page.locator("[data-field=frames] input").fill("60")
-    form = PublicModel(page)
+    form = View(page)
     form.until(
         lambda: page.inner_text(".plan-size .figure >> nth=0") == "1,080 runs", "the form tells the number of runs"
     )
@@ -183,7 +183,7 @@ def test_errors_stand_beside_their_field(page: Any, width: int, complaints: Comp
     page.set_viewport_size({"width": width, "height": 800})
     page.goto("/sweep/new")
     page.wait_for_selector(".plan-size")
-    form = PublicModel(page)
+    form = View(page)
     page.locator("[data-field='axes.0.values']").fill("5, 1000")
     beside = page.locator("[data-field='axes.0'] .wrong")
     form.until(beside.is_visible, "the error is shown")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.gaze import gaze
 from tests.browser.host import Server
-from tests.browser.views import Gallery, PublicModel, SessionPage
+from tests.browser.views import Gallery, SessionPage, View
 from tests.experiments.heads import empty, film, marked, pictures, simulated
 
 COUNT, WIDTH = 90, 320
@@ -29,7 +29,7 @@ SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden]
 SHARED = "async (session) => (await import('/static/session/share.js')).wishOf(session)"
 
 
-class Form(PublicModel):
+class Form(View):
     """The form in which the target of an upload is shown."""
 
     def follow_a_head(self) -> None:

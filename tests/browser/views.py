@@ -71,7 +71,7 @@ GLYPH = """(name) => {
 }"""
 
 
-class PublicModel:
+class View:
     """A page with a way to await what it shows."""
 
     def __init__(self, page: Any) -> None:
@@ -86,7 +86,7 @@ class PublicModel:
         raise AssertionError(f"waited in vain until {what}")
 
 
-class Gallery(PublicModel):
+class Gallery(View):
     """The page of experiments."""
 
     def card(self, experiment: str) -> Any:
@@ -97,7 +97,7 @@ class Gallery(PublicModel):
         self.page.set_input_files("#file-picker", {"name": name, "mimeType": mime, "buffer": content})
 
 
-class SessionPage(PublicModel):
+class SessionPage(View):
     """The page of a session."""
 
     def __init__(self, page: Any, server: Server) -> None:
