@@ -96,7 +96,7 @@ def in_browser(server: Server, browser: Any, repeats: int) -> dict[str, list[flo
     """Latencies in ms of the occluder's slider while the run plays, by keyboard and by dragging."""
     session = server.start(play=True, parameters={"distracter_radius_px": 0})
     page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.goto(f"{server.url}/session/{session}")
+    page.goto(f"{server.url}/session/{session}?view=scene")
     scene = scene_of(page)
     until(scene, SEEN)
     page.wait_for_timeout(3_000)

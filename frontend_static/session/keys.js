@@ -112,6 +112,8 @@ function find(actions, key, shiftKey) {
 /** Whether the element that has the focus needs this key itself. */
 function takesKeys(target, key) {
   if (!(target instanceof Element)) return false;
+  // A slider moves by arrows and the like; everything else goes to the run.
+  if (target.closest("input[type=range]")) return /^(Arrow|Home|End|Page)/.test(key);
   if (target.closest("input:not([type=checkbox]):not([type=radio]), textarea, select, [contenteditable]")) return true;
   return (key === " " || key === "Enter") && target.closest("button, a, summary") !== null;
 }

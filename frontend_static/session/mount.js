@@ -29,6 +29,7 @@ const KEPT = "What was saved of it is in the gallery.";
  * @property {string} [session]
  * @property {object|Promise<object>} [recipe]
  * @property {readonly import("./layout.js").Part[]} [parts]
+ * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
  * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
  */

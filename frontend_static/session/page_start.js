@@ -11,7 +11,7 @@ const id = decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1
 const element = document.querySelector('[data-part="session"]');
 
 export const start = new SessionStart(element, id === NEW ? { recipe: readRecipe() } : { session: id });
-if (id === NEW) start.begun.then(({ session }) => history.replaceState(null, "", session.page), () => {});
+if (id === NEW) start.begun.then(({ session }) => history.replaceState(null, "", session.page + location.search), () => {});
 
 async function readRecipe() {
   try {

@@ -1,42 +1,57 @@
 /**
- * The frame that holds the 3-D scene, and what lies over it when there is no scene to see: loading, crashed, suspended,
- * gone, or a browser without 3-D graphics (which gets plain pictures instead).
+ * Where the run itself is seen, flat or in three dimensions, and what lies over it when there is nothing to see: loading,
+ * crashed, suspended, gone.
  */
 
-import { api } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { notice } from "../shared/notice.js";
-import { isDark, onTheme } from "../shared/theme.js";
-import { after, later, throttle } from "../shared/timing.js";
-import { Preview } from "./preview.js";
-import { viewerReady } from "./viewer_ready.js";
+import { later } from "../shared/timing.js";
+import { FlatScene } from "./flat/flat_scene.js";
+import { SpatialScene } from "./spatial_scene.js";
+import { chosenView, graphics, rememberView } from "./view_choice.js";
+
+/** @import { SessionPublic } from "../shared/messages.js" */
+/** @import { Mounted } from "./mount.js" */
+/** @import { ViewKind } from "./view_choice.js" */
+
+/**
+ * What a view tells while it comes up.
+ *
+ * @typedef {object} Progress
+ * @property {() => void} seen There is a picture of the run to see, or will be none before the view itself.
+ * @property {() => void} drawn The view itself is drawn.
+ */
 
 /** Later than elsewhere: a skeleton just before the picture would only make it flicker. */
 const SKELETON_AFTER_MS = 500;
-const PICTURES_EVERY_MS = 200;
-/** How long the scene's script, which keeps the browser busy, waits for the picture that shall be seen before it. */
-const PREVIEW_FIRST_MS = 400;
+const NO_GRAPHICS = "This browser offers no 3-D graphics (WebGL 2). Turning hardware acceleration on, or another browser, brings the scene.";
 
 export class Scene {
   #root;
   #signal;
+  #fixed;
   #cover = h("div", { class: "cover", hidden: true });
-  #frame = null;
-  #preview = null;
-  #pictures = null;
-  #id = null;
+  /** @type {FlatScene|SpatialScene|null} */
+  #view = null;
+  #endView = new AbortController();
+  /** @type {{id: string, session: Promise<SessionPublic>}|null} */
+  #what = null;
+  /** @type {Mounted|null} */
+  #mounted = null;
   #shows = false;
 
   /**
    * @param {HTMLElement} root
    * @param {AbortSignal} signal Aborted when the scene is taken from the page.
+   * @param {ViewKind} [fixed] The view to show; without it the page's choice, which a switch changes.
    */
-  constructor(root, signal) {
+  constructor(root, signal, fixed) {
     this.#root = root;
     this.#signal = signal;
+    this.#fixed = fixed;
     fill(root, this.#cover);
+    signal.addEventListener("abort", () => this.#endView.abort());
     later(() => !this.#shows && this.#cover.hidden && this.#show(skeleton()), SKELETON_AFTER_MS, signal);
-    onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
   }
 
   /** Resolves when there is a picture of the run to see, or will be none before the scene. */
@@ -49,60 +64,83 @@ export class Scene {
     this.resolveDrawn = resolve;
   });
 
+  /** The window of the scene's frame, if it has one. */
   get window() {
-    return this.#frame?.contentWindow ?? null;
+    return this.#view?.window ?? null;
   }
 
-  /** Show a session, of which nothing but its name has to be known, and whether it stands still at its beginning. */
-  open(id, isFresh) {
-    this.#id = id;
-    this.#load(isFresh);
+  /**
+   * Show a session.
+   *
+   * @param {string} id
+   * @param {Promise<SessionPublic>} session What else is known of it, as soon as it is.
+   * @param {boolean} isFresh Whether it stands still at its beginning.
+   */
+  open(id, session, isFresh) {
+    this.#what = { id, session };
+    const kind = this.#fixed ?? chosenView();
+    if (this.#fixed === undefined) this.#root.append(viewSwitch(kind, (chosen) => this.#choose(chosen)));
+    this.#put(kind, isFresh);
   }
 
   /**
    * Follow what becomes of the session.
    *
-   * @param {import("./mount.js").Mounted} view
+   * @param {Mounted} mounted
    */
-  follow({ store, commands }) {
-    let down = false;
-    let alive = true;
+  follow(mounted) {
+    const { store, commands } = mounted;
+    this.#mounted = mounted;
+    this.#view?.follow(mounted);
     store.on("session connection", () => {
-      if (store.connection === "lost") down = true;
-      if (store.session === null || store.connection !== "open") return;
-      const serves = !["starting", "suspended", "crashed"].includes(store.session.state);
-      // A frame without focus does not look for its server again, and a revived worker has a new one: load it anew.
-      if (serves && (down || !alive)) this.#load();
-      alive = serves;
-      if (this.#preview) this.#preview.stopped = !serves;
-      if (serves) down = false;
-      this.#state(store.session, commands);
-    });
-    store.on("position branches", () => {
-      this.#preview?.refresh(store.session.playing);
-      this.#pictures?.(store.session);
+      if (store.session !== null && store.connection === "open") this.#state(store.session, commands);
     });
   }
 
   /** Say that there is nothing to show, why, and the one way on. */
   fail(title, message, action) {
-    this.#id = null;
-    this.#settle();
-    this.#frame?.remove();
+    this.#remove();
+    this.#root.querySelector(".view-switch")?.remove();
+    this.#seeing();
+    this.resolveDrawn();
     this.#show(notice(title, message, action));
   }
 
+  /** @param {ViewKind} kind */
+  #choose(kind) {
+    rememberView(kind);
+    this.#put(kind, false);
+  }
+
+  /**
+   * @param {ViewKind} kind
+   * @param {boolean} isFresh
+   */
+  #put(kind, isFresh) {
+    this.#remove();
+    this.#endView = new AbortController();
+    const { signal } = this.#endView;
+    const on = { seen: () => this.#seeing(), drawn: () => this.#drawnNow() };
+    const { id, session } = this.#what;
+    this.#view = kind === "flat" ? new FlatScene(id, session, on, signal) : new SpatialScene(id, isFresh, on, signal);
+    this.#cover.before(this.#view.element);
+    if (this.#mounted) this.#view.follow(this.#mounted);
+  }
+
+  #remove() {
+    this.#endView.abort();
+    this.#view?.element.remove();
+    this.#view = null;
+  }
+
   #state(session, commands) {
+    const resume = { label: "Resume", run: () => commands.resume() };
     if (session.state === "crashed") {
-      this.#show(notice("The tracker stopped", session.message ?? "Its process ended unexpectedly. Nothing up to this frame is lost.", {
-        label: "Resume",
-        run: () => commands.resume(),
-      }));
+      const message = session.message ?? "Its process ended unexpectedly. Nothing up to this frame is lost.";
+      this.#show(notice("The tracker stopped", message, resume));
     } else if (session.state === "suspended") {
-      this.#show(notice("This session sleeps", session.message ?? "It was not used for a while. It goes on where it was.", {
-        label: "Resume",
-        run: () => commands.resume(),
-      }));
+      const message = session.message ?? "It was not used for a while. It goes on where it was.";
+      this.#show(notice("This session sleeps", message, resume));
     } else if (session.state === "starting") {
       if (this.#shows) this.#show(skeleton());
     } else if (this.#shows) {
@@ -110,63 +148,16 @@ export class Scene {
     }
   }
 
-  async #load(isFresh = false) {
-    if (this.#pictures) return;
-    const preview = new Preview(this.#id, isFresh, this.#signal);
-    const isNewest = () => this.#preview === preview && !this.#signal.aborted;
-    this.#preview?.element.remove();
-    this.#preview = preview;
-    this.#cover.before(preview.element);
-    const first = preview.first.then(() => isNewest() && this.#seeing());
-    await Promise.race([first, after(PREVIEW_FIRST_MS, this.#signal)]);
-    this.resolveSeen();
-    if (!isNewest()) return;
-    if (!hasWebGl()) {
-      this.#plain();
-      return;
-    }
-    const frame = h("iframe", { src: `/viz/${encodeURIComponent(this.#id)}/?theme=${theme()}`, title: "Scene", class: "scene-frame", allow: "fullscreen" });
-    if (this.#frame) this.#frame.replaceWith(frame);
-    else this.#root.prepend(frame);
-    this.#frame = frame;
-    if (await viewerReady(frame, isNewest, this.#signal)) {
-      this.#seeing();
-      this.#settle();
-    }
-  }
-
   /** There is something to see now: nothing has to be said about loading any more. */
   #seeing() {
     this.#shows = true;
     if (!this.#cover.querySelector(".notice")) this.#cover.hidden = true;
-  }
-
-  /** No preview is needed any more. */
-  #settle() {
-    this.#shows = true;
-    this.#preview?.element.remove();
-    this.#preview = null;
     this.resolveSeen();
-    this.resolveDrawn();
   }
 
-  /** Pictures instead of a scene. */
-  #plain() {
-    const image = h("img", { class: "scene-picture", alt: "The current frame with what the tracker believes" });
-    const ask = (query) => {
-      image.src = `${api.frameAddress(this.#id)}?${query}`;
-    };
-    let now = null;
-    const refresh = throttle(() => ask(`frame=${now.position}&branch=${now.branch}`), PICTURES_EVERY_MS, this.#signal);
-    this.#pictures = (session) => {
-      now = session;
-      refresh();
-    };
-    ask("first");
-    const hint = h("p", { class: "hint" }, "This browser offers no 3-D graphics (WebGL 2), so here are pictures. Turning hardware acceleration on, or another browser, brings the scene and its controls.");
-    this.#root.prepend(h("div", { class: "scene-flat" }, image, hint));
+  #drawnNow() {
     this.#seeing();
-    this.#settle();
+    this.resolveDrawn();
   }
 
   #show(content) {
@@ -177,20 +168,29 @@ export class Scene {
   }
 }
 
+/**
+ * @param {ViewKind} kind Which is shown.
+ * @param {(kind: ViewKind) => void} choose
+ */
+function viewSwitch(kind, choose) {
+  const buttons = [button("flat", "Flat", "The picture from the front"), button("scene", "3-D", "The scene in three dimensions")];
+  function button(is, text, title) {
+    const press = () => {
+      if (element.getAttribute("aria-pressed") === "true") return;
+      if (is === "scene" && graphics() === "none") {
+        element.disabled = true;
+        element.title = NO_GRAPHICS;
+        return;
+      }
+      for (const each of buttons) each.setAttribute("aria-pressed", String(each === element));
+      choose(is);
+    };
+    const element = h("button", { type: "button", title, "aria-pressed": String(is === kind), data: { view: is }, on: { click: press } }, text);
+    return element;
+  }
+  return h("div", { class: "view-switch", role: "group", "aria-label": "View" }, buttons);
+}
+
 function skeleton() {
   return h("div", { class: "skeleton-scene", "aria-label": "Loading the scene", data: { said: "loading" } }, h("div", { class: "shimmer" }));
-}
-
-function theme() {
-  return isDark() ? "dark" : "light";
-}
-
-function hasWebGl() {
-  try {
-    const context = document.createElement("canvas").getContext("webgl2");
-    context?.getExtension("WEBGL_lose_context")?.loseContext();
-    return context !== null;
-  } catch {
-    return false;
-  }
 }

@@ -13,6 +13,7 @@ import { Scene } from "./scene.js";
  * @property {object|Promise<object>} [recipe] Otherwise what to start one with: the body of POST sessions, and whether
  *     it shall `play`.
  * @property {readonly import("./layout.js").Part[]} [parts] What of it to show; everything if not given.
+ * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  */
 
 export class SessionStart {
@@ -22,12 +23,12 @@ export class SessionStart {
    * @param {HTMLElement} element What holds the session.
    * @param {Beginning} beginning
    */
-  constructor(element, { session, recipe, parts = PARTS }) {
+  constructor(element, { session, recipe, parts = PARTS, view }) {
     this.element = element;
     this.places = arrange(element, parts);
     this.isNew = recipe !== undefined;
     /** The scene, if it is among the parts. */
-    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal) : null;
+    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, view) : null;
     /** The session, and the recipe that it was started with, if it was started here. */
     this.begun = this.isNew ? this.#start(recipe) : this.#find(session);
     // Whoever waits for it says what was wrong; until somebody does, it is no accident.
@@ -49,12 +50,13 @@ export class SessionStart {
     const recipe = await given;
     const { play, ...body } = recipe;
     const session = await api.start(body);
-    if (!this.signal.aborted) this.scene?.open(session.id, !recipe.position);
+    if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
     return { session, recipe };
   }
 
   async #find(id) {
-    this.scene?.open(id, false);
-    return { session: await api.session(id), recipe: null };
+    const session = api.session(id);
+    this.scene?.open(id, session, false);
+    return { session: await session, recipe: null };
   }
 }

@@ -331,13 +331,12 @@ export interface Ping {
 export interface Plot {
   id: string;
   title: string;
-  kind: "error" | "sigma" | "sample size" | "samplers" | "band" | "interval" | "features" | "frequency" | "hypotheses";
+  kind: "error" | "sigma" | "sample size" | "proposals" | "band" | "features" | "share";
   description: string;
   unit: string;
   series: string[];
   sd: string;
   truth: string;
-  component: number;
   visible: string;
   recognised: string;
   levels: number[];
@@ -396,18 +395,10 @@ export interface Progress {
 /** A line of figures that belongs to one frame. */
 export interface Reading {
   title: string;
-  kind: "estimate" | "error" | "sigma" | "particles" | "samplers" | "evidence" | "time" | "value" | "interval" | "count" | "hypotheses";
+  kind: "estimate" | "error" | "sigma" | "particles" | "proposal" | "evidence" | "time" | "value" | "count";
   unit: string;
   series: string;
   sd: string;
-}
-
-/** One number that is kept of a series over a whole run, such as a column of a sweep. */
-export interface Reduction {
-  name: string;
-  title: string;
-  how: "mean" | "share" | "count";
-  component: string;
 }
 
 /** A change that came through the scene's panel was refused. */
@@ -439,18 +430,6 @@ export interface RunPublic {
   summary: Record<string, any>;
   thumbnail: string;
   page: string;
-}
-
-/** The declaration of something measured in every frame. */
-export interface Series {
-  name: string;
-  title: string;
-  unit: string;
-  shape: "number" | "vector" | "interval" | "hypotheses";
-  role: "" | "particles" | "ess" | "share" | "flag";
-  components: string[];
-  colours: string[];
-  reductions: Reduction[];
 }
 
 /** What a new session is to be. */
@@ -494,7 +473,6 @@ export interface SessionPublic {
   unit: string;
   target: string;
   features: string[];
-  series: Series[];
   plots: Plot[];
   readings: Reading[];
   first_tracker: string;

@@ -41,11 +41,11 @@ def run(
     video: Annotated[Path | None, typer.Option(help="A video, an animated GIF or a folder of pictures.")] = None,
     box: Annotated[
         str | None,
-        typer.Option(metavar="X,Y,W,H", help="The target's box on the first frame, px; some are found without."),
+        typer.Option(metavar="X,Y,W,H", help="The target's box on the first frame, px; a face is found without."),
     ] = None,
     points: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The target's features on the first frame, JSON or CSV with name,x,y, px."),
+        typer.Option(metavar="FILE", help="The face's features on the first frame, JSON or CSV with name,x,y, px."),
     ] = None,
     start: Annotated[
         str | None,

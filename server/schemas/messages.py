@@ -11,7 +11,6 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.parameters import Value
-from pftrack.series import Series
 from server.schemas.controls import ControlPublic
 from server.schemas.panel import SPEEDS
 from server.schemas.spec import Bookmark
@@ -97,7 +96,6 @@ class SessionPublic(BaseModel):
     unit: str = "px"
     target: str = "target"
     features: list[str] = []
-    series: list[Series] = []
     plots: list[Plot] = []
     readings: list[Reading] = []
     first_tracker: str

@@ -43,9 +43,13 @@ def complaints() -> Complaints:
     return Complaints()
 
 
+# Left to itself a page shows the flat view here, where WebGL runs in software.
+SCENE_CHOSEN = "if (location.origin !== 'null') localStorage['pftrack-view'] ??= 'scene'"
+
+
 @pytest.fixture
-def page(chromium: Any, server: Server, complaints: Complaints) -> Iterator[Any]:
-    """A fresh page of 1280 x 800; at the end its console has to be clean."""
+def unchosen(chromium: Any, server: Server, complaints: Complaints) -> Iterator[Any]:
+    """A fresh page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean."""
     context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=server.url, color_scheme="light")
     context.set_default_timeout(60_000)
     page = context.new_page()
@@ -55,6 +59,13 @@ def page(chromium: Any, server: Server, complaints: Complaints) -> Iterator[Any]
     context.close()
     server.end_sessions()
     assert complaints.unexpected == []
+
+
+@pytest.fixture
+def page(unchosen: Any) -> Any:
+    """A fresh page of somebody who wants to see the 3-D scene."""
+    unchosen.add_init_script(SCENE_CHOSEN)
+    return unchosen
 
 
 @pytest.fixture

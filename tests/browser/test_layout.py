@@ -1,11 +1,10 @@
-"""Little room, darkness, and no 3-D graphics: everything stays readable."""
+"""Little room and darkness: everything stays readable."""
 
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
 Watch = Callable[..., SessionPage]
@@ -79,22 +78,3 @@ def test_the_switch_goes_through_light_and_dark_and_is_kept(gallery: Gallery) ->
     page.click("[data-role=theme]")
     page.emulate_media(color_scheme="light")
     gallery.until(lambda: background() != light, "dark was chosen")
-
-
-def test_without_webgl_there_are_pictures(page: Any, server: Server) -> None:
-    """A browser without 3-D graphics is told so and gets the frames as plain pictures."""
-    page.add_init_script(
-        "const real = HTMLCanvasElement.prototype.getContext;"
-        "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
-        " return kind.startsWith('webgl') ? null : real.call(this, kind, ...more); };"
-    )
-    session = server.start_session()
-    page.goto(session["page"])
-    page.locator("text=no 3-D graphics").wait_for()
-    picture = "document.querySelector('.scene-picture')"
-    view = SessionPage(page, server)
-    view.until(lambda: page.evaluate(f"{picture}.naturalWidth > 0"), "the frame is shown as a picture")
-    source = page.evaluate(f"{picture}.src")
-    page.keyboard.press("ArrowRight")
-    view.until(lambda: page.evaluate(f"{picture}.src") != source, "the next frame is shown")
-    view.until(lambda: page.evaluate(f"{picture}.naturalWidth > 0"), "it is a picture, too")

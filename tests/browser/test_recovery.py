@@ -64,7 +64,7 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
     context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=own_server.url)
     page = context.new_page()
     page.set_default_timeout(60_000)
-    page.goto(session["page"])
+    page.goto(f"{session['page']}?view=scene")
     shown = SessionPage(page, own_server).ready()
     shown.stands_at(20)
     errors = own_server.column(shown.id, "error")

@@ -22,7 +22,7 @@ def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, 
 
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
     other = context.new_page()
-    other.goto(link)
+    other.goto(link.replace("#", "?view=scene#"))
     again = SessionPage(other, server).ready()
     again.stands_at(40)
     assert again.id != shown.id

@@ -187,7 +187,7 @@ class TestTracked:
         assert session["box"] is None
         assert steer(client, session["id"], "seek", frame=FRAMES - 1)["head"] == FRAMES - 1
         rows = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
-        assert rows["searching"][-1] is False
+        assert rows["series"][-1]["face"] == 1.0
 
     def test_what_was_found_is_kept(self, client: httpx.Client, late: bytes) -> None:
         """Without a box the face is found, later than asked for if need be, and a second start does not look again."""

@@ -1,14 +1,18 @@
 /** Which layers of a session's drawings are shown; views paint by it, panels switch it. */
 
+/** @import { Layer } from "../../shared/messages.js" */
+
 export class Layers {
   /** @type {Map<string, boolean>} */
   #shown;
   /** @type {Set<() => void>} */
   #listeners = new Set();
 
-  /** @param {Record<string, boolean>} [shown] A layer that is not named is shown. */
-  constructor(shown = {}) {
-    this.#shown = new Map(Object.entries(shown));
+  /** @param {readonly Layer[]} [declared] A layer that is not among them is shown. */
+  constructor(declared = []) {
+    /** Those that can be seen from the front. */
+    this.declared = declared.filter(({ role }) => role !== "through time");
+    this.#shown = new Map(declared.map(({ name, shown, role }) => [name, shown && role !== "through time"]));
   }
 
   /** @param {string} layer */

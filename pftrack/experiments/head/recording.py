@@ -17,7 +17,7 @@ from pftrack.experiment import Setup
 from pftrack.experiments.head.start import first_face
 from pftrack.frame import Landmarks, Target
 from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
-from pftrack.likelihoods.template import luma
+from pftrack.likelihoods.template import EYE_DISTANCE_PX, luma
 from pftrack.parameters import revise
 from pftrack.sources.points import Marks
 from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
@@ -26,7 +26,6 @@ from pftrack.sources.truth import PoseTable, Truth
 from pftrack.trackers.head.memory import around, eye_distance
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.step import camera_of
-from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 
 __all__ = ["RecordedHeadParameters", "on_video"]
 

@@ -1,0 +1,146 @@
+/** One control, made from the declaration of one parameter: it proposes values and shows what is in force. */
+
+import { h } from "../../shared/dom.js";
+
+/** @import { ControlPublic, Declaration } from "../../shared/messages.js" */
+/** @import { Value } from "./proposals.js" */
+
+/**
+ * @typedef {object} Control
+ * @property {HTMLElement} element
+ * @property {(value: Value) => void} show
+ */
+
+/** Digits that a number is shown with. */
+const DIGITS = 6;
+let made = 0;
+
+/**
+ * @param {Declaration} declaration
+ * @param {ControlPublic} turning
+ * @param {(value: Value) => void} propose
+ * @returns {Control}
+ */
+export function makeControl(declaration, turning, propose) {
+  switch (declaration.kind) {
+    case "boolean":
+      return checkbox(turning.label, turning.hint, propose);
+    case "choice":
+      return choice(turning.label, turning.hint, declaration.choices.map((text) => [text, text]), propose);
+    case "colour":
+      return colour(turning, propose);
+    default:
+      return amount(declaration, turning, propose);
+  }
+}
+
+/**
+ * @param {string} label
+ * @param {string} hint
+ * @param {(value: boolean) => void} propose
+ * @returns {Control}
+ */
+export function checkbox(label, hint, propose) {
+  const box = h("input", { type: "checkbox", on: { change: () => propose(box.checked) } });
+  const element = h("label", { class: "control check", title: hint }, box, h("span", {}, label));
+  return { element, show: (value) => (box.checked = Boolean(value)) };
+}
+
+/**
+ * @param {string} label
+ * @param {string} hint
+ * @param {[string, string][]} options Values with their titles.
+ * @param {(value: string) => void} propose
+ * @returns {Control}
+ */
+export function choice(label, hint, options, propose) {
+  const select = h(
+    "select",
+    { on: { change: () => propose(select.value) } },
+    options.map(([value, title]) => h("option", { value }, title)),
+  );
+  return { element: labelled(label, hint, select), show: (value) => (select.value = String(value)) };
+}
+
+/**
+ * A box for a number, and nothing else.
+ *
+ * @param {string} label
+ * @param {string} hint
+ * @param {{min?: number|null, max?: number|null}} bounds
+ * @param {(value: number) => void} propose
+ * @returns {Control}
+ */
+export function numberBox(label, hint, bounds, propose) {
+  const box = numberInput(bounds, propose);
+  return { element: labelled(label, hint, box), show: (value) => void (box.value = shown(Number(value))) };
+}
+
+/**
+ * @param {Declaration} declaration
+ * @param {ControlPublic} turning
+ * @param {(value: number) => void} propose
+ * @returns {Control}
+ */
+function amount({ minimum, maximum }, { label, hint, step, slider }, propose) {
+  const bounds = { min: minimum, max: maximum };
+  if (slider === null) return numberBox(label, hint, bounds, propose);
+  const [low, high] = slider;
+  const range = h("input", { type: "range", min: low, max: high, step: step ?? "any", "aria-label": label, "aria-description": hint });
+  const box = numberInput(bounds, (value) => {
+    range.value = String(value);
+    propose(value);
+  });
+  range.addEventListener("input", () => {
+    box.value = shown(range.valueAsNumber);
+    propose(range.valueAsNumber);
+  });
+  const show = (/** @type {Value} */ value) => {
+    range.value = String(value);
+    box.value = shown(Number(value));
+  };
+  const element = h("div", { class: "control amount-control" }, labelled(label, hint, box), range);
+  return { element, show };
+}
+
+/**
+ * @param {ControlPublic} turning
+ * @param {(value: string) => void} propose
+ * @returns {Control}
+ */
+function colour({ label, hint }, propose) {
+  const box = h("input", { type: "color", on: { input: () => propose(box.value) } });
+  return { element: labelled(label, hint, box), show: (value) => (box.value = String(value)) };
+}
+
+/**
+ * @param {{min?: number|null, max?: number|null}} bounds
+ * @param {(value: number) => void} propose
+ * @returns {HTMLInputElement}
+ */
+function numberInput({ min, max }, propose) {
+  // Whether a value is allowed is for the server to say, in words that name the bounds.
+  const box = h("input", { type: "number", min, max, step: "any", inputmode: "decimal" });
+  box.addEventListener("change", () => {
+    if (Number.isFinite(box.valueAsNumber)) propose(box.valueAsNumber);
+  });
+  return box;
+}
+
+/**
+ * @param {string} label
+ * @param {string} hint
+ * @param {HTMLElement} input
+ */
+function labelled(label, hint, input) {
+  made += 1;
+  const id = `control-${made}`;
+  input.id = id;
+  input.setAttribute("aria-description", hint);
+  return h("div", { class: "control", title: hint }, h("label", { for: id }, label), input);
+}
+
+/** @param {number} value */
+function shown(value) {
+  return String(Number.isInteger(value) ? value : Number(value.toPrecision(DIGITS)));
+}

@@ -1,0 +1,148 @@
+/**
+ * The panel of a session in plain HTML: tracker, seed, every parameter that the tracker reads, and what to draw.
+ *
+ * A control never decides. It proposes a value, the session accepts or refuses it, and the panel shows what the session
+ * says.
+ */
+
+import { api } from "../../shared/api.js";
+import { fill, h } from "../../shared/dom.js";
+import { attempt } from "../../shared/toast.js";
+import { checkbox, choice, makeControl, numberBox } from "./control.js";
+import { Proposals } from "./proposals.js";
+
+/** @import { Layers } from "../flat/layers.js" */
+/** @import { Declaration } from "../../shared/messages.js" */
+/** @import { Control } from "./control.js" */
+/** @import { Value } from "./proposals.js" */
+
+/** Controls that are unfolded at first; a group is unfolded whole or not at all. */
+const OPEN_ROWS = 15;
+const TRACKER = "tracker";
+const SEED = "seed";
+const TRACKER_HINT = "The method that follows the target; a change counts from the next frame.";
+const SEED_HINT = "The same seed gives the same scene and the same run, to the bit. A change begins the run anew.";
+
+/**
+ * @typedef {object} Group
+ * @property {HTMLElement} element
+ * @property {{control: Control, declaration: Declaration}[]} members
+ */
+
+export class Panel {
+  #root;
+  #store;
+  #layers;
+  #proposals;
+  /** @type {Map<string, Control>} */
+  #controls = new Map();
+  /** @type {Group[]} */
+  #groups = [];
+
+  /**
+   * @param {HTMLElement} root
+   * @param {import("../store.js").Store} store Of a session that is known.
+   * @param {Layers} layers
+   * @param {AbortSignal} signal
+   */
+  constructor(root, store, layers, signal) {
+    this.#root = root;
+    this.#store = store;
+    this.#layers = layers;
+    this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), signal);
+    this.#build();
+    this.#show();
+    store.on("session connection", () => !signal.aborted && this.#show());
+  }
+
+  #build() {
+    const { session } = this.#store;
+    const propose = (/** @type {string} */ name) => (/** @type {Value} */ value) => this.#proposals.propose(name, value);
+    const trackers = session.trackers.map(({ id, title }) => [id, title]);
+    this.#controls.set(TRACKER, choice("Tracker", TRACKER_HINT, trackers, propose(TRACKER)));
+    this.#controls.set(SEED, numberBox("Seed", SEED_HINT, { min: 0 }, propose(SEED)));
+    const turnings = new Map(session.controls.map((turning) => [turning.name, turning]));
+    /** @type {Map<string, Group["members"]>} */
+    const groups = new Map();
+    for (const declaration of session.declarations) {
+      const turning = turnings.get(declaration.name);
+      if (turning === undefined) continue;
+      const control = makeControl(declaration, turning, propose(declaration.name));
+      this.#controls.set(declaration.name, control);
+      const title = declaration.group || "Parameters";
+      groups.set(title, [...(groups.get(title) ?? []), { control, declaration }]);
+    }
+    this.#groups = folded(groups);
+    fill(
+      this.#root,
+      h("h2", { class: "visually-hidden" }, "Parameters"),
+      [TRACKER, SEED].map((name) => this.#controls.get(name)?.element),
+      this.#legend(),
+      this.#groups.map(({ element }) => element),
+      this.#drawn(),
+    );
+  }
+
+  /** What can be switched on and off. */
+  #drawn() {
+    const boxes = this.#layers.declared.map(({ name, title }) => {
+      const box = checkbox(title, "", (shown) => this.#layers.set(name, shown));
+      box.show(this.#layers.isShown(name));
+      return box.element;
+    });
+    return h("details", { class: "control-group" }, h("summary", {}, "What to draw"), boxes);
+  }
+
+  /** What the colours mean, each meaning once. */
+  #legend() {
+    const keys = new Map(this.#layers.declared.flatMap(({ legend }) => legend.map((key) => [`${key.colour} ${key.meaning}`, key])));
+    const entries = [...keys.values()].map(({ colour, meaning }) =>
+      h("li", { class: "legend-key" }, h("i", { style: `background: var(--${colour})` }), meaning),
+    );
+    return h("ul", { class: "legend", "aria-label": "Legend" }, entries);
+  }
+
+  /** Show what is in force, except on a control that is in somebody's hand, and only what the tracker reads. */
+  #show() {
+    const { session, connection, isAwake } = this.#store;
+    const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.seed };
+    for (const [name, control] of this.#controls) {
+      if (!this.#proposals.holds(name) && name in inForce) control.show(inForce[name]);
+    }
+    for (const { element, members } of this.#groups) {
+      for (const { control, declaration } of members) {
+        control.element.hidden = declaration.trackers.length > 0 && !declaration.trackers.includes(session.tracker);
+      }
+      element.hidden = members.every(({ control }) => control.element.hidden);
+    }
+    this.#root.toggleAttribute("inert", connection !== "open" || !isAwake);
+  }
+
+  /**
+   * @param {Record<string, Value>} values
+   * @returns {Promise<boolean>}
+   */
+  async #send({ [SEED]: seed, ...values }) {
+    const { id } = this.#store.session;
+    const accepted = await attempt(async () => {
+      if (Object.keys(values).length > 0) await api.parameters(id, values);
+      if (seed !== undefined) await api.transport(id, "restart", { seed });
+      return true;
+    });
+    return accepted === true;
+  }
+}
+
+/**
+ * @param {Map<string, Group["members"]>} groups
+ * @returns {Group[]}
+ */
+function folded(groups) {
+  let room = OPEN_ROWS;
+  return [...groups].map(([title, members]) => {
+    const open = members.length <= room;
+    if (open) room -= members.length;
+    const element = h("details", { class: "control-group", open }, h("summary", {}, title), members.map(({ control }) => control.element));
+    return { element, members };
+  });
+}

@@ -1,0 +1,85 @@
+/** The frame that holds the 3-D scene, and the library's own picture in its place while it is still loading. */
+
+import { h } from "../shared/dom.js";
+import { isDark, onTheme } from "../shared/theme.js";
+import { after } from "../shared/timing.js";
+import { Preview } from "./preview.js";
+import { viewerReady } from "./viewer_ready.js";
+
+/** How long the scene's script, which keeps the browser busy, waits for the picture that shall be seen before it. */
+const PREVIEW_FIRST_MS = 400;
+
+export class SpatialScene {
+  #id;
+  #on;
+  #signal;
+  /** @type {HTMLIFrameElement|null} */
+  #frame = null;
+  /** @type {Preview|null} */
+  #preview = null;
+
+  element = h("div", { class: "spatial-scene" });
+
+  /**
+   * @param {string} id The session.
+   * @param {boolean} isFresh Whether it stands still at its beginning.
+   * @param {import("./scene.js").Progress} on
+   * @param {AbortSignal} signal
+   */
+  constructor(id, isFresh, on, signal) {
+    this.#id = id;
+    this.#on = on;
+    this.#signal = signal;
+    onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
+    this.#load(isFresh);
+  }
+
+  get window() {
+    return this.#frame?.contentWindow ?? null;
+  }
+
+  /**
+   * Follow what becomes of the session.
+   *
+   * @param {import("./mount.js").Mounted} view
+   */
+  follow({ store }) {
+    let down = false;
+    let alive = true;
+    store.on("session connection", () => {
+      if (store.connection === "lost") down = true;
+      if (this.#signal.aborted || store.session === null || store.connection !== "open") return;
+      // A frame without focus does not look for its server again, and a revived worker has a new one: load it anew.
+      if (store.isAwake && (down || !alive)) this.#load();
+      alive = store.isAwake;
+      if (this.#preview) this.#preview.stopped = !alive;
+      if (alive) down = false;
+    });
+    store.on("position branches", () => this.#preview?.refresh(store.session.playing));
+  }
+
+  async #load(isFresh = false) {
+    const preview = new Preview(this.#id, isFresh, this.#signal);
+    const isNewest = () => this.#preview === preview && !this.#signal.aborted;
+    this.#preview?.element.remove();
+    this.#preview = preview;
+    this.element.append(preview.element);
+    const first = preview.first.then(() => isNewest() && this.#on.seen());
+    await Promise.race([first, after(PREVIEW_FIRST_MS, this.#signal)]);
+    if (!isNewest()) return;
+    this.#on.seen();
+    const frame = h("iframe", { src: `/viz/${encodeURIComponent(this.#id)}/?theme=${theme()}`, title: "Scene", class: "scene-frame", allow: "fullscreen" });
+    if (this.#frame) this.#frame.replaceWith(frame);
+    else this.element.prepend(frame);
+    this.#frame = frame;
+    if (await viewerReady(frame, isNewest, this.#signal)) {
+      this.#preview.element.remove();
+      this.#preview = null;
+      this.#on.drawn();
+    }
+  }
+}
+
+function theme() {
+  return isDark() ? "dark" : "light";
+}

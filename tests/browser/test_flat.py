@@ -1,0 +1,297 @@
+"""The flat view: the run from the front on a canvas, with its parameters beside it, for whoever has no fast WebGL."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import PARTICLES, SessionPage, View
+
+NO_WEBGL = """
+const real = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+    return kind.startsWith('webgl') ? null : real.call(this, kind, ...more);
+};"""
+FAST_WEBGL = """
+const real = WebGL2RenderingContext.prototype.getParameter;
+WebGL2RenderingContext.prototype.getParameter = function (what) {
+    const found = real.call(this, what);
+    return typeof found === 'string' ? found.replace(/swiftshader/gi, 'A Fast Card') : found;
+};"""
+# How much of a row near the upper edge is the occluder's grey, in px of the picture, which is 320 px wide.
+OCCLUDER = """(() => {
+    const canvas = document.querySelector('.flat-canvas');
+    if (!canvas?.dataset.frame) return -1;
+    const { data } = canvas.getContext('2d').getImageData(0, Math.round(canvas.height / 40), canvas.width, 1);
+    let width = 0;
+    for (let x = 0; x < canvas.width; x += 1) if (Math.abs(data[4 * x] - 60) < 12) width += 1;
+    return Math.round((width * 320) / canvas.width);
+})()"""
+# Pixels of the canvas in the blue of the observation's particles.
+SKY = """(() => {
+    const canvas = document.querySelector('.flat-canvas');
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) {
+        count += Math.abs(data[i] - 86) + Math.abs(data[i + 1] - 180) + Math.abs(data[i + 2] - 233) < 20 ? 1 : 0;
+    }
+    return count;
+})()"""
+
+
+SIZE = """(() => {
+    const { width, height, offsetWidth } = document.querySelector('.flat-canvas');
+    return [width, height, offsetWidth];
+})()"""
+# Share of its place that the canvas takes, in the direction in which it takes more.
+FILLED = """(() => {
+    const { width, height } = document.querySelector('.flat-canvas');
+    const { clientWidth, clientHeight } = document.querySelector('.flat-place');
+    return Math.max(width / clientWidth, height / clientHeight);
+})()"""
+TWO = """async (session) => {
+    const { mount } = await import('/static/session/flat/mount.js');
+    document.body.innerHTML = '<div id="a" style="height: 300px"></div><div id="b" style="height: 200px"></div>';
+    window.ends = ['a', 'b'].map((id) => mount(document.getElementById(id), { session }));
+}"""
+# Keeps count of the page's sockets.
+COUNTING = """
+window.sockets = new Set();
+window.WebSocket = class extends WebSocket {
+    constructor(...given) {
+        super(...given);
+        sockets.add(this);
+        this.addEventListener('close', () => sockets.delete(this));
+    }
+};"""
+HIDDEN = "(it) => it.closest('.control[hidden]') !== null"
+
+
+class FlatPage(SessionPage):
+    """The page of a session in the flat view."""
+
+    def ready(self) -> "FlatPage":
+        self.until(lambda: self.page.locator(".play").is_enabled(), "the play button can be pressed")
+        self.until(lambda: self.painted is not None, "a frame is painted")
+        self.page.locator(".controls [type=range]").first.wait_for(state="attached")
+        return self
+
+    @property
+    def painted(self) -> int | None:
+        """The frame on the canvas."""
+        frame = self.page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame ?? null")
+        return None if frame is None else int(frame)
+
+    @property
+    def occluder(self) -> int:
+        return int(self.page.evaluate(OCCLUDER))
+
+    def paints(self, frame: int) -> None:
+        self.until(lambda: self.painted == frame, f"frame {frame} is painted")
+
+    def box(self, label: str) -> Any:
+        """The box of a parameter."""
+        return self.page.get_by_label(label, exact=True).and_(self.page.locator("[type=number], [type=checkbox]"))
+
+    def slider(self, label: str) -> Any:
+        return self.page.get_by_label(label, exact=True).and_(self.page.locator("[type=range]"))
+
+
+Look = Callable[..., FlatPage]
+
+
+@pytest.fixture
+def look(unchosen: Any, server: Server) -> Look:
+    """Start a session and open its page, which shows it flat by itself in this browser."""
+
+    def opened(**recipe: Any) -> FlatPage:
+        session = server.start_session(**recipe)
+        unchosen.goto(session["page"])
+        return FlatPage(unchosen, server).ready()
+
+    return opened
+
+
+def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Server) -> None:
+    """The canvas shows each frame that the run comes to, and says in words what it shows; no scene is loaded."""
+    view = look()
+    canvas = view.page.locator(".flat-canvas")
+    assert view.page.locator("iframe").count() == 0
+    server.seek(view.id, 12)
+    view.paints(12)
+    assert canvas.get_attribute("role") == "img"
+    assert "frame 12 " in canvas.get_attribute("aria-label")
+    assert canvas.get_attribute("aria-label").endswith(view.page.inner_text(".flat-caption"))
+    assert view.occluder == pytest.approx(40, abs=2)
+    view.press("ArrowRight")
+    view.paints(13)
+    view.press("Space")
+    view.until(lambda: (view.painted or 0) > 30, "the run plays on the canvas")
+
+
+def test_the_canvas_keeps_the_proportions_in_any_window(look: Look) -> None:
+    """It is as large as its place allows, in pixels of the display, and stays sharp when the window changes."""
+    view = look()
+    for width, height in ((1280, 800), (800, 700), (390, 800)):
+        view.page.set_viewport_size({"width": width, "height": height})
+        view.until(lambda: 0.99 < view.page.evaluate(FILLED) <= 1, "the canvas fills its place")
+        wide, high, shown = view.page.evaluate(SIZE)
+        assert wide / high == pytest.approx(320 / 240, abs=0.01)
+        assert wide == shown
+        assert view.page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_a_slider_changes_the_picture(look: Look) -> None:
+    """Moved by the keyboard, a slider changes what is drawn from the next frame on, and the box beside it follows."""
+    view = look()
+    slider = view.slider("Occluder width (px)")
+    slider.focus()
+    for _ in range(5):
+        view.page.keyboard.press("ArrowRight")
+    view.until(lambda: view.session["parameters"]["occlusion_width_px"] == 45, "the session has the new value")
+    assert view.box("Occluder width (px)").input_value() == "45"
+    view.page.keyboard.press("Space")
+    view.until(lambda: view.occluder == pytest.approx(45, abs=2), "the wider occluder is seen")
+
+
+def test_what_others_change_is_shown(look: Look, server: Server) -> None:
+    """A change from elsewhere moves slider, box and tracker, and hides what that tracker does not read."""
+    view = look()
+    server.patch(f"sessions/{view.id}/parameters", {"occlusion_width_px": 80, "tracker": "condensation"})
+    view.until(lambda: view.slider("Occluder width (px)").input_value() == "80", "the slider shows it")
+    view.until(
+        lambda: view.page.get_by_label("Tracker", exact=True).input_value() == "condensation", "the tracker, too"
+    )
+    readers = {item["name"]: item for item in view.session["declarations"]}
+    controls = {item["name"]: item["label"] for item in view.session["controls"]}
+    for name, label in controls.items():
+        reads = not readers[name]["trackers"] or "condensation" in readers[name]["trackers"]
+        assert view.page.get_by_label(label, exact=True).first.evaluate(HIDDEN) != reads, name
+
+
+def test_a_refused_value_springs_back(look: Look, complaints: Any) -> None:
+    """What is out of bounds is refused by the server in a sentence, and the control shows what is in force."""
+    complaints.expected = ("the server responded with a status of 422",)
+    view = look()
+    box = view.box("Particles")
+    box.fill("100000000")
+    box.press("Enter")
+    view.page.locator(".toast.error").wait_for()
+    assert "sample_count" in view.page.inner_text(".toast.error")
+    view.until(lambda: box.input_value() == str(view.session["parameters"]["sample_count"]), "the box springs back")
+
+
+def test_tracker_and_seed_can_be_chosen(look: Look) -> None:
+    """Another tracker counts from the next frame; another seed begins the run anew."""
+    view = look()
+    view.page.get_by_label("Tracker", exact=True).select_option("apf")
+    view.until(lambda: view.session["tracker"] == "apf", "the session has the tracker")
+    seed = view.box("Seed")
+    seed.fill("77")
+    seed.press("Enter")
+    view.until(lambda: view.session["seed"] == 77, "the session has the seed")
+    view.until(lambda: "seed 77" in view.page.inner_text("h1"), "the page says so")
+
+
+def test_layers_are_switched_on_and_off(look: Look, server: Server) -> None:
+    """A layer that is switched off is gone at once, also while the run stands still."""
+    view = look(tracker="apf")
+    server.seek(view.id, 5)
+    view.paints(5)
+    before = view.page.evaluate(SKY)
+    view.page.click("text=What to draw")
+    view.page.get_by_label("Particles by sampler").uncheck()
+    view.until(lambda: view.page.evaluate(SKY) < before / 10, "the particles are gone")
+    view.page.get_by_label("Particles by sampler").check()
+    view.until(lambda: view.page.evaluate(SKY) == before, "they are back")
+
+
+def test_the_choice_of_a_view_is_remembered(look: Look) -> None:
+    """A press on 3-D shows the scene, here and after a reload; the address has the last word."""
+    view = look()
+    switch = view.page.get_by_role("group", name="View")
+    switch.get_by_text("3-D").click()
+    view.until(lambda: view.in_scene(PARTICLES, 0) > 0, "the scene is drawn")
+    assert view.page.locator(".flat-canvas").count() == 0
+    view.page.reload()
+    view.until(lambda: view.in_scene(PARTICLES, 0) > 0, "the scene is drawn again")
+    view.page.goto(f"{view.page.url}?view=flat")
+    view.ready()
+    assert view.page.locator("iframe").count() == 0
+    switch.get_by_text("3-D").click()
+    view.until(lambda: "view=scene" in view.page.url, "the address says what is shown")
+    switch.get_by_text("Flat").click()
+    view.ready()
+
+
+def test_without_webgl_there_is_no_scene_to_choose(unchosen: Any, server: Server) -> None:
+    """A browser without 3-D graphics gets the flat view, and says why when the scene is asked for."""
+    unchosen.add_init_script(NO_WEBGL)
+    unchosen.goto(server.start_session()["page"])
+    view = FlatPage(unchosen, server).ready()
+    button = view.page.get_by_role("group", name="View").get_by_text("3-D")
+    button.click()
+    assert button.is_disabled()
+    assert "no 3-D graphics" in button.get_attribute("title")
+    view.press("ArrowRight")
+    view.paints(1)
+
+
+def test_with_a_graphics_card_there_is_the_scene(unchosen: Any, server: Server) -> None:
+    """Where WebGL is fast the page shows the scene unless somebody has chosen otherwise."""
+    unchosen.add_init_script(FAST_WEBGL)
+    unchosen.goto(server.start_session()["page"])
+    SessionPage(unchosen, server).ready()
+    assert unchosen.get_by_role("group", name="View").get_by_text("3-D").get_attribute("aria-pressed") == "true"
+
+
+def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Look, server: Server) -> None:
+    """The notice lies over the canvas; after Resume the same canvas shows the run where it was, and goes on."""
+    view = look()
+    server.seek(view.id, 30)
+    view.paints(30)
+    view.page.evaluate("document.querySelector('.flat-canvas').id = 'same'")
+    server.kill_worker(view.id)
+    notice = view.page.locator(".notice")
+    notice.wait_for()
+    assert "The tracker stopped" in notice.inner_text()
+    notice.locator("button").click()
+    view.until(lambda: view.page.locator(".play").is_enabled(), "the play button can be pressed")
+    assert notice.is_hidden()
+    view.press("ArrowRight")
+    view.paints(31)
+    assert view.page.locator("#same").count() == 1
+
+
+def test_on_a_phone_the_panel_is_behind_a_button(look: Look) -> None:
+    """The picture has the width for itself; a button opens the parameters over it and closes them."""
+    view = look()
+    view.page.set_viewport_size({"width": 390, "height": 800})
+    slider = view.slider("Occluder width (px)")
+    view.until(lambda: not slider.is_visible(), "the panel is away")
+    opener = view.page.get_by_role("button", name="Parameters")
+    opener.click()
+    assert slider.is_visible()
+    view.page.get_by_role("button", name="Close", exact=True).click()
+    assert not slider.is_visible()
+
+
+def test_flat_views_stand_side_by_side_and_leave_nothing_behind(unchosen: Any, server: Server) -> None:
+    """Two of one session show the same frame; one is taken away without a trace and the other goes on."""
+    unchosen.route("**/favicon.ico", lambda route: route.fulfill(status=204))
+    unchosen.add_init_script(COUNTING)
+    unchosen.goto("/healthz")
+    session = server.start_session()["id"]
+    unchosen.evaluate(TWO, session)
+    view = View(unchosen)
+    frames = "[...document.querySelectorAll('.flat-canvas')].map((it) => Number(it.dataset.frame))"
+    view.until(lambda: unchosen.evaluate(frames) == [0, 0], "both are painted")
+    server.seek(session, 8)
+    view.until(lambda: unchosen.evaluate(frames) == [8, 8], "both follow")
+    assert unchosen.evaluate("sockets.size") == 2
+    unchosen.evaluate("ends[0]()")
+    view.until(lambda: unchosen.evaluate("sockets.size") == 1, "its socket is closed")
+    assert unchosen.evaluate("document.getElementById('a').childElementCount") == 0
+    server.seek(session, 3)
+    view.until(lambda: unchosen.evaluate(frames) == [3], "the other one goes on")
