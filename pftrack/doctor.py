@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from importlib import metadata
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -196,8 +197,16 @@ def _pages() -> tuple[Status, str]:
     plugin = next(iter(metadata.entry_points(group="pftrack.commands", name="serve")), None)
     if plugin is None:
         return "broken", "the command serve is not installed; pip install pftrack anew"
+    top = plugin.module.partition(".")[0]
+    found = find_spec(top)
+    ours = Path(__file__).parents[1] / top
+    if found is None or Path(found.origin or "").parent != ours:
+        return (
+            "broken",
+            f"another package is imported as {top} ({found and found.origin}); remove it or its folder from the path",
+        )
     plugin.load()
-    place = Path(sys.modules["server"].__file__ or "").parents[1] / "frontend_static"
+    place = ours.parent / "frontend_static"
     if not (place / "gallery" / "gallery.html").is_file():
         return "broken", "the pages are missing; pip install pftrack anew"
     return "ok", f"{sum(1 for it in islice(place.rglob('*'), 10_000) if it.is_file())} files"
