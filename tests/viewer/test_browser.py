@@ -186,6 +186,18 @@ def test_a_refused_value_springs_back(session: Session, page: Any, scene: Any) -
     assert session.changes == [{"sample_count": 900}]
 
 
+def test_a_number_that_is_selected_is_typed_over_whatever_it_becomes(session: Session, page: Any, scene: Any) -> None:
+    """An answer that comes between the click and the first digit does not leave its own digits before it."""
+    field = box(scene, "Particles")
+    field.focus()
+    field.evaluate("(element) => element.select()")
+    session.viewer.tell(InForce({"sample_count": 321}, "h-spf", 7))
+    wait_for_value(page, field, "321")
+    page.keyboard.type("55")
+    page.keyboard.press("Enter")
+    wait_for(lambda: session.changes == [{"sample_count": 55}])
+
+
 def test_a_typed_seed_begins_the_run_anew(session: Session, page: Any, scene: Any) -> None:
     """It counts when it is finished, as one whole number."""
     session.transport.clear()

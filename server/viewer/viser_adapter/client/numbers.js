@@ -15,10 +15,15 @@ const guard = (element) => {
   if (guarded.has(element) || !own?.configurable || !own.set) return;
   guarded.add(element);
   const set = function (value) {
-    if (!unfinished.has(element)) own.set.call(this, value);
+    if (unfinished.has(element)) return;
+    // What is selected as a whole is about to be typed over, also when it has just become another number.
+    const isSelected = document.activeElement === element && element.selectionEnd - element.selectionStart === element.value.length;
+    own.set.call(this, value);
+    if (isSelected) element.select();
   };
   Object.defineProperty(element, "value", { ...own, set });
 };
+addEventListener("focusin", (event) => isNumber(event.target) && guard(event.target), true);
 addEventListener(
   "input",
   (event) => {
