@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from pftrack.drawing import Drawing
 from pftrack.frame import Frame
 from pftrack.layer import Layer
+from pftrack.marks import Mark, read_mark
 from pftrack.parameters import Parameters, Value
 from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.runs.diagnostics import Diagnostics, Series
-from pftrack.sources.points import Marks
-from pftrack.sources.recording import Box
+from pftrack.runs.recipe import Footage
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
@@ -71,12 +71,13 @@ class Setup:
     Attributes:
         open_source: (seed, parameters of frame 0) -> source.
         parameters: Defaults in force for this source; one flat model of scene and tracker.
-        reference: What a saved run needs to find the source again, JSON values only.
+        footage: What a recipe says of the recording, with the target where it was marked or found; None for a
+            simulated scene.
     """
 
     open_source: Callable[[int, Any], Source[Any]]
     parameters: Parameters
-    reference: Mapping[str, Any]
+    footage: Footage | None = None
 
 
 class Draw(Protocol):
@@ -96,25 +97,20 @@ class OnVideo(Protocol):
     """Wire a recording for an experiment."""
 
     def __call__(
-        self,
-        sequence: FrameSequence,
-        box: Box | None,
-        *,
-        start: int = 0,
-        truth: Truth | None = None,
-        points: Marks | None = None,
+        self, sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None
     ) -> Setup:
         """Return the setup of a recording.
 
         Args:
             sequence: The pictures.
-            box: Around the target in the picture `start`, px; None to have the target found, where that can be done.
+            mark: The target in the picture `start`, of a kind that the experiment takes; None to have it found, where
+                that can be done.
             start: Number of the picture to start at, or to look for the target from.
             truth: By number of the picture, where it is known.
-            points: The target's features in the picture `start`, where a person has marked some.
 
         Raises:
-            ValueError: The box, the points or the start is not within the recording, or there is no target in it.
+            ParameterError: The mark or the start is not within the recording.
+            ValueError: There is no target in it.
         """
 
 
@@ -124,20 +120,17 @@ class Sighting:
 
     Attributes:
         frame: Number of the picture.
-        points: The target's features, px, by name; none if it was not found.
-        placed: Names of the points that a model has placed rather than the picture shown.
+        mark: The target; None if it was not found.
+        sure: Whether the picture has shown it, wholly or in part, rather than a model has placed all of it.
+        placed: Names of the mark's handles that a model has placed rather than the picture shown.
         remarks: What a person should look at, or why there is nothing, one sentence each.
     """
 
     frame: int
-    points: Marks = field(default_factory=dict)
+    mark: Mark | None = None
+    sure: bool = False
     placed: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-
-    @property
-    def sure(self) -> bool:
-        """Whether the picture has shown some of the points."""
-        return len(self.placed) < len(self.points)
 
 
 class Search(Protocol):
@@ -161,21 +154,18 @@ class Finder:
         frames: (first, last) -> numbers of the pictures to look into, as many as can be looked into in some seconds.
         search: Look into pictures.
         better: (sequence, sighting) -> one soon after it that is a better start, or the same.
-        within: (sequence, frame, box) -> the target in a box that a person has drawn, if need be all of it placed.
-        titles: What people call the features, by name.
-        links: Pairs of features between which a line helps the eye.
-        outline: How far a box around the target reaches, to end a sentence that begins "Draw a box".
-        advice: What a person who marks the features should know, a sentence.
+        kind: Of the marks that it gives.
+        within: (sequence, frame, mark of another kind that a person has made) -> the target there, if need be all of
+            it placed.
+        hints: Kinds of mark that `within` takes.
     """
 
     frames: Callable[[int, int], Sequence[int]]
     search: Search
     better: Callable[[FrameSequence, Sighting], Sighting]
-    within: Callable[[FrameSequence, int, Box], Sighting]
-    titles: Mapping[str, str]
-    links: tuple[tuple[str, str], ...]
-    outline: str
-    advice: str
+    kind: type[Mark]
+    within: Callable[[FrameSequence, int, Mark], Sighting] | None = None
+    hints: tuple[type[Mark], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -200,7 +190,9 @@ class Experiment:
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
         on_video: Wire a recording, where the experiment takes one.
-        finder: How it finds its target on a recording by itself, where it does, so that no box is needed.
+        marks: The kinds of mark that it takes on a recording; the first is the one that an editor offers.
+        advice: What a person who marks the target should know, a sentence.
+        finder: How it finds its target on a recording by itself, where it does, so that no mark is needed.
         truth: The kind of truth that comes with a recording.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
         series: (frame, state) -> what else to write down of it, by name.
@@ -229,6 +221,8 @@ class Experiment:
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     on_video: OnVideo | None = None
+    marks: tuple[type[Mark], ...] = ()
+    advice: str = ""
     finder: Finder | None = None
     truth: TruthKind = BOXES
     scale: float = 1.0
@@ -250,7 +244,10 @@ class Experiment:
         """Whether each layer is shown at first, by name."""
         return {layer.name: layer.shown for layer in self.layers}
 
-    @property
-    def finds_target(self) -> bool:
-        """Whether it finds its target on a recording by itself."""
-        return self.finder is not None
+    def mark(self, raw: object) -> Mark:
+        """Read a mark of one of the kinds that it takes from JSON values.
+
+        Raises:
+            ParameterError: They are no mark of such a kind.
+        """
+        return read_mark(self.marks, raw)

@@ -20,9 +20,14 @@ from numpy.typing import NDArray
 from pftrack.compiled import compiled
 from pftrack.elementary import logarithms
 
-__all__ = ["MAXIMUM_SEED", "Generator", "Purpose", "Stream", "standard_normals", "uniforms"]
+__all__ = ["LARGEST_KEY", "LARGEST_SEED", "Generator", "Purpose", "Stream", "standard_normals", "uniforms"]
 
-MAXIMUM_SEED = 2**63 - 1
+LARGEST_SEED = 2**53 - 1
+"""Of those that may be chosen: JSON in a browser, which has but one kind of numbers, carries no larger ones exactly."""
+
+LARGEST_KEY = 2**63 - 1
+"""Of those that the generator takes: runs that earlier versions have saved may have one beyond the bound above."""
+
 MAXIMUM_FRAME = 2**32 - 1
 
 
@@ -51,15 +56,15 @@ class Stream:
         """Begin at the first draw.
 
         Args:
-            seed: The run's seed, 0..2**63-1.
+            seed: The run's seed, 0..LARGEST_KEY.
             frame: Frame index, not negative.
             purpose: What the numbers are for.
 
         Raises:
             ValueError: The seed or the frame is out of range.
         """
-        if not 0 <= seed <= MAXIMUM_SEED:
-            raise ValueError(f"the seed must be a whole number between 0 and {MAXIMUM_SEED}, got {seed}")
+        if not 0 <= seed <= LARGEST_KEY:
+            raise ValueError(f"the seed must be a whole number between 0 and {LARGEST_KEY}, got {seed}")
         if not 0 <= frame <= MAXIMUM_FRAME:
             raise ValueError(f"the frame must be a whole number between 0 and {MAXIMUM_FRAME}, got {frame}")
         self.seed = seed

@@ -203,6 +203,9 @@ def _sentence(error: HTTPException) -> str:
 def _first(error: RequestValidationError) -> dict[str, Any]:
     """Tell the first of what a request got wrong, with the name of its field."""
     first = error.errors()[0]
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, ParameterError):
+        return shape(str(cause), field=cause.field, bound=cause.bound, value=cause.value)
     where = [str(part) for part in first["loc"] if part not in {"body", "query", "path"}]
     field = ".".join(where) or None
     said = str(first["msg"]).removeprefix("Value error, ")

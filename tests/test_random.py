@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pftrack.random import MAXIMUM_SEED, Purpose, Stream, standard_normals, uniforms
+from pftrack.random import LARGEST_KEY, Purpose, Stream, standard_normals, uniforms
 from pftrack.random import _philox as philox
 
 # From the authors' own tests (Random123, kat_vectors), Philox 4x32 with ten rounds: key, counter, enciphered words.
@@ -90,7 +90,7 @@ def test_a_shape_or_none_is_understood_as_numpy_understands_it() -> None:
     assert Stream(0, 0, Purpose.START).standard_normal((2, 3, 4)).shape == (2, 3, 4)
 
 
-@pytest.mark.parametrize(("seed", "frame"), [(-1, 0), (MAXIMUM_SEED + 1, 0), (0, -1), (0, 2**32)])
+@pytest.mark.parametrize(("seed", "frame"), [(-1, 0), (LARGEST_KEY + 1, 0), (0, -1), (0, 2**32)])
 def test_out_of_range_is_refused(seed: int, frame: int) -> None:
     """A seed or frame out of range is refused with a sentence that names the bound."""
     with pytest.raises(ValueError, match="must be a whole number between"):

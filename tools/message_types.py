@@ -60,10 +60,13 @@ def _is_request(model: type[BaseModel]) -> bool:
 
 
 def _name(key: str) -> str:
-    """Return a model's name; those of one name in several modules are told apart by what they are about."""
+    """Return a model's name; those of one name in several modules are told apart by what they are about.
+
+    What goes both ways has two names, since in a request it may leave out what has a default.
+    """
     *modules, name = key.removesuffix("-Input").removesuffix("-Output").split("__")
     if not modules:
-        return name
+        return f"{name}Request" if key.endswith("-Input") else name
     return ("Sweep" if "sweep" in modules[-1] else "Session") + name
 
 

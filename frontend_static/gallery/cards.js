@@ -6,7 +6,7 @@ import { linkTo } from "../shared/share_link.js";
 
 /** @param {object} experiment */
 export function experimentCard(experiment) {
-  const open = linkTo({ experiment: experiment.id, tracker: experiment.default_tracker, seed: 0, play: true });
+  const open = linkTo({ recipe: { experiment: experiment.id, tracker: experiment.default_tracker }, play: true });
   return h(
     "article",
     { class: "card", data: { experiment: experiment.id } },
@@ -24,7 +24,7 @@ export function experimentCard(experiment) {
             "a",
             {
               class: "button",
-              href: linkTo({ experiment: experiment.id, tracker: preset.tracker, seed: preset.seed, parameters: preset.parameters, play: true }),
+              href: linkTo({ recipe: recipeOf(experiment, preset), play: true }),
               data: { preset: preset.name },
             },
             preset.title,
@@ -34,6 +34,10 @@ export function experimentCard(experiment) {
     ),
     h("p", { class: "document" }, experiment.document, " · ", h("a", { href: newSweep({ experiment: experiment.id }) }, "Sweep over conditions")),
   );
+}
+
+function recipeOf(experiment, { tracker, seed, parameters }) {
+  return { experiment: experiment.id, tracker, seed, timeline: [{ frame: 0, values: parameters }] };
 }
 
 /** A picture that keeps its place while it loads, and a plain field if it cannot. */

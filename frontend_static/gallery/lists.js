@@ -27,7 +27,7 @@ export async function sessionList(root) {
           "li",
           { class: "row", data: { session: session.id } },
           h("a", { class: "row-title", href: session.page }, `${session.title} · ${trackerTitle(session, session.tracker)}`),
-          h("span", { class: "hint" }, `seed ${session.seed}, frame ${session.position} / ${session.frames}, ${STATES[session.state] ?? session.state}`),
+          h("span", { class: "hint" }, `seed ${session.recipe.seed}, frame ${session.position} / ${session.frames}, ${STATES[session.state] ?? session.state}`),
           h(
             "div",
             { class: "row-actions" },

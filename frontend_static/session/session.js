@@ -3,7 +3,7 @@
 import { api } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
-import { linkTo, targetOf } from "../shared/share_link.js";
+import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
 import { helpDialog } from "./help.js";
 import { mount } from "./mount.js";
@@ -26,7 +26,7 @@ store.on("connection", () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
 start.begun
-  .then(({ session }) => api.experiment(session.experiment))
+  .then(({ session }) => api.experiment(session.recipe.experiment))
   .then((experiment) => (presets = experiment.presets), () => {});
 
 /** A preset is a fresh run; the one that was watched stays among the running sessions. */
@@ -34,15 +34,10 @@ function openPreset(preset) {
   const { session } = store;
   if (!preset || session === null) return;
   const known = new Set(session.declarations.map(({ name }) => name));
-  const recipe = {
-    ...targetOf(session),
-    experiment: session.experiment,
-    tracker: preset.tracker,
-    seed: preset.seed,
-    parameters: Object.fromEntries(Object.entries(preset.parameters).filter(([name]) => known.has(name))),
-    play: true,
-  };
-  location.assign(linkTo(recipe));
+  const values = Object.fromEntries(Object.entries(preset.parameters).filter(([name]) => known.has(name)));
+  const { experiment, footage } = session.recipe;
+  const recipe = { experiment, tracker: preset.tracker, seed: preset.seed, timeline: [{ frame: 0, values }], footage };
+  location.assign(linkTo({ recipe, upload: session.upload, play: true }));
 }
 
 function header() {
@@ -68,7 +63,7 @@ function header() {
   store.on("session branches position connection", () => {
     const { session } = store;
     if (session === null) return;
-    const words = `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.seed}`;
+    const words = `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;
     setText(title, words);
     sweep.hidden = !session.sweep;
     if (session.sweep) sweep.href = `/sweep/${encodeURIComponent(session.sweep)}`;

@@ -6,19 +6,12 @@
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
 import { toast } from "../shared/toast.js";
-import { linkTo, targetOf } from "../shared/share_link.js";
+import { linkTo } from "../shared/share_link.js";
 
 /** What makes this session again, up to the frame that is shown. */
 export function wishOf(session) {
-  return {
-    ...targetOf(session),
-    experiment: session.experiment,
-    tracker: session.first_tracker,
-    seed: session.seed,
-    frames: session.frames,
-    timeline: session.timeline.map(({ frame, values }) => ({ frame, values })),
-    position: session.position,
-  };
+  const { recipe, upload, position } = session;
+  return { recipe, upload, position };
 }
 
 /** Show the link of a session, ready to be copied. */

@@ -94,7 +94,7 @@ export class Steering {
 
   /** The newest frame that has been computed; computing all the rest could take long. */
   async newest() {
-    if (this.#able) await this.seek(this.#session.head);
+    if (this.#able) await this.seek(this.#session.computed);
   }
 
   async beforeLoss() {

@@ -142,15 +142,15 @@ export class Store {
         this.#rows(message.branch, message.rows);
         break;
       case "position": {
-        const { branch, frame, head, playing, speed } = message;
-        Object.assign(session, { position: frame, head, playing, speed });
+        const { branch, frame, computed, playing, speed } = message;
+        Object.assign(session, { position: frame, computed, playing, speed });
         this.#activate(branch);
         this.#tell("position");
         break;
       }
       case "parameters": {
-        const { branch, parameters, first_tracker, tracker, timeline, thresholds } = message;
-        Object.assign(session, { parameters, first_tracker, tracker, timeline, thresholds });
+        const { branch, parameters, recipe, tracker, timeline, thresholds } = message;
+        Object.assign(session, { parameters, recipe, tracker, timeline, thresholds });
         this.#activate(branch);
         this.#tell("session");
         break;

@@ -104,7 +104,7 @@ export const api = {
   uploads: () => request("GET", "uploads"),
   upload: (id) => request("GET", `uploads/${encodeURIComponent(id)}`),
   removeUpload: (id) => request("DELETE", `uploads/${encodeURIComponent(id)}`),
-  features: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/features?${new URLSearchParams(question)}`),
+  mark: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/mark?${new URLSearchParams(question)}`),
   truth: (id, experiment) => request("GET", truthPath(id, experiment)),
   giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
   removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),

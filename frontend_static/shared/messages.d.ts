@@ -53,11 +53,10 @@ export interface BranchSpec {
   title: string;
   parent: string | null;
   frame: number;
+  recipe: Recipe;
   tracker: string;
-  first_tracker: string | null;
   first_values: Record<string, boolean | number | string>;
-  timeline: ChangeModel[];
-  head: number;
+  computed: number;
   position: number;
 }
 
@@ -88,8 +87,8 @@ export interface CellsPublic {
   comparison: ComparisonPublic | null;
 }
 
-/** A change on the timeline: from this frame on, these values. */
-export interface ChangeModel {
+/** Values that take effect in computing a frame. */
+export interface Change {
   frame: number;
   values: Record<string, any>;
 }
@@ -157,6 +156,18 @@ export interface Declaration {
   sets: number;
 }
 
+/** All that an editor of one kind of mark has to know. */
+export interface Editor {
+  kind: string;
+  title: string;
+  instruction: string;
+  text: string;
+  handles: Handle[];
+  links: ([string, string])[];
+  closed: boolean;
+  numbers: MarkNumber[];
+}
+
 /** A sweep of which somebody wants to know the size before it starts. */
 export interface EstimateRequest {
   experiment: string;
@@ -186,14 +197,13 @@ export interface ExperimentDetail {
   accepts_video: boolean;
   /** What is tracked, one word */
   target: string;
-  finds_target: boolean;
-  /** What people call the target's features, by name */
-  features: Record<string, string>;
-  /** Features between which a line helps the eye */
-  links: ([string, string])[];
-  /** How far a box around the target reaches */
-  outline: string;
-  /** What a person who marks the features should know */
+  /** Kinds of mark that it takes in a recording, the one to offer first */
+  marks: Editor[];
+  /** Kind of mark that it finds by itself; null if a person has to mark the target */
+  finds: string | null;
+  /** Kinds of mark by which a person may show it where to find the target */
+  hints: string[];
+  /** What a person who marks the target should know */
   advice: string;
   /** What a table of truth for a recording has */
   truth_columns: string[];
@@ -217,14 +227,13 @@ export interface ExperimentPublic {
   accepts_video: boolean;
   /** What is tracked, one word */
   target: string;
-  finds_target: boolean;
-  /** What people call the target's features, by name */
-  features: Record<string, string>;
-  /** Features between which a line helps the eye */
-  links: ([string, string])[];
-  /** How far a box around the target reaches */
-  outline: string;
-  /** What a person who marks the features should know */
+  /** Kinds of mark that it takes in a recording, the one to offer first */
+  marks: Editor[];
+  /** Kind of mark that it finds by itself; null if a person has to mark the target */
+  finds: string | null;
+  /** Kinds of mark by which a person may show it where to find the target */
+  hints: string[];
+  /** What a person who marks the target should know */
   advice: string;
   /** What a table of truth for a recording has */
   truth_columns: string[];
@@ -235,20 +244,24 @@ export interface ExperimentPublic {
   thumbnail: string;
 }
 
-/** What came of looking for a target in an upload. */
-export interface FeaturesPublic {
-  /** Where it was found, or the last frame that was looked into */
-  frame: number;
-  /** Its features, px; null if it was not found */
-  points: Record<string, [number, number]> | null;
-  /** Features that a model has placed rather than the picture shown */
-  placed: string[];
-  /** What to look at, or why nothing was found */
-  remarks: string[];
-  /** How many frames were looked into */
-  looked: number;
-  /** How many frames there are to look into */
-  of: number;
+/** A recording, and what is said of the target in it. */
+export interface Footage {
+  sha256: string | null;
+  name: string;
+  path: string | null;
+  start: number;
+  mark: Record<string, any> | null;
+  truth: Record<string, number[]> | null;
+}
+
+/** A recording, and what is said of the target in it. */
+export interface FootageRequest {
+  sha256?: string | null;
+  name?: string;
+  path?: string | null;
+  start?: number;
+  mark?: Record<string, any> | null;
+  truth?: Record<string, number[]> | null;
 }
 
 /** A frame was computed. */
@@ -265,6 +278,13 @@ export interface Frames {
   type: "frames";
   branch: string;
   rows: Record<string, any>[];
+}
+
+/** A point of a mark that a person can drag. */
+export interface Handle {
+  name: string;
+  title: string;
+  at: [number, number];
 }
 
 /** An entry of the legend. */
@@ -295,6 +315,18 @@ export interface MapPublic {
   lost_frames: (number | null)[];
 }
 
+/** A number of a mark that a person can change. */
+export interface MarkNumber {
+  name: string;
+  title: string;
+  unit: string;
+  minimum: number;
+  maximum: number;
+  step: number;
+  default: number;
+  about: string | null;
+}
+
 /** With which method to open a run; with its own if none is named. */
 export interface OpenRequest {
   tracker?: string | null;
@@ -313,7 +345,7 @@ export interface Parameters {
   branch: string;
   frame: number;
   parameters: Record<string, boolean | number | string>;
-  first_tracker: string;
+  recipe: Recipe;
   tracker: string;
   values: Record<string, boolean | number | string>;
   timeline: ChangePublic[];
@@ -364,7 +396,7 @@ export interface Position {
   type: "position";
   branch: string;
   frame: number;
-  head: number;
+  computed: number;
   playing: boolean;
   speed: number;
 }
@@ -401,6 +433,26 @@ export interface Reading {
   sd: string;
 }
 
+/** What makes a run, to the bit. */
+export interface Recipe {
+  experiment: string;
+  tracker: string | null;
+  seed: number;
+  frames: number | null;
+  timeline: Change[];
+  footage: Footage | null;
+}
+
+/** What makes a run, to the bit. */
+export interface RecipeRequest {
+  experiment: string;
+  tracker?: string | null;
+  seed?: number;
+  frames?: number | null;
+  timeline?: Change[];
+  footage?: FootageRequest | null;
+}
+
 /** A change that came through the scene's panel was refused. */
 export interface Refused {
   version: 1;
@@ -432,20 +484,11 @@ export interface RunPublic {
   page: string;
 }
 
-/** What a new session is to be. */
+/** What a new session is to be; what links of earlier versions hold is understood as well. */
 export interface SessionCreate {
-  experiment: string;
-  tracker?: string | null;
-  seed?: number;
-  parameters?: Record<string, any>;
-  frames?: number | null;
+  recipe: RecipeRequest;
+  /** Name of the upload that the recipe's footage is; its hash does as well */
   upload?: string | null;
-  box?: [number, number, number, number] | null;
-  /** Features of the target in the frame `start`, px, by name */
-  points?: Record<string, [number, number]> | null;
-  /** Frame of the upload to begin at, or to look for the target from */
-  start?: number;
-  timeline?: TimelineChange[];
   position?: number;
 }
 
@@ -468,19 +511,17 @@ export interface SessionNews {
 /** A session as everybody outside sees it. */
 export interface SessionPublic {
   id: string;
-  experiment: string;
+  recipe: Recipe;
   title: string;
   unit: string;
   target: string;
   features: string[];
   plots: Plot[];
   readings: Reading[];
-  first_tracker: string;
   tracker: string;
-  seed: number;
   frames: number;
   position: number;
-  head: number;
+  computed: number;
   playing: boolean;
   speed: number;
   speeds: number[];
@@ -498,9 +539,6 @@ export interface SessionPublic {
   bookmarks: Bookmark[];
   sweep: string | null;
   upload: string | null;
-  box: [number, number, number, number] | null;
-  points: Record<string, [number, number]> | null;
-  start: number;
   width: number;
   height: number;
   frame_rate_hz: number;
@@ -512,16 +550,9 @@ export interface SessionPublic {
 /** Everything that is kept of a session. */
 export interface SessionSpec {
   id: string;
-  experiment: string;
-  seed: number;
-  frames: number | null;
   sweep: string | null;
   upload: string | null;
-  upload_name: string | null;
-  box: [number, number, number, number] | null;
-  points: Record<string, [number, number]> | null;
-  start: number;
-  truth: Record<string, [number, number, number, number] | [number, number, number]> | null;
+  truth: Record<string, number[]> | null;
   speed: number;
   branch: string;
   second: string | null;
@@ -531,6 +562,22 @@ export interface SessionSpec {
   created: string;
   card: Record<string, any> | null;
   values: Record<string, boolean | number | string>;
+}
+
+/** What came of looking for a target in an upload. */
+export interface SightingPublic {
+  /** Where it was found, or the last frame that was looked into */
+  frame: number;
+  /** The target, of the kind that is found; null if it was not found */
+  mark: Record<string, any> | null;
+  /** Handles of the mark that a model has placed rather than the picture shown */
+  placed: string[];
+  /** What to look at, or why nothing was found */
+  remarks: string[];
+  /** How many frames were looked into */
+  looked: number;
+  /** How many frames there are to look into */
+  of: number;
 }
 
 /** A parameter that is varied: from `start` to `stop` by `step`, both ends included, or over a list of values. */
@@ -608,12 +655,6 @@ export interface ThresholdPublic {
 export interface ThresholdStep {
   frame: number;
   value: number | null;
-}
-
-/** A change of parameters on the timeline of a new session. */
-export interface TimelineChange {
-  frame: number;
-  values: Record<string, any>;
 }
 
 /** A tracker that can be chosen. */

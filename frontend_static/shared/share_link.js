@@ -5,12 +5,6 @@ export function linkTo(wish) {
   return `/session/new#${encode(wish)}`;
 }
 
-/** What a wish says of the recording that a session runs on, so that another one begins with the same target. */
-export function targetOf(session) {
-  const known = ["upload", "box", "points", "start"].filter((name) => session[name] !== undefined && session[name] !== null);
-  return Object.fromEntries(known.map((name) => [name, session[name]]));
-}
-
 /** base64url of JSON, in UTF-8. */
 export function encode(wish) {
   const raw = String.fromCharCode(...new TextEncoder().encode(JSON.stringify(wish)));
@@ -21,6 +15,7 @@ export function encode(wish) {
 export function decode(fragment) {
   const raw = atob(fragment.replace(/^#/, "").replaceAll("-", "+").replaceAll("_", "/"));
   const wish = JSON.parse(new TextDecoder().decode(Uint8Array.from(raw, (letter) => letter.charCodeAt(0))));
-  if (typeof wish !== "object" || wish === null || typeof wish.experiment !== "string") throw new Error("no experiment");
+  // A link of an earlier version has no recipe; the server understands it.
+  if (typeof (wish?.recipe ?? wish)?.experiment !== "string") throw new Error("no experiment");
   return wish;
 }

@@ -33,7 +33,7 @@ export function targetForm(root, upload, experiments, cancel) {
   let settled = false;
 
   const check = () => {
-    go.disabled = busy || !target?.wish;
+    go.disabled = busy || !target?.footage;
     wrong.hidden = true;
   };
   const tellFrame = () => setText(at, `${start.value} / ${upload.frames}`);
@@ -65,7 +65,7 @@ export function targetForm(root, upload, experiments, cancel) {
       },
     };
     target?.leave();
-    target = chosen().finds_target ? new PointsTarget(stage, upload, chosen(), on) : new BoxTarget(stage, upload, on);
+    target = chosen().finds ? new PointsTarget(stage, upload, chosen(), on) : new BoxTarget(stage, upload, on);
     tellFrame();
     target.show(Number(start.value));
     check();
@@ -85,7 +85,8 @@ export function targetForm(root, upload, experiments, cancel) {
     event.preventDefault();
     go.disabled = true;
     try {
-      const session = await api.start({ experiment: experiment.value, tracker: tracker.value, upload: upload.id, ...target.wish });
+      const recipe = { experiment: experiment.value, tracker: tracker.value, footage: target.footage };
+      const session = await api.start({ recipe, upload: upload.id });
       location.assign(session.page);
     } catch (error) {
       setText(wrong, error.message);

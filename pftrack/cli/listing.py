@@ -72,6 +72,14 @@ def show(
     typer.echo("")
     presets = [(it.title, it.tracker, " ".join(f"{k}={v}" for k, v in it.parameters.items())) for it in found.presets]
     table("Presets", ("title", "tracker", "parameters"), presets)
+    if found.accepts_video:
+        typer.echo("")
+        marks = [(f"{kind.name()}:{kind.text}", kind.title, kind.instruction) for kind in found.marks]
+        table("Marks on a recording", ("--mark", "title", "how"), marks)
+        missing = "is found by itself if it is not marked" if found.finder else "has to be marked"
+        typer.echo(
+            f"The {found.target} {missing}. A table of truth has the columns {', '.join(found.truth.form.columns)}."
+        )
 
 
 def _about(experiment: "Experiment") -> dict[str, object]:

@@ -1,10 +1,9 @@
-"""`run` and `replay`: compute a run from a simulated scene, a clip or a saved file, and say how it went."""
+"""`run`, `replay` and `show-recipe`: compute a run from options, a recipe or a saved file, and say how it went."""
 
-import math
+import json as json_format
 import os
 from collections.abc import Mapping
-from contextlib import ExitStack, closing
-from dataclasses import dataclass, replace
+from contextlib import ExitStack
 from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
@@ -12,13 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pftrack.cli.footage import Said, open_footage, wired
 from pftrack.cli.listing import Json, experiment_named
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
 from pftrack.parameters import Value, declarations, parse
-from pftrack.random import MAXIMUM_SEED
+from pftrack.random import LARGEST_SEED
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Experiment, Setup
+    from pftrack.experiment import Setup
+    from pftrack.runs.recipe import Footage, Recipe
     from pftrack.runs.run import Run
     from pftrack.sources.sequence import FrameSequence
 
@@ -33,61 +34,75 @@ def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
     app.command()(run)
     app.command()(replay)
+    app.command("show-recipe")(show_recipe)
 
 
 def run(
-    experiment: Annotated[str, typer.Argument(help="An experiment's name, as `list` prints it.")],
+    experiment: Annotated[
+        str,
+        typer.Argument(metavar="EXPERIMENT", help="An experiment's name, as `list` prints it, or a recipe, FILE.json."),
+    ],
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     video: Annotated[Path | None, typer.Option(help="A video, an animated GIF or a folder of pictures.")] = None,
-    box: Annotated[
+    mark: Annotated[
         str | None,
-        typer.Option(metavar="X,Y,W,H", help="The target's box on the first frame, px; a face is found without."),
+        typer.Option(
+            metavar="KIND:...", help="The target on the first frame; `show` prints the kinds and their forms."
+        ),
     ] = None,
-    points: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The face's features on the first frame, JSON or CSV with name,x,y, px."),
-    ] = None,
+    box: Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="Short for --mark box:X,Y,W,H, px.")] = None,
+    points: Annotated[Path | None, typer.Option(metavar="FILE", help="Short for --mark points:FILE.")] = None,
     start: Annotated[
         str | None,
         typer.Option(
-            metavar="FRAME", help="Frame on which the box is drawn; the first with truth, or 0, if not given."
+            metavar="FRAME", help="Frame on which the target is marked; the first with truth, or 0, if not given."
         ),
     ] = None,
     truth: Annotated[
-        Path | None,
-        typer.Option(help="CSV with the columns frame,x,y,w,h; of a head frame,yaw_deg,pitch_deg,roll_deg."),
+        Path | None, typer.Option(help="CSV with what is true of each frame; `show` prints the columns.")
     ] = None,
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
     ] = None,
-    seed: Annotated[str, typer.Option(metavar="SEED", help="Of all random numbers.")] = "0",
+    seed: Annotated[str | None, typer.Option(metavar="SEED", help="Of all random numbers; 0 if not given.")] = None,
     frames: Annotated[str | None, typer.Option(metavar="N", help="How many frames to compute.")] = None,
     out: Annotated[Path | None, typer.Option(help="Save the run, FILE.pft.")] = None,
     video_out: VideoOut = None,
+    mark_out: Annotated[
+        Path | None, typer.Option("--mark-out", help="Write the first frame with the mark on it, FILE.png.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Run an experiment and say how it went."""
+    """Run an experiment, or the recipe of a run, and say how it went."""
     from pftrack.runs.record import save
     from pftrack.runs.run import LONGEST_RUN, Change, Run
 
-    found = experiment_named(experiment)
+    recipe, folder = _recipe(experiment)
+    found = experiment_named(recipe.experiment)
     if tracker is not None and tracker not in found.trackers:
         raise wrong_use(f"the tracker of {found.id} must be one of {', '.join(found.trackers)}, got {tracker!r}")
-    first_seed = whole("--seed", seed, 0, MAXIMUM_SEED)
-    length = None if frames is None else whole("--frames", frames, 1, LONGEST_RUN)
+    changes: dict[str, Any] = {}
+    if tracker is not None:
+        changes["tracker"] = tracker
+    if seed is not None:
+        changes["seed"] = whole("--seed", seed, 0, LARGEST_SEED)
+    if frames is not None:
+        changes["frames"] = whole("--frames", frames, 1, LONGEST_RUN)
     _check_places(out, video_out)
+    said = Said.of(video, mark, box, points, start, truth)
     with ExitStack() as stack:
-        setup = _setup(stack, found, Footage(video, box, points, start, truth))
-        if out is not None and video is not None:
-            setup = replace(setup, reference={**setup.reference, "path": _relative(video, out)})
+        setup = wired(stack, found, recipe, said, folder)
         values = _values(setup, assignments or [])
-        timeline = (Change(0, values),) if values else ()
-        made = Run(found, setup, tracker=tracker, seed=first_seed, frames=length, timeline=timeline)
+        if values:
+            changes["timeline"] = (*recipe.timeline, Change(0, values))
+        made = Run.from_recipe(recipe.model_copy(update=changes), found, setup)
+        if mark_out is not None:
+            mark_out.write_bytes(_marked(made))
         _note_unread(setup, values, made.tracker)
         summary = _compute(made, video_out, frames=made.frames)
         if out is not None:
             try:
-                save(made, out)
+                save(made, out, footage_path=_relative(video, out) if video else None)
             except OSError as error:  # it speaks of the file beside, which nobody asked for
                 raise CommandError(f"{out} cannot be written: {error.strerror}") from None
     _print(summary, json=json)
@@ -100,19 +115,19 @@ def replay(
     json: Json = False,
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
-    from pftrack.runs.record import read, rebuild
+    from pftrack.runs.record import make, read
 
     _check_places(None, video_out)
     record = read(file)
     with ExitStack() as stack:
 
-        def find(reference: Mapping[str, Any]) -> "FrameSequence":
-            place = video or file.parent / str(reference.get("path", reference.get("name", "")))
+        def find(footage: "Footage") -> "FrameSequence":
+            place = video or file.parent / (footage.path or footage.name)
             if not place.exists():
                 raise CommandError(f"the run was made on {place}, which is not there; say with --video where it is")
-            return stack.enter_context(closing(_open(place)))
+            return open_footage(stack, place)
 
-        again = rebuild(record, open_sequence=find)
+        again = make(record.recipe, open_sequence=find)
         summary = _compute(again, video_out, frames=record.computed)
     same = again.estimates_sha256 == record.estimates_sha256
     _print({**summary, "same_as_saved": same}, json=json)
@@ -121,87 +136,42 @@ def replay(
         raise typer.Exit(FAILED)
 
 
-@dataclass(frozen=True)
-class Footage:
-    """What was said of a recording, as it was said."""
+def show_recipe(
+    file: Annotated[Path, typer.Argument(help="A saved run, FILE.pft, or a recipe, FILE.json.")],
+) -> None:
+    """Print the recipe of a run as JSON: what `run` takes, without what has its default value."""
+    from pftrack.runs.record import read
 
-    video: Path | None
-    box: str | None
-    points: Path | None
-    start: str | None
-    truth: Path | None
-
-
-def _setup(stack: ExitStack, experiment: "Experiment", said: Footage) -> "Setup":
-    from pftrack.sources.points import read_points
-
-    _check_said(experiment, said)
-    if said.video is None or experiment.on_video is None:
-        return experiment.simulate()
-    outline = None if said.box is None else _box(said.box)
-    if not said.video.exists():
-        raise CommandError(f"there is no file or folder {said.video}")
-    marks = None if said.points is None else read_points(said.points)
-    known = experiment.truth.read(said.truth) if said.truth else None
-    for warning in known.warnings if known else ():
-        note(f"pftrack: {warning}")
-    sequence = stack.enter_context(closing(_open(said.video)))
-    for warning in sequence.index.warnings:
-        note(f"pftrack: {warning}")
-    labelled = min(known.rows, default=0) if known else 0
-    first = whole("--start", said.start or str(labelled), 0, sequence.frame_count - 1)
-    if outline is not None:
-        _check_inside(outline, sequence.size)
-    return experiment.on_video(sequence, outline, start=first, truth=known, points=marks)
+    recipe = _recipe(str(file))[0] if file.suffix.lower() == ".json" else read(file).recipe
+    typer.echo(json_format.dumps(recipe.as_dict(), indent=2, ensure_ascii=False))
 
 
-def _check_said(experiment: "Experiment", said: Footage) -> None:
-    """Refuse what does not go together, before anything is opened."""
-    if said.video is None:
-        options = {"--box": said.box, "--points": said.points, "--start": said.start, "--truth": said.truth}
-        for name, given in options.items():
-            if given is not None:
-                raise wrong_use(f"{name} needs --video: a simulated scene knows its own start and truth")
-        return
-    if experiment.on_video is None:
-        raise wrong_use(f"{experiment.id} is simulated and takes no --video")
-    if said.points is not None and not experiment.finds_target:
-        raise wrong_use(f"{experiment.id} has no features and takes no --points")
-    if said.box is None and not experiment.finds_target:
-        raise wrong_use("--video needs --box x,y,w,h: where the target is on the first frame, px")
+def _recipe(said: str) -> "tuple[Recipe, Path]":
+    """Return the recipe of a file, or of an experiment alone, and the folder of the file."""
+    from pftrack.runs.recipe import Recipe
 
-
-def _open(path: Path) -> "FrameSequence":
-    from pftrack.sources.sequence import SourceError, open_sequence
-
+    path = Path(said)
+    if path.suffix.lower() != ".json":
+        return Recipe(experiment=experiment_named(said).id), path.parent
     try:
-        return open_sequence(path)
-    except SourceError as error:
-        raise CommandError(f"{path.name}: {error}") from None
+        return Recipe.read(json_format.loads(path.read_text(encoding="utf-8-sig"))), path.parent
+    except FileNotFoundError:
+        raise CommandError(f"there is no file {path}") from None
+    except (UnicodeDecodeError, json_format.JSONDecodeError) as error:
+        raise CommandError(f"{path.name} is no JSON: {error}") from None
 
 
-def _box(text: str) -> tuple[float, float, float, float]:
-    parts = text.split(",")
-    if len(parts) != 4:
-        raise wrong_use(f"--box expected 4 numbers (x,y,w,h), got {len(parts)}: {text!r}")
-    try:
-        x, y, w, h = (float(part) for part in parts)
-    except ValueError:
-        raise wrong_use(f"--box expected 4 numbers (x,y,w,h), got {text!r}") from None
-    if not all(math.isfinite(value) for value in (x, y, w, h)):
-        raise wrong_use(f"--box expected 4 finite numbers (x,y,w,h), got {text!r}")
-    if w <= 0 or h <= 0:
-        raise wrong_use(f"--box must have a width and a height above 0, got {w:g} and {h:g}")
-    return x, y, w, h
+def _marked(made: "Run") -> bytes:
+    """Return a picture of the first frame with the mark on it."""
+    from pftrack.drawing import Drawing, Picture
+    from pftrack.rendering import png, render
 
-
-def _check_inside(box: tuple[float, float, float, float], size: tuple[int, int]) -> None:
-    x, y, w, h = box
-    if x < 0 or y < 0 or x + w > size[0] or y + h > size[1]:
-        raise wrong_use(
-            f"--box must lie inside the picture of {size[0]} x {size[1]} px, "
-            f"got {x:g} to {x + w:g} across and {y:g} to {y + h:g} down"
-        )
+    footage, image = made.setup.footage, made.current.frame.image_rgb
+    if footage is None or image is None:
+        raise wrong_use("--mark-out needs --video: nothing is marked in a simulated scene")
+    height, width, _ = image.shape
+    mark = made.experiment.mark(footage.mark).draw()
+    return png(render(Drawing(width, height, {"picture": Picture(image), **mark})))
 
 
 def _values(setup: "Setup", assignments: list[str]) -> dict[str, Value]:
@@ -259,7 +229,7 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
     said = run.experiment.report(run.diagnostics) if run.experiment.report else {}
-    return {**run.summary(), **said}
+    return {**run.summary().as_dict(), **said}
 
 
 def _print(summary: Mapping[str, object], *, json: bool) -> None:

@@ -19,7 +19,7 @@ from typer.core import TyperGroup
 from pftrack.cli.listing import Json, experiment_named
 from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
 from pftrack.parameters import ParameterError, Value, parse
-from pftrack.random import MAXIMUM_SEED
+from pftrack.random import LARGEST_SEED
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment
@@ -150,7 +150,7 @@ def _plan(
         axes=tuple(parse_axis(experiment, text) for text in axes),
         trackers=tuple(name.strip() for name in trackers.split(",")) if trackers is not None else (),
         trials=whole("--trials", trials, 1, MOST_RUNS),
-        seed=whole("--seed", seed, 0, MAXIMUM_SEED),
+        seed=whole("--seed", seed, 0, LARGEST_SEED),
         frames=0 if frames is None else whole("--frames", frames, 1, LONGEST_RUN),
         values=_values(experiment, assignments),
     )

@@ -220,6 +220,7 @@ def _live(
     run = Run(experiment, setup, tracker=tracker, seed=seed, frames=frames, timeline=timeline)
     run.finish()
     summary = run.summary()
+    verdict = summary.verdict
     rows = run.diagnostics[1:]
     shares = [
         row.observation_count / (row.prediction_count + row.observation_count)
@@ -227,13 +228,13 @@ def _live(
         if row.prediction_count + row.observation_count
     ]
     return Outcome(
-        summary["success"],
-        summary["mean_error"],
-        summary["lost_frames"],
-        summary["first_lost_frame"],
-        summary["labelled_frames"],
+        verdict.success,
+        verdict.mean_error,
+        verdict.lost_frames,
+        verdict.first_lost_frame,
+        verdict.labelled_frames,
         float(np.mean(shares)) if shares else 0.0,
         sum(row.switched for row in rows),
         float(np.mean([row.step_ms for row in rows])) if rows else 0.0,
-        summary["estimates_sha256"],
+        summary.estimates_sha256,
     )

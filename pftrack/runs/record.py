@@ -1,9 +1,9 @@
 """Records: a run as one small file that computes to the same numbers again.
 
-A `.pft` file is a zip archive of `run.json` (experiment, tracker, seed, timeline, a reference to the source with its
-hash, the hash of all estimates) and `diagnostics.npz` (every frame's numbers, for a look without computing). With
-`states=True` the particles of every frame come along in `states.npz`. It is written beside its place and renamed, so
-that a crash leaves the old file or the new one, never half of one.
+A `.pft` file is a zip archive of `run.json` (the run's recipe, how far it was computed, the hash of all estimates) and
+`diagnostics.npz` (every frame's numbers, for a look without computing). With `states=True` the particles of every frame
+come along in `states.npz`. It is written beside its place and renamed, so that a crash leaves the old file or the new
+one, never half of one. Files of earlier formats are read as well, see `pftrack.runs.migrate`.
 """
 
 import io
@@ -20,74 +20,71 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pftrack import __version__
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
-from pftrack.parameters import ParameterError, Value
-from pftrack.runs.run import Change, Run
+from pftrack.parameters import ParameterError
+from pftrack.runs import migrate
+from pftrack.runs.recipe import EARLIER, Footage, Recipe
+from pftrack.runs.run import Run
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.truth import Truth, TruthKind
 
-__all__ = ["Record", "RecordError", "describe", "load", "read", "rebuild", "save"]
+__all__ = ["OpenSequence", "Record", "RecordError", "describe", "load", "make", "read", "save", "wire"]
 
+FORMAT: Literal[2] = 2
 LARGEST_RECORD_BYTES = 16 * 1024 * 1024
 
-OpenSequence = Callable[[Mapping[str, Any]], FrameSequence]
-"""Find the pictures that a saved reference (name, sha256, box, start, and what the writer added) speaks of."""
+OpenSequence = Callable[[Footage], FrameSequence]
+"""Find the pictures that a recipe's footage speaks of."""
 
 
 class RecordError(ValueError):
     """A file that is no run, or a run whose source is not to be had; the sentence says which."""
 
 
-class SavedChange(BaseModel):
-    """One entry of the timeline."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    frame: int
-    values: dict[str, Value]
-
-
 class Record(BaseModel):
-    """What `run.json` holds."""
+    """What `run.json` holds.
+
+    Attributes:
+        format: Tells it from other files.
+        version: Of the format.
+        pftrack: Version that wrote it.
+        recipe: What makes the run again.
+        computed: How many frames were computed.
+        estimates_sha256: Hash of their estimates.
+    """
 
     model_config = ConfigDict(extra="ignore")
 
-    format: Literal["pftrack-run"]
-    version: Literal[1]
-    pftrack: str
-    experiment: str
-    tracker: str
-    seed: int
-    frames: int
+    format: Literal["pftrack-run"] = "pftrack-run"
+    version: Literal[2] = FORMAT
+    pftrack: str = __version__
+    recipe: Recipe
     computed: int
-    timeline: list[SavedChange]
-    reference: dict[str, Any]
     estimates_sha256: str
 
 
-def describe(run: Run) -> Record:
-    """Return what has to be known of a run to compute it again."""
-    return Record(
-        format="pftrack-run",
-        version=1,
-        pftrack=__version__,
-        experiment=run.experiment.id,
-        tracker=run.tracker,
-        seed=run.seed,
-        frames=run.frames,
-        computed=run.head + 1,
-        timeline=[SavedChange(frame=change.frame, values=dict(change.values)) for change in run.timeline],
-        reference=dict(run.setup.reference),
+def describe(run: Run, *, path: str | None = None) -> Record:
+    """Return what has to be known of a run to compute it again.
+
+    Args:
+        run: As far as it has been computed.
+        path: Where the recording is, seen from the file to be written, if it is to be found there.
+    """
+    # Not validated again: the seed of an earlier version may be beyond today's bound.
+    return Record.model_construct(
+        recipe=run.recipe.with_footage(path=path),
+        computed=run.computed + 1,
         estimates_sha256=run.estimates_sha256,
     )
 
 
-def save(run: Run, path: Path, *, states: bool = False) -> None:
+def save(run: Run, path: Path, *, states: bool = False, footage_path: str | None = None) -> None:
     """Write a run to a file.
 
     Args:
         run: As far as it has been computed.
         path: Where to; an existing file is replaced.
         states: Whether to keep the particles of every frame; the run is computed once more for that.
+        footage_path: Where the recording is, seen from the file, if it is to be found there.
 
     Raises:
         OSError: The file cannot be written; what was there before is still there.
@@ -95,7 +92,7 @@ def save(run: Run, path: Path, *, states: bool = False) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr("run.json", describe(run).model_dump_json(indent=1))
+            archive.writestr("run.json", describe(run, path=footage_path).model_dump_json(indent=1))
             archive.writestr("diagnostics.npz", _packed(_columns(run)))
             if states:
                 archive.writestr("states.npz", _packed(_states(run)))
@@ -122,13 +119,17 @@ def read(path: Path) -> Record:
             raise
         raise RecordError(f"{path.name} is no saved run, or was cut short; expected a .pft file") from None
     version = raw.get("version") if isinstance(raw, dict) else None
-    if isinstance(version, int) and version > 1:
-        raise RecordError(f"{path.name} was saved in format {version}, this version reads format 1; update pftrack")
+    if isinstance(version, int) and version > FORMAT:
+        raise RecordError(
+            f"{path.name} was saved in format {version}, this version reads formats 1 to {FORMAT}; update pftrack"
+        )
     try:
-        return Record.model_validate(raw)
+        return Record.model_validate(migrate.record(raw) if version == 1 else raw, context=EARLIER)
     except ValidationError as error:
         place = ".".join(str(part) for part in error.errors()[0]["loc"])
-        raise RecordError(f"{path.name} is no saved run: {place or 'its description'} is missing or wrong") from None
+    except (KeyError, TypeError, ValueError, AttributeError):
+        place = ""
+    raise RecordError(f"{path.name} is no saved run: {place or 'its description'} is missing or wrong")
 
 
 def load(path: Path, *, open_sequence: OpenSequence | None = None) -> Run:
@@ -141,61 +142,52 @@ def load(path: Path, *, open_sequence: OpenSequence | None = None) -> Run:
     Raises:
         RecordError: It is no saved run, its source is not to be had, or its parameters are not known here.
     """
-    return rebuild(read(path), open_sequence=open_sequence)
+    return make(read(path).recipe, open_sequence=open_sequence)
 
 
-def rebuild(record: Record, *, open_sequence: OpenSequence | None = None) -> Run:
-    """Return the run that a record describes, at its frame 0; see `load`."""
+def make(recipe: Recipe, *, open_sequence: OpenSequence | None = None) -> Run:
+    """Return the run of a recipe, at its frame 0; see `load`."""
     try:
-        experiment = find(record.experiment)
-        return Run(
-            experiment,
-            _setup(experiment, record.reference, open_sequence),
-            tracker=record.tracker,
-            seed=record.seed,
-            frames=record.frames,
-            timeline=tuple(Change(change.frame, change.values) for change in record.timeline),
-        )
+        experiment = find(recipe.experiment)
+        return Run.from_recipe(recipe, experiment, wire(experiment, recipe.footage, open_sequence))
     except (LookupError, ParameterError) as error:
-        raise RecordError(f"the saved run does not fit this version of pftrack: {error}") from None
+        raise RecordError(f"the run does not fit this version of pftrack: {error}") from None
 
 
-def _setup(experiment: Experiment, reference: Mapping[str, Any], open_sequence: OpenSequence | None) -> Setup:
-    if reference.get("kind") == "simulated":
+def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSequence | None) -> Setup:
+    """Return the setup of a recipe's footage, or of the experiment's own scene if there is none.
+
+    Raises:
+        RecordError: The pictures are not to be had, or are others.
+        ParameterError: The mark or the truth is none that the experiment takes.
+    """
+    if footage is None:
         return experiment.simulate()
-    if reference.get("kind") != "recording":
-        raise RecordError("the saved run does not say what it was made on: a simulated scene or a recording")
-    name = reference.get("name", "a recording")
-    if experiment.on_video is None or open_sequence is None:
+    name = footage.name or footage.path or "a recording"
+    if experiment.on_video is None:
+        raise RecordError(f"the run is to be made on {name}, but {experiment.id} takes no recording")
+    if open_sequence is None:
         raise RecordError(f"the run was made on {name}, which has to be given along with it")
-    sequence = open_sequence(reference)
-    if sequence.sha256 != reference.get("sha256"):
+    sequence = open_sequence(footage)
+    if footage.sha256 not in {None, sequence.sha256}:
         raise RecordError(f"the run was made on {name}; {sequence.name} has other content")
+    mark = None if footage.mark is None else experiment.mark(footage.mark)
+    truth = _truth(experiment.truth, footage.truth or {})
     try:
-        box = None
-        if reference["box"] is not None:
-            x, y, width, height = (float(number) for number in reference["box"])
-            box = (x, y, width, height)
-        points = {str(name): (float(x), float(y)) for name, (x, y) in reference.get("points", {}).items()}
-        return experiment.on_video(
-            sequence,
-            box,
-            start=int(reference["start"]),
-            truth=_truth(experiment.truth, reference.get("truth") or {}),
-            points=points or None,
-        )
-    except (KeyError, TypeError, IndexError, ValueError) as error:
-        raise RecordError(f"the saved run does not say where on {name} it began: {error}") from None
+        return experiment.on_video(sequence, mark, start=footage.start, truth=truth)
+    except ParameterError:
+        raise
+    except ValueError as error:
+        raise RecordError(f"{name} does not show where the run is to begin: {error}") from None
 
 
-def _truth(kind: TruthKind, rows: Mapping[str, Any]) -> Truth | None:
-    """Return a truth that was saved, held to what a file of its kind may say."""
-    form, table = kind.form, {}
-    for frame, known in rows.items():
-        table[int(frame)] = values = tuple(float(number) for number in known)
+def _truth(kind: TruthKind, rows: Mapping[int, tuple[float, ...]]) -> Truth | None:
+    """Return the truth of a recipe, held to what a file of its kind may say."""
+    form = kind.form
+    for frame, values in rows.items():
         if len(values) != len(form.columns) - 1 or not all(abs(value) <= form.largest for value in values):
-            raise ValueError(f"frame {frame} has no {form.one} of {form.unit}")
-    return kind.table(table) if table else None
+            raise ParameterError(f"footage.truth.{frame}", values, f"a {form.one} of {form.unit}")
+    return kind.table(rows) if rows else None
 
 
 def _columns(run: Run) -> dict[str, np.ndarray[Any, Any]]:
@@ -216,9 +208,9 @@ def _column(values: list[Any]) -> np.ndarray[Any, Any]:
 
 
 def _states(run: Run) -> dict[str, np.ndarray[Any, Any]]:
-    twin = run.branch(run.head)
+    twin = run.branch(run.computed)
     arrays: dict[str, np.ndarray[Any, Any]] = {}
-    for frame in range(run.head + 1):
+    for frame in range(run.computed + 1):
         for name, array in twin.seek(frame).state.arrays().items():
             arrays[f"{name}_{frame}"] = array
     return arrays

@@ -5,15 +5,12 @@ from collections.abc import Callable
 import numpy as np
 
 from pftrack.frame import Frame, Target
-from pftrack.parameters import parameter
+from pftrack.parameters import ParameterError, parameter
 from pftrack.sources.overlay import OverlayParameters, paint
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.source import History
 
-__all__ = ["Box", "RecordingParameters", "RecordingSource", "check_box"]
-
-Box = tuple[float, float, float, float]
-"""x and y of the left top corner, width and height, px."""
+__all__ = ["RecordingParameters", "RecordingSource", "check_start"]
 
 
 class RecordingParameters(OverlayParameters):
@@ -41,7 +38,7 @@ class RecordingSource:
     def __init__(
         self,
         sequence: FrameSequence,
-        box: Box,
+        box: tuple[float, float, float, float],
         first: int = 0,
         truth: Callable[[int], Target | None] | None = None,
         *,
@@ -51,17 +48,15 @@ class RecordingSource:
 
         Args:
             sequence: The pictures.
-            box: Around the target in the first picture used.
+            box: Around the target in the first picture used: x and y of the left top corner, width and height, px.
             first: Number of that picture within the sequence.
             truth: Where the target truly is, by number of the picture within the sequence.
             start: The target in the first picture, if it is more than the middle of the box.
 
         Raises:
-            ValueError: The box or the first frame is not within the recording.
+            ParameterError: The first frame is not within the recording.
         """
-        if not 0 <= first < sequence.frame_count:
-            raise ValueError(f"the start frame must be between 0 and {sequence.frame_count - 1}, got {first}")
-        check_box(box, sequence.size)
+        check_start(first, sequence)
         self._sequence = sequence
         self._first = first
         self._truth = truth
@@ -85,16 +80,11 @@ class RecordingSource:
         return Frame(index, float(self._times_s[index]), image_rgb=image, target=target)
 
 
-def check_box(box: Box, size: tuple[int, int]) -> None:
-    """Refuse a box that is not within the picture.
+def check_start(start: int, sequence: FrameSequence) -> None:
+    """Refuse a first picture that is not within the recording.
 
     Raises:
-        ValueError: It has no area or reaches beyond the picture; the sentence names both.
+        ParameterError: It is not.
     """
-    x, y, w, h = box
-    width, height = size
-    if not (w >= 1 and h >= 1 and x >= 0 and y >= 0 and x + w <= width and y + h <= height):
-        raise ValueError(
-            f"the box must lie within the picture of {width} x {height} px and be at least 1 px wide and high, "
-            f"got x = {x:g}, y = {y:g}, width = {w:g}, height = {h:g}"
-        )
+    if not 0 <= start < sequence.frame_count:
+        raise ParameterError("start", start, f"a frame of the recording, 0 to {sequence.frame_count - 1}")

@@ -1,9 +1,9 @@
-"""Truth for recorded clips: a table of boxes drawn by hand, or of poses, one a frame.
+"""Truth for recorded clips: a table of numbers by frame, such as boxes drawn by hand.
 
-The file is comma-separated text with a header. For boxes it names at least `frame, x, y, w, h`: the frame's number from
-0, the left and upper edge of the box and its width and height, in px of the picture. For poses it names
-`frame, yaw_deg, pitch_deg, roll_deg`, with the signs of `geometry.gaze`. Further columns are ignored. A frame that is
-not listed, or whose first value is empty, is a frame without truth: it counts neither for the tracker nor against it.
+The file is comma-separated text with a header. Which columns it must have says its `TruthKind`, which an experiment
+declares; for boxes they are `frame, x, y, w, h`: the frame's number from 0, the left and upper edge of the box and its
+width and height, in px of the picture. Further columns are ignored. A frame that is not listed, or whose first value is
+empty, is a frame without truth: it counts neither for the tracker nor against it.
 """
 
 import csv
@@ -17,18 +17,15 @@ from typing import Any, NamedTuple, Protocol, TextIO
 import numpy as np
 
 from pftrack.frame import Target
-from pftrack.geometry.gaze import theta_of
-from pftrack.geometry.rotation import wrapped
 
 __all__ = [
     "BOXES",
-    "POSES",
-    "PoseTable",
+    "Form",
     "Truth",
     "TruthError",
     "TruthKind",
     "TruthTable",
-    "read_poses",
+    "read_table",
     "read_truth",
 ]
 
@@ -47,7 +44,6 @@ class Form(NamedTuple):
 
 
 BOX_FORM = Form(("frame", "x", "y", "w", "h"), "box", "boxes", 100_000.0, "px")
-POSE_FORM = Form(("frame", "yaw_deg", "pitch_deg", "roll_deg"), "pose", "poses", 360.0, "degrees")
 
 
 class TruthError(ValueError):
@@ -99,34 +95,6 @@ class TruthTable:
         return Target(position=np.array([x + (w - 1) / 2, y + (h - 1) / 2]), size=max(w, h))
 
 
-@dataclass(frozen=True)
-class PoseTable:
-    """The true poses of a clip.
-
-    Attributes:
-        poses: Yaw, pitch and roll in degrees by frame number; a frame without truth is missing.
-        warnings: What was passed over in reading, one sentence each.
-        zero: Frame whose pose counts as none: what is estimated is relative to a frame, and so is the truth.
-    """
-
-    poses: Mapping[int, tuple[float, float, float]]
-    warnings: tuple[str, ...] = field(default=())
-    zero: int | None = None
-
-    @property
-    def rows(self) -> Mapping[int, tuple[float, ...]]:
-        """The poses."""
-        return self.poses
-
-    def at(self, frame: int) -> Target | None:
-        """Return the target of a frame, its pose less that of frame `zero`, or None where there is no truth."""
-        pose = self.poses.get(frame)
-        if pose is None:
-            return None
-        first = (0.0, 0.0, 0.0) if self.zero is None else self.poses[self.zero]
-        return Target(position=theta_of(wrapped(np.deg2rad(np.subtract(pose, first)))))
-
-
 def read_truth(path: Path) -> TruthTable:
     """Read a table of true boxes.
 
@@ -136,27 +104,13 @@ def read_truth(path: Path) -> TruthTable:
     Raises:
         TruthError: The file is missing, is no such table, or a line of it is wrong.
     """
-    rows, warnings = _read(path, BOX_FORM)
+    rows, warnings = read_table(path, BOX_FORM)
     boxes = {}
     for frame, (line, (x, y, w, h)) in rows.items():
         if w <= 0 or h <= 0:
             raise TruthError(f"{path.name}, line {line}: w and h must be above 0, got {w:g} and {h:g}")
         boxes[frame] = (x, y, w, h)
     return TruthTable(MappingProxyType(boxes), warnings)
-
-
-def read_poses(path: Path) -> PoseTable:
-    """Read a table of true poses.
-
-    Args:
-        path: A comma-separated file with the columns frame, yaw_deg, pitch_deg, roll_deg and any others.
-
-    Raises:
-        TruthError: The file is missing, is no such table, or a line of it is wrong.
-    """
-    rows, warnings = _read(path, POSE_FORM)
-    poses = {frame: (yaw, pitch, roll) for frame, (_, (yaw, pitch, roll)) in rows.items()}
-    return PoseTable(MappingProxyType(poses), warnings)
 
 
 class TruthKind(NamedTuple):
@@ -168,14 +122,17 @@ class TruthKind(NamedTuple):
 
 
 BOXES = TruthKind(BOX_FORM, read_truth, TruthTable)
-POSES = TruthKind(POSE_FORM, read_poses, PoseTable)
 
 Rows = dict[int, tuple[int, list[float]]]
 """Number of the line, and the values, by frame."""
 
 
-def _read(path: Path, form: Form) -> tuple[Rows, tuple[str, ...]]:
-    """Read a file of this form."""
+def read_table(path: Path, form: Form) -> tuple[Rows, tuple[str, ...]]:
+    """Read a file of this form: number of the line and values by frame, and warnings, one sentence each.
+
+    Raises:
+        TruthError: The file is missing, is no such table, or a line of it is wrong.
+    """
     name = path.name
     try:
         if path.stat().st_size > LARGEST_FILE_BYTES:

@@ -16,7 +16,8 @@ from typing import Any, Self
 
 from pftrack.experiments import Experiment, find
 from pftrack.parameters import ParameterError, Value, revise
-from pftrack.random import MAXIMUM_SEED
+from pftrack.random import LARGEST_SEED
+from pftrack.runs.recipe import Recipe
 from pftrack.runs.run import LONGEST_RUN, Change, Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, checked, declared, value_of
 from pftrack.sweep.errors import SweepError
@@ -36,19 +37,13 @@ class Single:
 
     Attributes:
         number: Its place in the plan.
-        tracker: Name of the tracker.
         trial: Which trial of its condition, from 0.
-        seed: Of all its random numbers.
-        frames: Its length.
-        values: Of all parameters that differ from the experiment's defaults, fixed ones and axes.
+        recipe: What makes it; its timeline holds the parameters that differ from the experiment's defaults.
     """
 
     number: int
-    tracker: str
     trial: int
-    seed: int
-    frames: int
-    values: Mapping[str, Value]
+    recipe: Recipe
 
 
 @dataclass(frozen=True)
@@ -91,7 +86,7 @@ class Plan:
         for name, value in changed.items():
             object.__setattr__(self, name, value)
         _whole("trials", self.trials, 1, MOST_RUNS)
-        _whole("seed", self.seed, 0, MAXIMUM_SEED)
+        _whole("seed", self.seed, 0, LARGEST_SEED)
         _whole("frames", self.frames, 1, LONGEST_RUN)
         if self.runs > MOST_RUNS:
             sizes = " x ".join(f"{len(axis.values):,} {axis.name}" for axis in self.axes) or "1 condition"
@@ -164,7 +159,14 @@ class Plan:
         condition = self.condition(index)
         (seed,) = self.seeds(condition, trial, trial + 1)
         values = {**self.values, **condition}
-        return Single(number, self.trackers[tracker], trial, seed, self.frames, values)
+        recipe = Recipe(
+            experiment=self.experiment,
+            tracker=self.trackers[tracker],
+            seed=seed,
+            frames=self.frames,
+            timeline=(Change(0, values),) if values else (),
+        )
+        return Single(number, trial, recipe)
 
     def live(self, number: int) -> Run:
         """Return one run, to be stepped through, at its frame 0; it comes to the row's `estimates_sha256`.
@@ -173,15 +175,7 @@ class Plan:
             SweepError: There is no such run.
             ParameterError: Its values are at odds with each other; its row names the problem.
         """
-        single = self.single(number)
-        return Run(
-            self.wiring,
-            self.wiring.simulate(),
-            tracker=single.tracker,
-            seed=single.seed,
-            frames=single.frames,
-            timeline=(Change(0, single.values),),
-        )
+        return Run.from_recipe(self.single(number).recipe, self.wiring, self.wiring.simulate())
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as JSON values."""

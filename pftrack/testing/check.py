@@ -1,11 +1,11 @@
 """What a check is, and the runs that checks are made on."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 from pftrack.experiment import Experiment
-from pftrack.runs.run import Run, Timeline
+from pftrack.runs.run import Change, Run
 
 __all__ = ["FRAMES", "Check", "CheckError", "begun", "demand", "each_tracker", "named"]
 
@@ -68,6 +68,8 @@ def each_tracker(
             yield Check(f"{name} ({tracker})", partial(function, experiment, tracker))
 
 
-def begun(experiment: Experiment, tracker: str | None = None, *, seed: int = SEED, timeline: Timeline = ()) -> Run:
+def begun(
+    experiment: Experiment, tracker: str | None = None, *, seed: int = SEED, timeline: Iterable[Change] = ()
+) -> Run:
     """Return a short run on the simulated scene, at its frame 0."""
     return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=FRAMES, timeline=timeline)

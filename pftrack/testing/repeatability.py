@@ -115,7 +115,7 @@ def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
     past = [row.estimate for row in trunk.diagnostics[: MIDDLE + 1]]
     demand(shared == past, "a branch that changes a parameter must share the past, and its past differs")
     demand(trunk.estimates_sha256 == before, "computing a branch changed the run that it left")
-    replayed = begun(experiment, tracker, timeline=changed.timeline)
+    replayed = begun(experiment, tracker, timeline=changed.timeline.changes)
     replayed.finish()
     demand_equal(changed, replayed, "a run with the branch's timeline")
 
@@ -188,7 +188,7 @@ def _trackers_take_over(experiment: Experiment) -> None:
         for row in run.diagnostics:
             finite = np.isfinite(row.estimate).all()
             demand(finite, f"the estimate of frame {row.frame} is {row.estimate} after the tracker changed")
-        again = begun(experiment, names[0], timeline=run.timeline)
+        again = begun(experiment, names[0], timeline=run.timeline.changes)
         again.finish()
         demand_equal(run, again, "a run with the same changes of tracker")
 

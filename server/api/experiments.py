@@ -69,11 +69,10 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
             for name, tracker in experiment.trackers.items()
         ],
         "target": experiment.target,
-        "finds_target": experiment.finds_target,
-        "features": dict(experiment.finder.titles) if experiment.finder else {},
-        "links": list(experiment.finder.links) if experiment.finder else [],
-        "outline": experiment.finder.outline if experiment.finder else "",
-        "advice": experiment.finder.advice if experiment.finder else "",
+        "marks": [kind.editor() for kind in experiment.marks],
+        "finds": experiment.finder.kind.name() if experiment.finder else None,
+        "hints": [kind.name() for kind in experiment.finder.hints] if experiment.finder else [],
+        "advice": experiment.advice,
         "truth_columns": list(experiment.truth.form.columns),
         "presets": [
             PresetPublic(

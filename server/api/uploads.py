@@ -1,8 +1,9 @@
 """Uploads: videos, GIFs and sets of pictures, taken in only after every frame of them was decoded once."""
 
 import asyncio
+import json
 from http import HTTPStatus
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Path, Query, Request
 from starlette.responses import Response
@@ -12,8 +13,8 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from server.api.dependencies import AManager, AnUpload, AStore, SettingsNow, TheServices, TheTasks
 from server.errors import ConflictError, RefusedError
-from server.schemas.rest import FeaturesPublic, TruthPublic, UploadPublic
-from server.tasks.functions import Question, find_features, frame_jpeg
+from server.schemas.rest import SightingPublic, TruthPublic, UploadPublic
+from server.tasks.functions import Question, find_mark, frame_jpeg
 from server.uploads.intake import limits_of, take_in
 from server.uploads.multipart import receive
 from server.uploads.truth import forget_truth, keep_truth, kept_truth
@@ -36,14 +37,20 @@ def _experiment(experiment: Annotated[str, Query(max_length=64)]) -> Experiment:
 ForExperiment = Annotated[Experiment, Depends(_experiment)]
 
 
-def _box(box: Annotated[str | None, Query(max_length=200)] = None) -> tuple[float, float, float, float] | None:
-    if box is None:
+def _hint(
+    hint: Annotated[
+        str | None, Query(max_length=10_000, description="A mark of one of the experiment's hints, as JSON")
+    ] = None,
+) -> dict[str, Any] | None:
+    if hint is None:
         return None
     try:
-        x, y, w, h = (float(part) for part in box.split(","))
+        raw = json.loads(hint)
     except ValueError:
-        raise RefusedError("Box must be four numbers x,y,w,h, px.", field="box", value=box) from None
-    return x, y, w, h
+        raw = None
+    if not isinstance(raw, dict):
+        raise RefusedError("Hint must be a mark as a JSON object.", field="hint", value=hint)
+    return raw
 
 
 MULTIPART = {
@@ -115,7 +122,7 @@ async def show_frame(
     return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"})
 
 
-@router.get("/{upload}/features")
+@router.get("/{upload}/mark")
 async def find_target(
     upload: AnUpload,
     experiment: ForExperiment,
@@ -123,14 +130,14 @@ async def find_target(
     store: AStore,
     settings: SettingsNow,
     tasks: TheTasks,
-    box: Annotated[tuple[float, float, float, float] | None, Depends(_box)],
+    hint: Annotated[dict[str, Any] | None, Depends(_hint)],
     last: Number | None = None,
     looked: Number = 0,
-) -> FeaturesPublic:
-    """Look for an experiment's target from a frame on, or in a box there; ask again with `looked` to go on looking."""
-    question = Question(experiment.id, frame, last, looked, box)
+) -> SightingPublic:
+    """Look for an experiment's target from a frame on, or by a hint there; ask again with `looked` to go on looking."""
+    question = Question(experiment.id, frame, last, looked, hint)
     where, index = str(store.files.upload(upload.id)), store.files.index(upload.id)
-    return FeaturesPublic(**await tasks.run(find_features, where, index, question, limits_of(settings)))
+    return SightingPublic(**await tasks.run(find_mark, where, index, question, limits_of(settings)))
 
 
 @router.put("/{upload}/truth", openapi_extra=MULTIPART)

@@ -7,8 +7,8 @@ from typing import Any
 
 from pftrack.runs.record import Record
 from server.errors import ConflictError
-from server.schemas.spec import Bookmark, BranchSpec, ChangeModel, SessionSpec
-from server.sessions.create import FIRST
+from server.schemas.spec import FIRST, Bookmark, SessionSpec
+from server.sessions.create import new_spec
 from server.sessions.session import Session
 from server.settings import Settings
 from server.store import Store
@@ -31,12 +31,12 @@ async def save(store: Store, session: Session, title: str | None) -> RunRow:
     row = RunRow(
         id=name,
         title=title or f"{session.card.title} · {session.card.trackers.get(branch.tracker, branch.tracker)}",
-        experiment=session.spec.experiment,
+        experiment=branch.recipe.experiment,
         tracker=branch.tracker,
-        seed=session.spec.seed,
+        seed=branch.recipe.seed,
         frames=summary["frames"],
         position=branch.position,
-        head=branch.head,
+        computed=branch.computed,
         outcome=outcome(summary),
         summary=summary,
         bookmarks=[mark.model_dump() for mark in session.spec.bookmarks if mark.branch == branch.id],
@@ -58,12 +58,12 @@ async def bring_in(store: Store, tasks: ChildTasks, settings: Settings, folder: 
         row = RunRow(
             id=new_name(),
             title=received.names[0].removesuffix(".pft") or found["title"],
-            experiment=saved.experiment,
-            tracker=saved.tracker,
-            seed=saved.seed,
+            experiment=saved.recipe.experiment,
+            tracker=summary["tracker"],
+            seed=saved.recipe.seed,
             frames=summary["frames"],
             position=saved.computed - 1,
-            head=saved.computed - 1,
+            computed=saved.computed - 1,
             outcome=outcome(summary),
             summary=summary,
             bookmarks=[],
@@ -87,44 +87,18 @@ async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:
     if not path.exists():
         raise ConflictError("The file of this run is missing.")
     saved = Record.model_validate(await tasks.run(read_record, str(path)))
-    branch = BranchSpec(
-        id=FIRST,
-        title="Main",
-        tracker=saved.tracker,
-        first_tracker=saved.tracker,
-        timeline=[ChangeModel(frame=change.frame, values=change.values) for change in saved.timeline],
-        head=saved.computed - 1,
-        position=min(row.position, saved.computed - 1),
-    )
-    return SessionSpec(
-        id=new_name(),
-        experiment=saved.experiment,
-        seed=saved.seed,
-        frames=saved.frames,
-        branch=FIRST,
-        branches={FIRST: branch},
-        bookmarks=[Bookmark(**{**mark, "branch": FIRST}) for mark in row.bookmarks],
-        created=now(),
-        **await _recording(store, saved.reference),
-    )
-
-
-async def _recording(store: Store, reference: dict[str, Any]) -> dict[str, Any]:
-    """Return what a spec says of the recording of a saved run."""
-    if reference.get("kind") == "simulated":
-        return {}
-    upload = await asyncio.to_thread(store.upload_of, str(reference.get("sha256")))
-    if upload is None:
-        name = reference.get("name", "a recording")
+    footage = saved.recipe.footage
+    upload = await asyncio.to_thread(store.upload_of, footage.sha256 or "") if footage else None
+    if footage is not None and upload is None:
+        name = footage.name or "a recording"
         raise ConflictError(f"The run was made on {name}, which is not here any more; upload it first.")
-    return {
-        "upload": upload.id,
-        "upload_name": upload.name,
-        "box": None if reference.get("points") else reference["box"],
-        "points": reference.get("points") or None,
-        "start": reference["start"],
-        "truth": reference.get("truth") or None,
-    }
+    return new_spec(
+        saved.recipe.with_footage(name=upload.name) if upload else saved.recipe,
+        upload=upload.id if upload else None,
+        position=min(row.position, saved.computed - 1),
+        computed=saved.computed - 1,
+        bookmarks=[Bookmark(**{**mark, "branch": FIRST}) for mark in row.bookmarks],
+    )
 
 
 def outcome(summary: dict[str, Any]) -> str:

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.parameters import Value
+from pftrack.runs.recipe import Recipe
 from server.schemas.controls import ControlPublic
 from server.schemas.panel import SPEEDS
 from server.schemas.spec import Bookmark
@@ -20,7 +21,6 @@ __all__ = [
     "Bookmarks",
     "BranchPublic",
     "Branches",
-    "ChangePublic",
     "Frame",
     "Frames",
     "Hello",
@@ -91,19 +91,17 @@ class SessionPublic(BaseModel):
     """A session as everybody outside sees it."""
 
     id: str
-    experiment: str
+    recipe: Recipe
     title: str
     unit: str = "px"
     target: str = "target"
     features: list[str] = []
     plots: list[Plot] = []
     readings: list[Reading] = []
-    first_tracker: str
     tracker: str
-    seed: int
     frames: int
     position: int
-    head: int
+    computed: int
     playing: bool
     speed: float
     speeds: list[float] = list(SPEEDS)
@@ -121,9 +119,6 @@ class SessionPublic(BaseModel):
     bookmarks: list[Bookmark]
     sweep: str | None = None
     upload: str | None = None
-    box: tuple[float, float, float, float] | None = None
-    points: dict[str, tuple[float, float]] | None = None
-    start: int = 0
     width: int
     height: int
     frame_rate_hz: float
@@ -170,7 +165,7 @@ class Position(Message):
     type: Literal["position"] = "position"
     branch: str
     frame: int
-    head: int
+    computed: int
     playing: bool
     speed: float
 
@@ -182,7 +177,7 @@ class Parameters(Message):
     branch: str
     frame: int
     parameters: dict[str, Value]
-    first_tracker: str
+    recipe: Recipe
     tracker: str
     values: dict[str, Value]
     timeline: list[ChangePublic]

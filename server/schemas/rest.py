@@ -2,12 +2,14 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from pftrack.layer import Layer
+from pftrack.marks import Editor
 from pftrack.parameters import Declaration, Value
+from pftrack.runs import migrate
+from pftrack.runs.recipe import Recipe, Seed
 from server.schemas.messages import TrackerPublic
-from server.schemas.spec import LARGEST_SEED, Box, Points
 
 __all__ = [
     "BookmarkCreate",
@@ -16,13 +18,12 @@ __all__ = [
     "Columns",
     "ExperimentDetail",
     "ExperimentPublic",
-    "FeaturesPublic",
     "PluginPublic",
     "PresetPublic",
     "RunCreate",
     "RunPublic",
     "SessionCreate",
-    "TimelineChange",
+    "SightingPublic",
     "TrackerPublic",
     "TransportUpdate",
     "TruthPublic",
@@ -32,7 +33,6 @@ __all__ = [
 SLOWEST = 0.1
 
 Frame = Annotated[int, Field(ge=0, le=10_000_000)]
-Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 Values = dict[Annotated[str, Field(max_length=64)], Any]
 Title = Annotated[str, Field(max_length=200)]
 
@@ -69,11 +69,12 @@ class ExperimentPublic(BaseModel):
     description: str
     accepts_video: bool
     target: str = Field(description="What is tracked, one word")
-    finds_target: bool
-    features: dict[str, str] = Field(description="What people call the target's features, by name")
-    links: list[tuple[str, str]] = Field(description="Features between which a line helps the eye")
-    outline: str = Field(description="How far a box around the target reaches")
-    advice: str = Field(description="What a person who marks the features should know")
+    marks: list[Editor] = Field(description="Kinds of mark that it takes in a recording, the one to offer first")
+    finds: str | None = Field(
+        description="Kind of mark that it finds by itself; null if a person has to mark the target"
+    )
+    hints: list[str] = Field(description="Kinds of mark by which a person may show it where to find the target")
+    advice: str = Field(description="What a person who marks the target should know")
     truth_columns: list[str] = Field(description="What a table of truth for a recording has")
     default_tracker: str
     frames: int
@@ -119,15 +120,15 @@ class UploadPublic(BaseModel):
     created: str
 
 
-class FeaturesPublic(BaseModel):
+class SightingPublic(BaseModel):
     """What came of looking for a target in an upload.
 
-    As long as there are no points and `looked` is less than `of`, one may go on looking.
+    As long as there is no mark and `looked` is less than `of`, one may go on looking.
     """
 
     frame: int = Field(description="Where it was found, or the last frame that was looked into")
-    points: dict[str, tuple[float, float]] | None = Field(description="Its features, px; null if it was not found")
-    placed: list[str] = Field(description="Features that a model has placed rather than the picture shown")
+    mark: dict[str, Any] | None = Field(description="The target, of the kind that is found; null if it was not found")
+    placed: list[str] = Field(description="Handles of the mark that a model has placed rather than the picture shown")
     remarks: list[str] = Field(description="What to look at, or why nothing was found")
     looked: int = Field(description="How many frames were looked into")
     of: int = Field(description="How many frames there are to look into")
@@ -142,27 +143,19 @@ class TruthPublic(BaseModel):
     warnings: list[str]
 
 
-class TimelineChange(RequestBody):
-    """A change of parameters on the timeline of a new session."""
-
-    frame: Frame
-    values: Values
-
-
 class SessionCreate(RequestBody):
-    """What a new session is to be."""
+    """What a new session is to be; what links of earlier versions hold is understood as well."""
 
-    experiment: str = Field(max_length=64)
-    tracker: str | None = Field(None, max_length=64)
-    seed: Seed = 0
-    parameters: Values = {}
-    frames: Frame | None = None
-    upload: str | None = Field(None, max_length=64)
-    box: Box | None = None
-    points: Points | None = Field(None, description="Features of the target in the frame `start`, px, by name")
-    start: Frame = Field(0, description="Frame of the upload to begin at, or to look for the target from")
-    timeline: list[TimelineChange] = Field([], max_length=10_000)
+    recipe: Recipe
+    upload: str | None = Field(
+        None, max_length=64, description="Name of the upload that the recipe's footage is; its hash does as well"
+    )
     position: Frame = 0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _earlier(cls, raw: Any) -> Any:  # noqa: ANN401 - whatever was sent
+        return migrate.request(raw) if isinstance(raw, dict) and "recipe" not in raw else raw
 
 
 class TransportUpdate(RequestBody):

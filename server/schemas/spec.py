@@ -1,58 +1,45 @@
 """The spec: what has to be known of a session to make it again, to the bit, in a new worker or after a restart.
 
-Seed, timeline and position are enough, since a run is a pure fold of them. The web process always holds the newest
-spec, so a worker may die at any moment, and the store holds it too, so the server may.
+Recipe and position of each branch are enough, since a run is a pure fold of its recipe. The web process always holds
+the newest spec, so a worker may die at any moment, and the store holds it too, so the server may.
 """
 
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import BaseModel, Field, field_validator
+from pydantic import BaseModel
 
 from pftrack.parameters import Value
-from pftrack.runs.run import Change, Timeline
+from pftrack.runs.recipe import Recipe
 
-__all__ = [
-    "LARGEST_SEED",
-    "Bookmark",
-    "Box",
-    "BranchSpec",
-    "ChangeModel",
-    "Points",
-    "SessionSpec",
-    "as_models",
-    "as_timeline",
-]
+__all__ = ["FIRST", "Bookmark", "BranchSpec", "SessionSpec"]
 
-LARGEST_SEED = 2**53 - 1
-"""Largest whole number that a browser holds exactly."""
-
-Place = Annotated[float, Field(ge=0, le=100_000, allow_inf_nan=False)]
-Extent = Annotated[float, Field(ge=1, le=100_000, allow_inf_nan=False)]
-Box = tuple[Place, Place, Extent, Extent]
-Coordinate = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False)]
-Points = Annotated[dict[Annotated[str, Field(max_length=64)], tuple[Coordinate, Coordinate]], Field(max_length=100)]
-TruthRow = tuple[Coordinate, Coordinate, Coordinate, Coordinate] | tuple[Coordinate, Coordinate, Coordinate]
-
-
-class ChangeModel(BaseModel):
-    """A change on the timeline: from this frame on, these values."""
-
-    frame: int = Field(ge=0)
-    values: dict[str, Any]
+FIRST = "b0"
+"""Name of a session's first branch."""
 
 
 class BranchSpec(BaseModel):
-    """One branch: where it left which other, and all that makes it again."""
+    """One branch: where it left which other, and all that makes it again.
+
+    Attributes:
+        id: Name within the session.
+        title: What people call it.
+        parent: The branch that it left.
+        frame: Where it left that.
+        recipe: What makes its run; the truth is kept by the session.
+        tracker: In force for the next frame.
+        first_values: Parameters at frame 0.
+        computed: Furthest frame computed.
+        position: Frame that is shown.
+    """
 
     id: str
     title: str
     parent: str | None = None
     frame: int = 0
+    recipe: Recipe
     tracker: str
-    first_tracker: str | None = None
     first_values: dict[str, Value] = {}
-    timeline: list[ChangeModel] = []
-    head: int = 0
+    computed: int = 0
     position: int = 0
 
 
@@ -66,52 +53,48 @@ class Bookmark(BaseModel):
 
 
 class SessionSpec(BaseModel):
-    """Everything that is kept of a session."""
+    """Everything that is kept of a session.
+
+    Attributes:
+        id: Its name.
+        sweep: Name of the sweep of which it is a run.
+        upload: Name of the upload that its footage is.
+        truth: Of the footage, once for all branches, since it may have a row for each of thousands of frames.
+        speed: Times real time; 0 is as fast as possible.
+        branch: The active branch.
+        second: The branch that is drawn beside the active one.
+        branches: By name.
+        branches_made: How many there ever were, so that no name comes twice.
+        bookmarks: In the order of their frames.
+        created: When.
+        card: What does not change while it lives, as its first worker told it.
+        values: Parameters in force for the next frame.
+    """
 
     id: str
-    experiment: str
-    seed: int = 0
-    frames: int | None = None
     sweep: str | None = None
     upload: str | None = None
-    upload_name: str | None = None
-    box: Box | None = None
-    points: Points | None = None
-    start: int = 0
-    truth: dict[int, TruthRow] | None = None
+    truth: dict[int, tuple[float, ...]] | None = None
     speed: float = 1.0
-    branch: str = "b0"
-    second: str | None = None  # the branch that is drawn beside the active one
-    branches: dict[str, BranchSpec] = {}
+    branch: str = FIRST
+    second: str | None = None
+    branches: dict[str, BranchSpec]
     branches_made: int = 1
     bookmarks: list[Bookmark] = []
     created: str = ""
     card: dict[str, Any] | None = None
     values: dict[str, Value] = {}
 
-    @field_validator("card")
-    @classmethod
-    def _migrate(cls, card: dict[str, Any] | None) -> dict[str, Any] | None:
-        """Take layers in the form in which earlier versions stored them, by name with whether they are shown."""
-        if card is None or not isinstance(card.get("layers"), dict):
-            return card
-        return {**card, "layers": [{"name": name, "shown": shown} for name, shown in card["layers"].items()]}
-
     @property
     def active(self) -> BranchSpec:
         """The active branch."""
         return self.branches[self.branch]
 
+    @property
+    def recipe(self) -> Recipe:
+        """What makes the run of the active branch, but for the truth."""
+        return self.active.recipe
+
     def next_branch(self) -> str:
         """Return a name that no branch had before."""
         return f"b{self.branches_made}"
-
-
-def as_timeline(changes: list[ChangeModel]) -> Timeline:
-    """Return the library's timeline."""
-    return tuple(Change(change.frame, dict(change.values)) for change in changes)
-
-
-def as_models(timeline: Timeline) -> list[ChangeModel]:
-    """Return a timeline as the API and the store carry it."""
-    return [ChangeModel(frame=change.frame, values=dict(change.values)) for change in timeline]

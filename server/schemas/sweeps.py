@@ -4,9 +4,10 @@ from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from pftrack.runs.recipe import Seed
+
 __all__ = ["EstimateRequest", "OpenRequest", "SweepAxis", "SweepCreate"]
 
-LARGEST_SEED = 2**53 - 1
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Name = Annotated[str, Field(max_length=64)]
 Title = Annotated[str, Field(min_length=1, max_length=200)]
@@ -46,7 +47,7 @@ class SweepCreate(RequestBody):
     trackers: list[Name] = Field([], max_length=64, description="Methods; all of them meet the same seeds.")
     trials: Annotated[int, Field(ge=1, le=1_000_000)] = 10
     frames: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(None, description="Length of a run.")
-    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = 0
+    seed: Seed = 0
     parameters: dict[Name, Any] = Field({}, description="Parameters that differ from the defaults in every run.")
 
 

@@ -1,72 +1,106 @@
-"""From a request to the spec of a new session."""
+"""From a recipe to the spec of a new session."""
+
+from collections.abc import Sequence
+from typing import Any
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import ParameterError
+from pftrack.runs.recipe import Footage, Recipe
 from server.errors import RefusedError
 from server.schemas.rest import SessionCreate
-from server.schemas.spec import BranchSpec, ChangeModel, SessionSpec
+from server.schemas.spec import FIRST, Bookmark, BranchSpec, SessionSpec
 from server.store import Store
 from server.store.files import new_name, now
+from server.store.tables import UploadRow
 from server.uploads.truth import rows_of
 
-__all__ = ["as_spec"]
-
-FIRST = "b0"
+__all__ = ["as_spec", "new_spec"]
 
 
 def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
-    """Return the spec of a new session; its parameters are checked by the worker that makes the run.
+    """Return the spec of a session that was asked for; its parameters are checked by the worker that makes the run.
 
     Raises:
         ParameterError: The experiment is unknown, or what is said of the target does not go together.
         RefusedError: There is no such upload.
     """
-    if body.experiment not in EXPERIMENTS:
-        raise ParameterError("experiment", body.experiment, f"one of {', '.join(EXPERIMENTS)}")
-    experiment = EXPERIMENTS[body.experiment]
-    _check_target(body, experiment)
-    upload = store.upload(body.upload) if body.upload else None
-    if body.upload and upload is None:
-        raise RefusedError("There is no such upload; it may have been deleted.", field="upload", value=body.upload)
-    timeline = [ChangeModel(frame=change.frame, values=change.values) for change in body.timeline]
-    if body.parameters:
-        timeline.insert(0, ChangeModel(frame=0, values=body.parameters))
-    tracker = body.tracker or experiment.default_tracker
+    recipe = body.recipe
+    if recipe.experiment not in EXPERIMENTS:
+        raise ParameterError("experiment", recipe.experiment, f"one of {', '.join(EXPERIMENTS)}")
+    experiment = EXPERIMENTS[recipe.experiment]
+    upload = _upload(body, store)
+    if upload is None:
+        return new_spec(recipe, position=body.position)
+    footage = recipe.footage or Footage()
+    if experiment.on_video is None:
+        raise ParameterError("upload", upload.name, f"left out: {experiment.id} takes no recording")
+    _check_mark(footage, experiment)
+    known: dict[str, Any] = {"sha256": upload.sha256, "name": upload.name}
+    if footage.truth is None:
+        known["truth"] = rows_of(store, upload.id, experiment)
+    recipe = recipe.model_copy(update={"footage": footage.model_copy(update=known)})
+    return new_spec(recipe, upload=upload.id, position=body.position)
+
+
+def new_spec(
+    recipe: Recipe,
+    *,
+    upload: str | None = None,
+    sweep: str | None = None,
+    position: int = 0,
+    computed: int | None = None,
+    bookmarks: Sequence[Bookmark] = (),
+) -> SessionSpec:
+    """Return the spec of a new session that makes a recipe's run.
+
+    Args:
+        recipe: What makes the run.
+        upload: Name of the upload that the recipe's footage is.
+        sweep: Name of the sweep of which it is a run.
+        position: Frame to show.
+        computed: Frame to compute up to; the one to show if not given.
+        bookmarks: To begin with.
+    """
     branch = BranchSpec(
         id=FIRST,
         title="Main",
-        tracker=tracker,
-        first_tracker=body.tracker,
-        timeline=timeline,
-        head=body.position,
-        position=body.position,
+        recipe=recipe.with_footage(truth=None),
+        tracker=recipe.tracker or EXPERIMENTS[recipe.experiment].default_tracker,
+        computed=position if computed is None else computed,
+        position=position,
     )
     return SessionSpec(
         id=new_name(),
-        experiment=body.experiment,
-        seed=body.seed,
-        frames=body.frames,
-        upload=body.upload,
-        upload_name=upload.name if upload else None,
-        box=body.box,
-        points=body.points or None,
-        start=body.start,
-        truth=rows_of(store, upload.id, experiment) if upload else None,
-        branch=FIRST,
+        sweep=sweep,
+        upload=upload,
+        truth=recipe.footage and recipe.footage.truth,
         branches={FIRST: branch},
+        bookmarks=list(bookmarks),
         created=now(),
     )
 
 
-def _check_target(body: SessionCreate, experiment: Experiment) -> None:
-    """Refuse what is said of a target if it does not go together."""
-    if body.upload is None:
-        if body.box is not None or body.points:
-            raise ParameterError("upload", None, "given: a target can only be marked in an upload")
-    elif body.points and body.box is not None:
-        raise ParameterError("box", body.box, "left out if points are given: they say where the target is")
-    elif body.points and not experiment.features:
-        raise ParameterError("points", ", ".join(body.points), f"left out: {experiment.id} follows a box")
-    elif body.box is None and not body.points and experiment.accepts_video and not experiment.finds_target:
-        raise ParameterError("box", None, "given: an upload and the box of its target belong together")
+def _upload(body: SessionCreate, store: Store) -> UploadRow | None:
+    """Return the upload that a recipe's footage is, or None if the recipe has none."""
+    sha256 = body.recipe.footage and body.recipe.footage.sha256
+    if body.upload is None and body.recipe.footage is None:
+        return None
+    if body.upload is None and sha256 is None:
+        raise ParameterError("upload", None, "given: a target can only be marked in an upload")
+    found = store.upload(body.upload) if body.upload else None
+    found = found or (store.upload_of(sha256) if sha256 else None)
+    if found is None or sha256 not in {None, found.sha256}:
+        raise RefusedError(
+            "There is no such upload; it may have been deleted.", field="upload", value=body.upload or sha256
+        )
+    return found
+
+
+def _check_mark(footage: Footage, experiment: Experiment) -> None:
+    """Refuse a mark that the experiment does not take, or the lack of one that it needs."""
+    if footage.mark is not None:
+        experiment.mark(footage.mark)
+    elif experiment.marks and experiment.finder is None:
+        kinds = " or ".join(kind.name() for kind in experiment.marks)
+        raise ParameterError("mark", None, f"given, as {kinds}: an upload and the mark of its target belong together")

@@ -7,14 +7,17 @@ and writes down what changed, so that after a restart of the server every sessio
 import asyncio
 import contextlib
 import itertools
+import json
 import time
 from collections.abc import Coroutine
 from typing import Any
 
 import structlog
 
+from pftrack.runs import migrate
+from pftrack.runs.recipe import EARLIER
 from server.errors import NotFoundError, UnavailableError
-from server.schemas.spec import SessionSpec, as_timeline
+from server.schemas.spec import SessionSpec
 from server.sessions.session import Session
 from server.settings import Settings
 from server.store import Store
@@ -46,7 +49,7 @@ class Manager:
         """Take over the sessions that the store kept, all of them suspended, and begin the rounds."""
         for row in await asyncio.to_thread(self._store.sessions):
             try:
-                spec = SessionSpec.model_validate_json(row.spec)
+                spec = SessionSpec.model_validate(migrate.session(json.loads(row.spec)), context=EARLIER)
             except ValueError:
                 log.exception("a stored session cannot be read", session=row.id)
                 continue
@@ -163,7 +166,7 @@ class Manager:
         log.info(
             "session started",
             session=session.spec.id,
-            experiment=session.spec.experiment,
+            experiment=session.spec.recipe.experiment,
             milliseconds=round(1000 * (time.perf_counter() - began)),
         )
 
@@ -183,22 +186,13 @@ class Manager:
         video = self._store.files.upload(spec.upload) if spec.upload else None
         return WorkerConfig(
             session=spec.id,
-            experiment=spec.experiment,
-            tracker=branch.first_tracker or branch.tracker or None,
-            seed=spec.seed,
-            frames=spec.frames,
-            timeline=as_timeline(branch.timeline),
+            recipe=branch.recipe.with_footage(truth=spec.truth),
             branch=branch.id,
-            head=branch.head,
+            computed=branch.computed,
             position=branch.position,
             speed=spec.speed,
             video=str(video) if video else None,
-            video_name=spec.upload_name,
             index=self._store.files.index(spec.upload) if spec.upload else None,
-            box=spec.box,
-            points=spec.points,
-            truth=spec.truth,
-            start=spec.start,
             memory_bytes=self._settings.worker_memory_bytes,
             cpu_seconds=self._settings.worker_cpu_seconds,
             max_frames=self._settings.max_frames,

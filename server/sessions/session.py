@@ -10,6 +10,7 @@ from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pftrack.parameters import ParameterError
+from pftrack.random import LARGEST_SEED
 from pftrack.runs.run import EndOfRun, PastError
 from server.errors import ApiError, ConflictError, shape
 from server.flat.feed import DrawingFeed
@@ -17,7 +18,7 @@ from server.schemas import messages
 from server.schemas.messages import Phase
 from server.schemas.panel import InForce
 from server.schemas.rest import Changed
-from server.schemas.spec import LARGEST_SEED, Bookmark, SessionSpec, as_timeline
+from server.schemas.spec import Bookmark, SessionSpec
 from server.sessions.scene_feed import SceneFeed
 from server.sessions.state import SessionState
 from server.sessions.worker_handle import WorkerHandle
@@ -171,7 +172,7 @@ class Session:
         async with self._door:
             if not values:
                 return self._changed(self.spec.active.position + 1)
-            if self.spec.active.position < self.spec.active.head:
+            if self.spec.active.position < self.spec.active.computed:
                 self._room_for_branch()
             command = protocol.Change(values, self.spec.next_branch())
             return await self._request(command, self._settings.command_seconds, self._changed)
@@ -218,8 +219,7 @@ class Session:
         """Show another branch; return the session as it is then."""
         async with self._door:
             there = self.spec.branches[branch]
-            first = there.first_tracker or there.tracker
-            command = protocol.Activate(branch, first, as_timeline(there.timeline), there.head, there.position)
+            command = protocol.Activate(branch, there.recipe, there.computed, there.position)
             return await self._request(command, self._settings.seek_seconds, self._viewed)
 
     async def save(self, path: str) -> dict[str, Any]:
@@ -257,7 +257,7 @@ class Session:
             return None
         if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= LARGEST_SEED:
             raise ParameterError("seed", seed, f"a whole number, 0 to {LARGEST_SEED}")
-        if seed != self.spec.seed and len(self.spec.branches) > 1:
+        if seed != self.spec.recipe.seed and len(self.spec.branches) > 1:
             count = len(self.spec.branches)
             raise ConflictError(f"All {count} branches of the session have its seed; start another session for {seed}.")
         return seed
@@ -308,7 +308,7 @@ class Session:
         self.scene_feed.tell(self._in_force())
 
     def _in_force(self) -> InForce:
-        return InForce(self.spec.values, self.spec.active.tracker, self.spec.seed, self.spec.speed)
+        return InForce(self.spec.values, self.spec.active.tracker, self.spec.recipe.seed, self.spec.speed)
 
     # ------------------------------------------------------------ what the worker says
 

@@ -9,7 +9,7 @@ from typing import Any
 from pftrack.runs.loss import before_loss
 from server.schemas import messages
 from server.schemas.messages import Phase
-from server.schemas.spec import Bookmark, BranchSpec, SessionSpec, as_models
+from server.schemas.spec import Bookmark, BranchSpec, SessionSpec
 from server.sessions.history import History
 from server.sessions.timeline_view import threshold_views, timeline_view
 from server.sessions.view import branch_views, view
@@ -42,7 +42,7 @@ class SessionState:
         self.dirty = True
         self.moved = False
         self.frames_computed = 0
-        self.card = SessionInfo(**spec.card) if spec.card else None
+        self.card = _card(spec.card) if spec.card else None
         self.listeners = Listeners(self.hello)
         self._on_values = on_values
         self._histories: dict[str, History] = {}
@@ -78,10 +78,6 @@ class SessionState:
         """Take down what a new worker has made of the spec, and tell everything anew."""
         self.card = ready.card
         self.spec.card = {name: getattr(ready.card, name) for name in SessionInfo.__slots__}
-        self.spec.frames = ready.card.frames
-        if ready.found is not None:
-            self.spec.start, points = ready.found
-            self.spec.box, self.spec.points = None, dict(points)
         self._last = None
         self._histories[self.spec.branch] = History()
         self._histories[self.spec.branch].put(ready.rows)
@@ -111,14 +107,11 @@ class SessionState:
         if branch.tracker != now.tracker and not switched:
             changed["tracker"] = now.tracker
         self.spec.branch, self.spec.second, self.spec.values = now.branch, now.second, now.values
-        branch.position, branch.head = now.position, now.head
-        branch.first_tracker, branch.tracker = now.first_tracker, now.tracker
-        branch.first_values = now.first_values
+        branch.position, branch.computed = now.position, now.computed
+        branch.tracker, branch.first_values = now.tracker, now.first_values
         self.playing, self.spec.speed = now.playing, now.speed
-        reseeded, self.spec.seed = self.spec.seed != now.seed, now.seed
-        retimed = last is None or now.timeline != last.timeline
-        if retimed:
-            branch.timeline = as_models(now.timeline)
+        reseeded, branch.recipe = branch.recipe.seed != now.recipe.seed, now.recipe
+        retimed = last is None or now.recipe.timeline != last.recipe.timeline
         self.moved = True
         # While it plays only its position changes, which is worth a look now and then.
         self.dirty = self.dirty or not now.playing or changed != {} or switched or reseeded
@@ -156,6 +149,7 @@ class SessionState:
             title=f"{self.card.trackers.get(now.tracker, now.tracker)} from frame {now.position}",
             parent=parent,
             frame=now.position,
+            recipe=now.recipe,
             tracker=now.tracker,
         )
         self.spec.branches_made += 1
@@ -207,7 +201,7 @@ class SessionState:
                 branch=branch.id,
                 frame=branch.position + 1,
                 parameters=self.spec.values,
-                first_tracker=branch.first_tracker or branch.tracker,
+                recipe=branch.recipe,
                 tracker=branch.tracker,
                 values=changed,
                 timeline=timeline_view(branch, card.declarations),
@@ -218,7 +212,7 @@ class SessionState:
     def _tell_position(self, now: RunStatus) -> None:
         self.listeners.emit(
             messages.Position(
-                branch=now.branch, frame=now.position, head=now.head, playing=now.playing, speed=now.speed
+                branch=now.branch, frame=now.position, computed=now.computed, playing=now.playing, speed=now.speed
             )
         )
 
@@ -228,4 +222,9 @@ class SessionState:
 
 
 def _where(status: RunStatus) -> tuple[int, int, bool, float]:
-    return status.position, status.head, status.playing, status.speed
+    return status.position, status.computed, status.playing, status.speed
+
+
+def _card(stored: dict[str, Any]) -> SessionInfo:
+    """Return a card that an earlier version may have stored."""
+    return SessionInfo(**{name: value for name, value in stored.items() if name in SessionInfo.__slots__})

@@ -18,9 +18,9 @@ def timeline_view(branch: BranchSpec, declarations: Declarations) -> list[Change
     """Return the changes of a branch, those after its first frame with the values that they replaced."""
     known = _first(branch, declarations)
     changes = []
-    for change in branch.timeline:
+    for change in branch.recipe.timeline:
         before = {name: known[name] for name in change.values if name in known} if change.frame > 0 else {}
-        changes.append(ChangePublic(frame=change.frame, values=change.values, before=before))
+        changes.append(ChangePublic(frame=change.frame, values=dict(change.values), before=before))
         known |= change.values
     return changes
 
@@ -52,16 +52,16 @@ def _read(declaration: dict[str, Any], values: dict[str, Value]) -> float | None
 def _course(branch: BranchSpec, declarations: Declarations) -> Iterator[tuple[int, dict[str, Value]]]:
     """Yield the values in force from each frame on in which something changed."""
     known = _first(branch, declarations)
-    for index, change in enumerate(branch.timeline):
+    for index, change in enumerate(branch.recipe.timeline):
         if index == 0 and change.frame > 0:
             yield 0, dict(known)
         known |= change.values
         yield change.frame, dict(known)
-    if not branch.timeline:
+    if not branch.recipe.timeline:
         yield 0, known
 
 
 def _first(branch: BranchSpec, declarations: Declarations) -> dict[str, Value]:
     """Return the values that the branch began with; of what was never stored, the default."""
     defaults = {item["name"]: item["default"] for item in declarations}
-    return {**defaults, **branch.first_values, TRACKER: branch.first_tracker or branch.tracker}
+    return {**defaults, **branch.first_values, TRACKER: branch.recipe.tracker or branch.tracker}

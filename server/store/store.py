@@ -72,7 +72,9 @@ class Store:
 
     def upload_of(self, sha256: str) -> UploadRow | None:
         """Return the newest upload with this content."""
-        return next((row for row in self.uploads() if row.sha256 == sha256), None)
+        newest = select(UploadRow).where(UploadRow.sha256 == sha256).order_by(UploadRow.created.desc()).limit(1)
+        with self._begin() as database:
+            return database.scalars(newest).first()
 
     # ------------------------------------------------------------ runs
 

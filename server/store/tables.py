@@ -43,7 +43,7 @@ class RunRow(Base):
     seed: Mapped[int] = mapped_column(BigInteger)
     frames: Mapped[int] = mapped_column(Integer)
     position: Mapped[int] = mapped_column(Integer)
-    head: Mapped[int] = mapped_column(Integer)
+    computed: Mapped[int] = mapped_column(Integer)
     outcome: Mapped[str] = mapped_column(String(200))
     summary: Mapped[dict[str, Any]] = mapped_column(JSON)
     bookmarks: Mapped[list[dict[str, Any]]] = mapped_column(JSON)

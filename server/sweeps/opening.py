@@ -3,9 +3,8 @@
 from pftrack.runs.loss import approach
 from pftrack.sweep import Plan
 from server.errors import ConflictError, RefusedError
-from server.schemas.spec import BranchSpec, ChangeModel, SessionSpec
-from server.sessions.create import FIRST
-from server.store.files import new_name, now
+from server.schemas.spec import SessionSpec
+from server.sessions.create import new_spec
 from server.sweeps.results import Results
 from server.sweeps.views import RowPublic
 
@@ -34,25 +33,8 @@ def opened(sweep: str, plan: Plan, results: Results, run: int, tracker: str | No
         )
     single = plan.single(run)
     position = _before(_loss(plan, results, row, method), plan.frames)
-    branch = BranchSpec(
-        id=FIRST,
-        title="Main",
-        tracker=method,
-        first_tracker=method,
-        timeline=[ChangeModel(frame=0, values=dict(single.values))] if single.values else [],
-        head=position,
-        position=position,
-    )
-    return SessionSpec(
-        id=new_name(),
-        experiment=plan.experiment,
-        sweep=sweep,
-        seed=single.seed,
-        frames=plan.frames,
-        branch=FIRST,
-        branches={FIRST: branch},
-        created=now(),
-    )
+    recipe = single.recipe.model_copy(update={"tracker": method})
+    return new_spec(recipe, sweep=sweep, position=position)
 
 
 def _loss(plan: Plan, results: Results, row: RowPublic, method: str) -> int | None:

@@ -13,15 +13,16 @@ import cv2
 
 from pftrack.experiment import Sighting
 from pftrack.experiments import find
+from pftrack.marks import read_mark
 from pftrack.parameters import ParameterError
 from pftrack.process import confine, leave_interrupts_to_parent
+from pftrack.random import LARGEST_SEED
 from pftrack.rendering import png, render
 from pftrack.runs import record
+from pftrack.runs.recipe import Footage
 from pftrack.runs.run import Change, Run
-from pftrack.sources.recording import Box
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
 from pftrack.sources.truth import TruthError
-from server.schemas.spec import LARGEST_SEED
 from server.worker.pipe import WorkerEnd
 from server.worker.protocol import Failed, Reply
 from server.worker.run_tree import check_timeline
@@ -30,7 +31,7 @@ __all__ = [
     "PATIENCE_S",
     "Question",
     "draw_experiment",
-    "find_features",
+    "find_mark",
     "frame_jpeg",
     "main",
     "nothing",
@@ -94,32 +95,35 @@ def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> byt
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """Where to look for a target's features.
+    """Where to look for a target.
 
     Attributes:
         experiment: Identifier of the experiment.
         frame: First frame of the upload to look into.
         last: Last one, not before the first, or None for that of the upload.
         looked: How many of the frames worth looking into were looked into before.
-        box: Around the target, px, if a person has drawn one in that frame.
+        hint: Where a person has shown in that frame that the target is, as JSON values of a mark.
     """
 
     experiment: str
     frame: int
     last: int | None = None
     looked: int = 0
-    box: Box | None = None
+    hint: Mapping[str, Any] | None = None
 
 
-def find_features(path: str, index: str | None, question: Question, limits: Limits) -> dict[str, Any]:
-    """Look for a target's features in an upload for a while, and return what came of it."""
+def find_mark(path: str, index: str | None, question: Question, limits: Limits) -> dict[str, Any]:
+    """Look for a target in an upload for a while, and return what came of it."""
     finder = find(question.experiment).finder
     if finder is None:
-        raise SourceError(f"the experiment {question.experiment} does not find its target by itself; draw a box")
+        raise SourceError(f"the experiment {question.experiment} does not find its target by itself; mark it")
     sequence = _opened(path, index, question.frame, limits)
-    if question.box is not None:
+    if question.hint is not None:
+        hint = read_mark(finder.hints, question.hint)
+        if finder.within is None:
+            raise SourceError(f"the experiment {question.experiment} cannot look for its target in a part of a picture")
         try:
-            seen = finder.within(sequence, question.frame, question.box)
+            seen = finder.within(sequence, question.frame, hint)
         except ValueError as error:
             raise SourceError(str(error)) from None
         return _told(seen, 1, 1)
@@ -132,18 +136,18 @@ def find_features(path: str, index: str | None, question: Question, limits: Limi
     for seen in finder.search(sequence, frames[looked:]):
         looked += 1
         # What is only guessed may do where it was asked for, and is not looked for elsewhere.
-        if seen.sure or (seen.points and len(frames) == 1) or time.monotonic() > until:
+        if seen.sure or (seen.mark is not None and len(frames) == 1) or time.monotonic() > until:
             break
     if seen.sure and question.last is None:
         seen = finder.better(sequence, seen)
-    guessed = seen.points and not seen.sure and len(frames) > 1
+    guessed = seen.mark is not None and not seen.sure and len(frames) > 1
     return _told(Sighting(seen.frame) if guessed else seen, looked, len(frames))
 
 
 def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
     return {
         "frame": seen.frame,
-        "points": dict(seen.points) or None,
+        "mark": seen.mark.model_dump(mode="json") if seen.mark else None,
         "placed": list(seen.placed),
         "remarks": [f"{remark[:1].upper()}{remark[1:]}." for remark in seen.remarks],
         "looked": looked,
@@ -181,11 +185,7 @@ def _opened(path: str, index: str | None, number: int, limits: Limits) -> FrameS
 
 def read_record(path: str) -> dict[str, Any]:
     """Read what a record says of its run."""
-    try:
-        return record.read(Path(path)).model_dump()
-    except record.RecordError as error:
-        # What the file is called here is nobody's business.
-        raise record.RecordError(str(error).replace(Path(path).name, "The file")) from None
+    return _record(path).model_dump(mode="json")
 
 
 def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: Limits) -> dict[str, Any]:
@@ -197,26 +197,35 @@ def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: L
         limits: How large their frames may be.
     """
 
-    def reopen(reference: Mapping[str, Any]) -> FrameSequence:
-        known = videos.get(str(reference.get("sha256")))
+    def reopen(footage: Footage) -> FrameSequence:
+        known = videos.get(footage.sha256 or "")
         if known is None:
-            name = reference.get("name", "a recording")
+            name = footage.name or "a recording"
             raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
         index = FrameIndex.from_json(known[1]) if known[1] else None
         return open_sequence(Path(known[0]), limits, index=index)
 
-    found = record.Record.model_validate(read_record(path))
-    if found.frames > limits.frames:
-        raise ParameterError("frames", found.frames, f"at most {limits.frames} on this server")
-    if found.seed > LARGEST_SEED:
-        raise ParameterError("seed", found.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
-    run = record.rebuild(found, open_sequence=reopen)
-    check_timeline(run.timeline, run.frames)
+    found = _record(path)
+    recipe = found.recipe
+    if recipe.frames is not None and recipe.frames > limits.frames:
+        raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
+    if recipe.seed > LARGEST_SEED:
+        raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
+    run = record.make(recipe, open_sequence=reopen)
+    check_timeline(run.timeline.changes, run.frames)
     run.seek(min(max(found.computed, 1), run.frames) - 1)
     drawing = run.experiment.draw(run.current, run.diagnostics)
     return {
-        "record": found.model_dump(),
+        "record": found.model_dump(mode="json"),
         "title": run.experiment.title,
-        "summary": {**run.summary(), "reproduced": run.estimates_sha256 == found.estimates_sha256},
+        "summary": {**run.summary().as_dict(), "reproduced": run.estimates_sha256 == found.estimates_sha256},
         "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),
     }
+
+
+def _record(path: str) -> record.Record:
+    try:
+        return record.read(Path(path))
+    except record.RecordError as error:
+        # What the file is called here is nobody's business.
+        raise record.RecordError(str(error).replace(Path(path).name, "The file")) from None

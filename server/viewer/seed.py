@@ -5,14 +5,13 @@ from collections.abc import Callable
 import viser
 
 from pftrack.parameters import Value
+from pftrack.random import LARGEST_SEED
 from server.viewer.controls import Handle
 
 __all__ = ["SEED", "SeedBox"]
 
 SEED = "seed of the run"
 """What the panel calls it beside the parameters, whose names have no spaces."""
-LARGEST_SEED = 2**53 - 1
-"""Beyond it a browser rounds."""
 
 
 class SeedBox:

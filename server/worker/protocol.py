@@ -6,14 +6,12 @@ arrived and somebody looks: so drawings are never queued, and nobody draws for a
 forms, as it is for the scene and encoded for flat views, with a credit for each; both are made of one drawing.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 from pftrack.drawing import Drawing
 from pftrack.parameters import Value
-from pftrack.runs.run import Timeline
-from pftrack.sources.points import Marks
+from pftrack.runs.recipe import Recipe
 from server.flat.codec import EncodedDrawing
 
 __all__ = [
@@ -51,22 +49,13 @@ class WorkerConfig:
 
     Attributes:
         session: The session's name, for the log.
-        experiment: Identifier of the experiment.
-        tracker: Tracker at frame 0; None for the experiment's own choice.
-        seed: Seed of run and scene.
-        frames: Length of the run; None for the source's own.
-        timeline: The changes of parameters.
+        recipe: What makes the run.
         branch: Name of the branch to begin with.
-        head: Frame to compute up to before it is ready.
+        computed: Frame to compute up to before it is ready.
         position: Frame to show then.
         speed: Times real time; 0 is as fast as possible.
         video: Path of an upload, or None for a simulated scene.
-        video_name: What people call it.
         index: What was found when the upload was decoded first, as JSON, so that it opens at once.
-        box: The target in the upload's frame `start`, (x, y, w, h) in px.
-        points: Features of the target in that frame, px, instead of a box.
-        start: First frame of the upload that is used, or from which on the target is looked for.
-        truth: What is truly so by number of the upload's frame, where it is known: boxes or poses.
         memory_bytes: What the worker may allocate.
         cpu_seconds: CPU time that the worker may use.
         max_frames: Longest run allowed.
@@ -75,22 +64,13 @@ class WorkerConfig:
     """
 
     session: str
-    experiment: str
-    tracker: str | None
-    seed: int
-    frames: int | None
-    timeline: Timeline
+    recipe: Recipe
     branch: str
-    head: int = 0
+    computed: int = 0
     position: int = 0
     speed: float = 1.0
     video: str | None = None
-    video_name: str | None = None
     index: str | None = None
-    box: tuple[float, float, float, float] | None = None
-    points: Marks | None = None
-    start: int = 0
-    truth: Mapping[int, tuple[float, ...]] | None = None
     memory_bytes: int = 1 << 30
     cpu_seconds: int = 7200
     max_frames: int = 20_000
@@ -125,32 +105,28 @@ class RunStatus:
     Attributes:
         branch: The active branch.
         position: Frame that is shown.
-        head: Furthest frame computed.
+        computed: Furthest frame computed.
         playing: Whether it goes on by itself.
         ended: Whether it stands on the last frame.
         speed: Times real time; 0 is as fast as possible.
-        first_tracker: Tracker at frame 0.
+        recipe: What makes the active branch again, but for the truth.
         tracker: Tracker in force for the next frame.
         values: Parameters in force for the next frame.
-        timeline: Changes of the active branch.
         restarts: Counts how often the branch began anew, with nothing of its past left.
-        seed: Seed of run and scene.
         first_values: Parameters at frame 0.
         second: Branch that is drawn beside the active one, if there is one.
     """
 
     branch: str
     position: int
-    head: int
+    computed: int
     playing: bool
     ended: bool
     speed: float
-    first_tracker: str
+    recipe: Recipe
     tracker: str
     values: Values
-    timeline: Timeline
     restarts: int
-    seed: int = 0
     first_values: Values = field(default_factory=dict)
     second: str | None = None
 
@@ -202,9 +178,8 @@ class Activate:
     """Show another branch; what is given here makes it again where this worker does not hold it."""
 
     branch: str
-    tracker: str
-    timeline: Timeline
-    head: int
+    recipe: Recipe
+    computed: int
     position: int
 
 
@@ -249,14 +224,11 @@ class Ready:
         card: Its shape.
         standing: Where it stands.
         rows: Diagnostics of the frames computed.
-        found: Frame of the upload in which the target's features are, and these, where it has features: told so that
-            they need not be looked for again.
     """
 
     card: SessionInfo
     status: RunStatus
     rows: list[dict[str, Any]]
-    found: tuple[int, Marks] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ It knows neither pipe nor clock: the worker drives it, and tests can too.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,9 @@ from pftrack.experiments import find
 from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise
 from pftrack.runs import record
 from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.run import Change, Run, Timeline
-from pftrack.sources.points import Marks
-from pftrack.sources.recording import check_box
-from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, SourceError, open_sequence
+from pftrack.runs.recipe import Footage, Recipe
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, open_sequence
 from server.worker.protocol import RunStatus, SessionInfo, WorkerConfig
 
 __all__ = ["RunTree", "check_timeline"]
@@ -31,20 +30,23 @@ class RunTree:
 
         Raises:
             ParameterError: A value of the config is refused.
-            SourceError: The upload cannot be used so.
+            SourceError: The upload cannot be opened.
+            RecordError: The upload is another one, or shows no target.
             LookupError: There is no such experiment.
         """
-        self._config = config
-        self.experiment: Experiment = find(config.experiment)
-        if config.frames is not None and config.frames > config.max_frames:
-            raise ParameterError("frames", config.frames, f"at most {config.max_frames} on this server")
+        self._recipe = config.recipe
+        self.experiment: Experiment = find(config.recipe.experiment)
+        self._max_particles = config.max_particles
+        frames = config.recipe.frames
+        if frames is not None and frames > config.max_frames:
+            raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
         self._setup = self._wired(config)
         self.active = config.branch
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
         self._left: dict[str, str] = {}
         self._restarts = 0
-        self._runs[self.active] = self._begin(config.tracker, config.timeline)
-        check_timeline(config.timeline, self.run.frames)
+        self._runs[self.active] = self._begin(config.recipe)
+        check_timeline(config.recipe.timeline, self.run.frames)
 
     @property
     def run(self) -> Run:
@@ -57,9 +59,9 @@ class RunTree:
         return self.run.position >= self.run.frames - 1
 
     @property
-    def at_head(self) -> bool:
+    def at_newest(self) -> bool:
         """Whether the next frame has to be computed."""
-        return self.run.position == self.run.head
+        return self.run.position == self.run.computed
 
     def card(self) -> SessionInfo:
         """Return what does not change while the session lives."""
@@ -89,28 +91,21 @@ class RunTree:
         return RunStatus(
             branch=self.active,
             position=run.position,
-            head=run.head,
+            computed=run.computed,
             playing=playing,
             ended=self.ended,
             speed=speed,
-            first_tracker=run.tracker,
+            recipe=run.recipe.with_footage(truth=None),
             tracker=run.tracker_at(following),
             values=flat(run.parameters_at(following)),
-            timeline=run.timeline,
             restarts=self._restarts,
-            seed=run.seed,
             first_values=flat(run.parameters_at(0)),
             second=self.second,
         )
 
-    def found(self) -> tuple[int, Marks] | None:
-        """Return in which frame of the upload the target's features are, and these, where it has features."""
-        points = self._setup.reference.get("points")
-        return (self._setup.reference["start"], {name: (x, y) for name, (x, y) in points.items()}) if points else None
-
     def forward(self) -> dict[str, Any] | None:
         """Go to the next frame; return its diagnostics when it had to be computed."""
-        if self.at_head:
+        if self.at_newest:
             return self.run.advance().diagnostics.as_dict()
         self.run.seek(self.run.position + 1)
         return None
@@ -157,7 +152,7 @@ class RunTree:
         fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
         if fixed & values.keys():
             self._restart(values)
-        elif not self.at_head:
+        elif not self.at_newest:
             self.branch(branch, self.run.position, values)
         else:
             self.run.change(values)
@@ -168,18 +163,18 @@ class RunTree:
         Raises:
             ParameterError: The frame or a value is refused; nothing has changed then.
         """
-        if not 0 <= frame <= self.run.head:
-            raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.head}")
+        if not 0 <= frame <= self.run.computed:
+            raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.computed}")
         self._limit_particles(values, frame)
         self._runs[name] = self.run.branch(frame, values)
         self._left[name] = self.active
         self._show(name)
 
-    def activate(self, name: str, tracker: str, timeline: Timeline) -> bool:
+    def activate(self, name: str, recipe: Recipe) -> bool:
         """Show another branch; return whether it had to be begun anew because this worker did not hold it."""
         anew = name not in self._runs
         if anew:
-            self._runs[name] = self._begin(tracker, timeline)
+            self._runs[name] = self._begin(recipe)
         self._show(name)
         return anew
 
@@ -190,13 +185,13 @@ class RunTree:
             seed: What to begin with instead of the seed so far; it is then the seed of all branches to come.
         """
         if seed is not None:
-            self._config = dataclasses.replace(self._config, seed=seed)
+            self._recipe = self._recipe.model_copy(update={"seed": seed})
         self._restart({})
 
     def save(self, path: Path) -> dict[str, Any]:
         """Write the active branch to a file and return its summary."""
         record.save(self.run, path)
-        return self.run.summary()
+        return self.run.summary().as_dict()
 
     def _show(self, name: str) -> None:
         self._runs[self.active] = self._runs.pop(self.active)
@@ -212,54 +207,43 @@ class RunTree:
         }
         inforce.update({key: value for key, value in values.items() if key != "tracker"})
         timeline = (Change(0, inforce),) if inforce else ()
-        self._runs[self.active] = self._begin(tracker, timeline)
+        self._runs[self.active] = self._begin(
+            self._recipe.model_copy(update={"tracker": tracker, "timeline": timeline})
+        )
         self._restarts += 1
 
-    def _begin(self, tracker: str | None, timeline: Timeline) -> Run:
+    def _begin(self, recipe: Recipe) -> Run:
         changes: dict[int, dict[str, object]] = {0: {}}
-        for change in timeline:
+        for change in recipe.timeline:
             changes.setdefault(change.frame, {}).update(change.values)
-        parameters, name = self._setup.parameters, tracker or self.experiment.default_tracker
+        parameters, name = self._setup.parameters, recipe.tracker or self.experiment.default_tracker
         for frame in sorted(changes):
-            parameters, name = _limited(parameters, name, changes[frame], self._config.max_particles)
-        return Run(
-            self.experiment,
-            self._setup,
-            tracker=tracker,
-            seed=self._config.seed,
-            frames=self._config.frames,
-            timeline=timeline,
-        )
+            parameters, name = _limited(parameters, name, changes[frame], self._max_particles)
+        return Run.from_recipe(recipe, self.experiment, self._setup)
 
     def _wired(self, config: WorkerConfig) -> Setup:
-        if config.video is None:
+        """Wire the recipe's footage, which is the upload, or the simulated scene."""
+        footage = config.recipe.footage
+        if footage is None or config.video is None:
             return self.experiment.simulate()
-        if self.experiment.on_video is None:
-            raise SourceError(f"The experiment {self.experiment.id} has no use for a video")
+        video = Path(config.video)
         limits = dataclasses.replace(DEFAULT_LIMITS, frames=config.max_frames, pixels=config.max_pixels)
         index = FrameIndex.from_json(config.index) if config.index else None
-        sequence = open_sequence(Path(config.video), limits, index=index)
-        _check_place(config, sequence)
-        _check_points(config.points or {}, self.experiment.features, sequence.size)
-        truth = self.experiment.truth.table(config.truth) if config.truth else None
-        try:
-            setup = self.experiment.on_video(
-                sequence, config.box, start=config.start, truth=truth, points=config.points or None
-            )
-        except ParameterError:
-            raise
-        except ValueError as error:
-            raise SourceError(str(error)) from None
-        # A saved run speaks of the recording by the name that people know, and takes the truth along.
-        known: dict[str, Any] = {"name": config.video_name or sequence.name}
-        if config.truth:
-            known["truth"] = {str(frame): list(row) for frame, row in config.truth.items()}
-        return dataclasses.replace(setup, reference={**setup.reference, **known})
+
+        def opened(footage: Footage) -> FrameSequence:
+            del footage
+            return open_sequence(video, limits, index=index)
+
+        setup = record.wire(self.experiment, footage, opened)
+        if setup.footage is None or not footage.name:
+            return setup
+        # A saved run speaks of the recording by the name that people know.
+        return dataclasses.replace(setup, footage=setup.footage.model_copy(update={"name": footage.name}))
 
     def _limit_particles(self, values: Mapping[str, object], frame: int) -> None:
         """Refuse a change of what is in force in a frame of the active branch, if it makes too many particles."""
         run = self.run
-        _limited(run.parameters_at(frame), run.tracker_at(frame), values, self._config.max_particles)
+        _limited(run.parameters_at(frame), run.tracker_at(frame), values, self._max_particles)
 
 
 def _limited(parameters: Parameters, tracker: str, values: Mapping[str, object], most: int) -> tuple[Parameters, str]:
@@ -270,7 +254,7 @@ def _limited(parameters: Parameters, tracker: str, values: Mapping[str, object],
     return changed, tracker
 
 
-def check_timeline(timeline: Timeline, frames: int) -> None:
+def check_timeline(timeline: Iterable[Change], frames: int) -> None:
     """Refuse a change that no frame of the run would ever see.
 
     Raises:
@@ -279,28 +263,3 @@ def check_timeline(timeline: Timeline, frames: int) -> None:
     last = max((change.frame for change in timeline), default=0)
     if last >= frames:
         raise ParameterError("timeline", last, f"changes within the run, frames 0 to {frames - 1}")
-
-
-def _check_place(config: WorkerConfig, sequence: FrameSequence) -> None:
-    """Refuse a box or a start that is not within the recording, by its name."""
-    if not 0 <= config.start < sequence.frame_count:
-        raise ParameterError("start", config.start, f"a frame of the video, 0 to {sequence.frame_count - 1}")
-    if config.box is None:
-        return
-    try:
-        check_box(config.box, sequence.size)
-    except ValueError:
-        width, height = sequence.size
-        bound = f"(x, y, width, height) within the picture of {width} x {height} px"
-        raise ParameterError("box", config.box, bound) from None
-
-
-def _check_points(points: Marks, features: Sequence[str], size: tuple[int, int]) -> None:
-    """Refuse a point that is none of the target's or not within the picture, by its name."""
-    width, height = size
-    for name, (x, y) in points.items():
-        if name not in features:
-            raise ParameterError(f"points.{name}", name, f"one of {', '.join(features)}")
-        if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
-            bound = f"(x, y) within the picture of {width} x {height} px"
-            raise ParameterError(f"points.{name}", (x, y), bound)

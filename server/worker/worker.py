@@ -84,7 +84,7 @@ def _made(pipe: WorkerEnd, config: WorkerConfig) -> "Worker | None":
     """Return the worker, or tell what of the config was refused."""
     try:
         return Worker(pipe, config)
-    except (ParameterError, SourceError) as error:
+    except (ParameterError, SourceError, RecordError) as error:
         _farewell(pipe, Failed(str(error), error))
     except LookupError as error:
         # A session of an older version, whose experiment is no more.
@@ -116,11 +116,11 @@ class Worker:
         self._drawing: Drawing | None = None
         self._encoder = DrawingEncoder()
         self._goal: tuple[int, int | None] | None = None
-        self._catch_up(config.head, config.position)
+        self._catch_up(config.computed, config.position)
 
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
-        self._pipe.send(Ready(self._tree.card(), self._status(), self._tree.rows(0), self._tree.found()))
+        self._pipe.send(Ready(self._tree.card(), self._status(), self._tree.rows(0)))
         self._told = time.monotonic()
         while True:
             message = self._pipe.receive(self._patience())
@@ -175,13 +175,13 @@ class Worker:
             if number is not None:
                 self._reply(number)
 
-    def _catch_up(self, head: int, position: int) -> None:
+    def _catch_up(self, computed: int, position: int) -> None:
         """Compute what was computed before, alive for whoever watches over this process."""
-        while self._tree.run.head < min(head, self._tree.run.frames - 1):
+        while self._tree.run.computed < min(computed, self._tree.run.frames - 1):
             self._tree.run.advance()
             if time.monotonic() - self._told > HEARTBEAT_S:
                 self._heartbeat()
-        self._tree.run.seek(min(position, self._tree.run.head))
+        self._tree.run.seek(min(position, self._tree.run.computed))
 
     def _heartbeat(self) -> None:
         self._pipe.send(Heartbeat())
@@ -283,10 +283,10 @@ class Worker:
         if not 0 <= frame <= last:
             raise ParameterError("frame", frame, f"a frame of the run, 0 to {last}")
         self._playing = False
-        if frame <= self._tree.run.head:
+        if frame <= self._tree.run.computed:
             self._tree.run.seek(frame)
         else:
-            self._tree.run.seek(self._tree.run.head)
+            self._tree.run.seek(self._tree.run.computed)
             self._goal = (frame, number)
 
     def _change(self, values: dict[str, object], branch: str) -> object:
@@ -301,10 +301,10 @@ class Worker:
 
     def _activate(self, command: Activate) -> None:
         self._flush()
-        anew = self._tree.activate(command.branch, command.tracker, command.timeline)
+        anew = self._tree.activate(command.branch, command.recipe)
         self._playing = False
         if anew:
-            self._catch_up(command.head, command.position)
+            self._catch_up(command.computed, command.position)
             # The web process may never have had them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
 

@@ -114,7 +114,7 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
         item.locator(".run-title").click()
     opened = SessionPage(opening.value, server).ready()
     opened.stands_at(row["first_lost_frame"] - 10)
-    assert opened.session["seed"] == row["seed"]
+    assert opened.session["recipe"]["seed"] == row["seed"]
     assert opened.session["playing"] is False
     for frame in range(row["first_lost_frame"] - 9, row["first_lost_frame"] + 1):
         assert not opened.verdict.startswith("lost")
@@ -135,7 +135,7 @@ def test_the_other_methods_are_one_click_away(sweep: SweepPage, page: Any, serve
         sweep.runs().first.locator(".chip-link", has_text="h-SPF").click()
     opening.value.wait_for_url("**/session/*", wait_until="commit")
     session = server.session(opening.value.url.rsplit("/", 1)[1])
-    assert (session["tracker"], session["seed"]) == ("h-spf", row["seed"])
+    assert (session["tracker"], session["recipe"]["seed"]) == ("h-spf", row["seed"])
 
 
 def test_by_keyboard(sweep: SweepPage, page: Any) -> None:

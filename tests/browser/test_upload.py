@@ -57,8 +57,9 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     go.click()
 
     shown = SessionPage(page, server).ready()
-    assert shown.session["box"] == [41, 50, 19, 20]
-    assert shown.session["start"] == 5
+    footage = shown.session["recipe"]["footage"]
+    assert footage["mark"] == {"kind": "box", "x": 41, "y": 50, "width": 19, "height": 20}
+    assert footage["start"] == 5
     shown.play_to_the_end()
     last = shown.session["frames"] - 1
     u, v = server.column(shown.id, "estimate")[last]

@@ -139,8 +139,8 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
     marks = form.points
 
     shown = form.track(server)
-    assert near(shown.session["points"], marks, 0.01)
-    assert shown.page.evaluate(SHARED, shown.session)["points"] == shown.session["points"]
+    assert near(shown.session["recipe"]["footage"]["mark"]["points"], marks, 0.01)
+    assert shown.page.evaluate(SHARED, shown.session)["recipe"] == shown.session["recipe"]
     shown.play_to_the_end()
     yaw, truth = series(server, shown.id, "yaw_deg"), np.array(true_poses())[:, 0]
     assert abs(truth).max() > 15
@@ -176,7 +176,7 @@ def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery, server: Se
     placed = form.settled()
     assert all(0.3 * WIDTH < x < 0.6 * WIDTH for x, _ in placed.values())
     assert form.page.locator(".point.placed").count() == 11
-    assert form.track(server).session["start"] == 2
+    assert form.track(server).session["recipe"]["footage"]["start"] == 2
 
 
 def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
@@ -184,7 +184,7 @@ def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
     held: list[Any] = []
     half = {"frame": 3, "points": None, "placed": [], "remarks": [], "looked": 4, "of": 8}
     gallery.page.route(
-        "**/features?*",
+        "**/mark?*",
         lambda route: held.append(route) if "looked=4" in route.request.url else route.fulfill(json=half),
     )
     gallery.choose("face.mp4", film(pictures(8, width=WIDTH)), "video/mp4")

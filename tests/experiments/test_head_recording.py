@@ -9,11 +9,13 @@ import pytest
 
 from pftrack.detection.face import FaceError
 from pftrack.experiments import find
+from pftrack.experiments.head.marks import FaceBox, FacePoints
+from pftrack.experiments.head.truth import PoseTable, read_poses
 from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.gaze import gaze
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.truth import PoseTable, TruthTable, read_poses
+from pftrack.sources.truth import TruthTable
 from tests.experiments.heads import Picture, Pictures, empty, pictures, simulated
 
 HEAD = find("head")
@@ -24,7 +26,7 @@ CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
 def on(shown: list[Picture], **options: object) -> Run:
     """Return a finished run on pictures; options are those of `on_video`, and a timeline."""
     timeline = options.pop("timeline", ())
-    setup = HEAD.on_video(Pictures(shown), options.pop("box", None), **options)  # type: ignore[misc, arg-type]
+    setup = HEAD.on_video(Pictures(shown), options.pop("mark", None), **options)  # type: ignore[misc, arg-type]
     run = Run(HEAD, setup, seed=2, timeline=timeline)  # type: ignore[arg-type]
     run.finish()
     for row in run.diagnostics:
@@ -95,7 +97,7 @@ def test_who_enters_late_is_tracked_from_then_on() -> None:
     """The run begins at the first picture with a face, which is where it says that it began."""
     shown = pictures(12, width=320)
     setup = HEAD.on_video(Pictures([empty(shown[0])] * 7 + shown), None)  # type: ignore[misc]
-    assert setup.reference["start"] == 7
+    assert setup.footage.start == 7
     run = Run(HEAD, setup)
     assert run.frames == 12
     assert run.finish().diagnostics.series["face"] == 1.0
@@ -181,10 +183,10 @@ def test_marked_points_are_taken_as_they_are() -> None:
     marked = dict(zip(FEATURES, map(tuple, first.landmarks.points_px.tolist()), strict=True))
     some = {name: marked[name] for name in ("leye", "reye", "nose")}
     for points in (marked, some):
-        setup = HEAD.on_video(Pictures(pictures(3, width=320)), None, points=points)  # type: ignore[misc, arg-type]
+        setup = HEAD.on_video(Pictures(pictures(3, width=320)), FacePoints.read({"points": points}))  # type: ignore[misc]
         for name, place in points.items():
-            assert setup.reference["points"][name] == pytest.approx(place)
-        assert len(setup.reference["points"]) == 11
+            assert setup.footage.mark["points"][name] == pytest.approx(place)
+        assert len(setup.footage.mark["points"]) == 11
         assert np.isfinite(Run(HEAD, setup).finish().diagnostics.estimate).all()
 
 
@@ -193,12 +195,12 @@ def test_a_box_says_which_face() -> None:
     one = pictures(2, width=320)
     both = [np.hstack([picture, picture]) for picture in one]
     for left in (0, 320):
-        setup = HEAD.on_video(Pictures(both), (left + 100.0, 40.0, 120.0, 150.0))  # type: ignore[misc]
-        xs = [x for x, _ in setup.reference["points"].values()]
+        setup = HEAD.on_video(Pictures(both), FaceBox.of(left + 100.0, 40.0, 120.0, 150.0))  # type: ignore[misc]
+        xs = [x for x, _ in setup.footage.mark["points"].values()]
         assert left < min(xs)
         assert max(xs) < left + 320
     with pytest.raises(FaceError):
-        HEAD.on_video(Pictures(both), (0.0, 0.0, 40.0, 40.0))  # type: ignore[misc]
+        HEAD.on_video(Pictures(both), FaceBox.of(0.0, 0.0, 40.0, 40.0))  # type: ignore[misc]
 
 
 @pytest.mark.parametrize(
@@ -222,7 +224,7 @@ def test_pictures_without_a_face_are_refused(change: object, message: str) -> No
     ("points", "message"),
     [
         ({"nose": (10.0, 10.0)}, "at least two"),
-        ({"leye": (1.0, 1.0), "ear": (2.0, 2.0)}, "at least two of nose"),
+        ({"leye": (1.0, 1.0), "ear": (2.0, 2.0)}, "one of nose"),
         ({"leye": (190.0, 90.0), "reye": (140.0, 90.0), "nose": (9999.0, 90.0)}, "within the picture of 320 x 240 px"),
         ({"leye": (190.0, 90.0), "reye": (190.0, 90.0)}, "all at one place"),
         (dict.fromkeys(FEATURES, (100.0, 100.0)), "all at one place"),
@@ -233,20 +235,20 @@ def test_points_that_make_no_face_are_refused(points: dict[str, tuple[float, flo
     """Too few, unknown, outside, in one place or on one line: each is said."""
     shown = Pictures(pictures(3, width=320))
     with pytest.raises(ValueError, match=message):
-        Run(HEAD, HEAD.on_video(shown, None, points=points))  # type: ignore[misc]
+        Run(HEAD, HEAD.on_video(shown, FacePoints.read({"points": points})))  # type: ignore[misc]
 
 
 def test_a_start_behind_the_end_is_refused() -> None:
     """A start that is not within the recording is refused with its bounds."""
-    with pytest.raises(ValueError, match="between 0 and 2, got 3"):
+    with pytest.raises(ValueError, match="0 to 2, got 3"):
         HEAD.on_video(Pictures(pictures(3, width=320)), None, start=3)  # type: ignore[misc]
-    with pytest.raises(ValueError, match="must lie within the picture"):
-        HEAD.on_video(Pictures(pictures(3, width=320)), (300.0, 0.0, 100.0, 50.0))  # type: ignore[misc]
+    with pytest.raises(ValueError, match="within the picture of"):
+        HEAD.on_video(Pictures(pictures(3, width=320)), FaceBox.of(300.0, 0.0, 100.0, 50.0))  # type: ignore[misc]
 
 
 def test_a_ball_is_not_found_by_itself() -> None:
     """An experiment that cannot find its target says that it needs the box."""
-    with pytest.raises(ValueError, match="its box has to be given"):
+    with pytest.raises(ValueError, match="mark must be a box around the target"):
         BALL.on_video(Pictures(pictures(3, width=320)), None)  # type: ignore[misc]
 
 
@@ -278,7 +280,7 @@ def test_a_face_first_seen_from_the_side_is_followed() -> None:
     for run in runs:
         run.finish()
     sequence.close()
-    assert abs(truth.poses[setup.reference["start"]][0]) < 10.0  # type: ignore[index]
+    assert abs(truth.poses[setup.footage.start][0]) < 10.0  # type: ignore[index]
     assert np.median([HEAD.report(run.diagnostics)["tracked_share"] for run in runs]) > 0.7  # type: ignore[misc]
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from pftrack.detection.face import FaceError
 from pftrack.experiments import find
+from pftrack.experiments.head.marks import FaceBox
 from pftrack.experiments.head.start import FINDER, MOST_SEARCHED, first_face, frames_to_search
 from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
 from pftrack.parameters import revise
@@ -49,9 +50,9 @@ def test_sightings_are_told_one_by_one() -> None:
     assert [sighting.frame for sighting in told] == [0, 1, 2]
     assert [bool(sighting.remarks) for sighting in told] == [True, False, False]
     assert [sighting.sure for sighting in told] == [False, False, True]
-    assert told[2].placed == ("lmc", "rmc")
+    assert told[2].placed == ("points.lmc", "points.rmc")
     for name, place in marked().items():
-        assert np.hypot(*np.subtract(told[2].points[name], place)) < 6
+        assert np.hypot(*np.subtract(told[2].mark.points[name], place)) < 6
 
 
 def turning(*frames: int) -> list[Picture]:
@@ -81,7 +82,7 @@ def test_a_face_that_goes_on_looking_aside_is_taken() -> None:
 def test_hidden_eyes_are_not_sure() -> None:
     """Behind sunglasses points are proposed, all of them placed, so that nobody takes them for found."""
     (sighting,) = FINDER.search(Pictures(pictures(1, width=640, sunglasses=True)), [0])
-    assert sighting.placed == FEATURES
+    assert sighting.placed == tuple(f"points.{name}" for name in FEATURES)
     assert not sighting.sure
     assert "drag them" in sighting.remarks[0]
 
@@ -89,13 +90,13 @@ def test_hidden_eyes_are_not_sure() -> None:
 def test_a_box_without_a_face_is_filled_with_a_mean_one() -> None:
     """Where nothing is recognised the points of a mean face fill the box and stay within the picture."""
     nobody = Pictures([empty(pictures(1)[0])])
-    sighting = FINDER.within(nobody, 0, (240.0, 60.0, 80.0, 180.0))
-    points = np.array([sighting.points[name] for name in FEATURES])
+    sighting = FINDER.within(nobody, 0, FaceBox.of(240.0, 60.0, 80.0, 180.0))
+    points = np.array([sighting.mark.points[name] for name in FEATURES])
     assert (points >= (240, 60)).all()
     assert (points <= (319, 239)).all()
-    assert sighting.points["reye"][0] < sighting.points["nose"][0] < sighting.points["leye"][0]
-    with pytest.raises(ValueError, match="must lie within the picture"):
-        FINDER.within(nobody, 0, (300.0, 0.0, 100.0, 50.0))
+    assert points[FEATURES.index("reye"), 0] < points[FEATURES.index("nose"), 0] < points[FEATURES.index("leye"), 0]
+    with pytest.raises(ValueError, match="within the picture of"):
+        FINDER.within(nobody, 0, FaceBox.of(300.0, 0.0, 100.0, 50.0))
 
 
 def test_every_feature_has_a_name_and_a_line() -> None:
@@ -103,5 +104,5 @@ def test_every_feature_has_a_name_and_a_line() -> None:
     assert tuple(TITLES) == FEATURES
     assert len(set(TITLES.values())) == len(FEATURES)
     assert {name for link in LINKS for name in link} == set(FEATURES)
-    assert find("head").finds_target
-    assert not find("ball").finds_target
+    assert find("head").finder is FINDER
+    assert find("ball").finder is None

@@ -113,8 +113,8 @@ def test_alpha_rises_while_a_corner_hides() -> None:
     alpha = np.array([row.series["alpha"] for row in run.diagnostics])[:, 1::2]
     visible = np.array([row.series["feature_visible"] for row in run.diagnostics])[:, 1::2] > 0
     assert alpha[~visible].mean() > alpha[visible].mean() + 0.15
-    assert run.summary()["mean_error"] == pytest.approx(1.85, abs=0.15)
-    assert run.summary()["success"] is True
+    assert run.summary().verdict.mean_error == pytest.approx(1.85, abs=0.15)
+    assert run.summary().verdict.success is True
 
 
 def test_the_camera_can_be_exchanged_in_mid_run() -> None:

@@ -12,7 +12,7 @@ def test_presets_of_the_ball_do_what_they_say(preset: Preset) -> None:
     timeline = (Change(0, preset.parameters),)
     run = Run(BALL, BALL.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
     run.finish()
-    assert run.summary()["success"] == preset.title.startswith("works")
+    assert run.summary().verdict.success == preset.title.startswith("works")
 
 
 PRISM, HEAD = find("prism"), find("head")
@@ -49,7 +49,7 @@ def outcome(experiment: Experiment, preset: Preset) -> tuple[float, bool]:
     timeline = (Change(0, preset.parameters),) if preset.parameters else ()
     run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
     run.finish()
-    summary = run.summary()
+    summary = run.summary().as_dict()
     return summary["mean_error"], summary["success"]
 
 
@@ -60,7 +60,7 @@ def test_presets_of_the_signal_do_what_they_say() -> None:
     for preset in sine.presets:
         run = Run(sine, sine.simulate(), tracker=preset.tracker, timeline=(Change(0, preset.parameters),))
         run.finish()
-        errors[preset.name] = run.summary()["mean_error"]
+        errors[preset.name] = run.summary().verdict.mean_error
     assert errors["works"] < 1.25 * errors["kalman"]
     assert errors["few"] > 1.25 * errors["kalman"]
     assert errors["dimensions"] > 1.25 * errors["kalman"]

@@ -45,7 +45,7 @@ def test_a_batch_comes_to_the_same_numbers_as_live_runs(extra: dict[str, Value])
     for seed, row in zip((3, 4), rows, strict=True):
         for tracker, outcome in zip(trackers, row, strict=True):
             run = live(tracker, seed, values)
-            summary = run.summary()
+            summary = run.summary().as_dict()
             names = ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames", "estimates_sha256")
             assert {name: getattr(outcome, name) for name in names} == {name: summary[name] for name in names}
             assert outcome.switches == sum(step.switched for step in run.diagnostics)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
+from pftrack.marks import Box
 from pftrack.runs.record import RecordError, load, read, save
 from pftrack.runs.run import Change, Run
 from tests.experiments.heads import Pictures, pictures
@@ -27,7 +28,9 @@ def _rewritten(path: Path, **changes: object) -> Path:
     with zipfile.ZipFile(path) as archive:
         raw = json.loads(archive.read("run.json"))
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("run.json", json.dumps({**raw, **changes}))
+        for name, value in changes.items():
+            (raw if name in raw else raw["recipe"])[name] = value
+        archive.writestr("run.json", json.dumps(raw))
     return path
 
 
@@ -38,7 +41,7 @@ def test_a_saved_run_computes_to_the_same_numbers(run: Run, tmp_path: Path) -> N
     again.finish()
     assert again.estimates_sha256 == run.estimates_sha256 == read(tmp_path / "a.pft").estimates_sha256
     assert again.timeline == run.timeline
-    assert again.summary()["mean_error_px"] == run.summary()["mean_error_px"]
+    assert again.summary().as_dict()["mean_error_px"] == run.summary().as_dict()["mean_error_px"]
 
 
 def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
@@ -96,16 +99,16 @@ def test_foreign_files_are_refused(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
-        ({"version": 2}, "format 2"),
+        ({"version": 3}, "format 3"),
         ({"version": "x"}, "version is missing or wrong"),
         ({"seed": "many"}, "seed"),
         ({"experiment": "cards"}, "no experiment 'cards'"),
         ({"tracker": "magic"}, "tracker must be one of"),
         ({"timeline": [{"frame": 0, "values": {"colour_of_magic": 8}}]}, "colour_of_magic"),
         ({"timeline": [{"frame": 3, "values": {"sample_count": 0}}]}, "between 1 and"),
-        ({"frames": -5}, "frames must be"),
-        ({"reference": {"kind": "recording", "name": "clip.mp4"}}, "clip.mp4"),
-        ({"reference": {}}, "does not say what it was made on"),
+        ({"frames": -5}, "frames"),
+        ({"footage": {"name": "clip.mp4"}}, "clip.mp4"),
+        ({"footage": {"reference": "clip.mp4"}}, "footage"),
     ],
 )
 def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[str, object], word: str) -> None:
@@ -119,9 +122,9 @@ def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[
 def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[float]) -> None:
     """The truth in a saved run is held to what is asked of a table."""
     truth = BALL.truth.table({0: (1, 2, 30, 40)})
-    setup = BALL.on_video(Pictures(pictures(2, width=160)), (1, 2, 30, 40), truth=truth)  # type: ignore[misc]
+    setup = BALL.on_video(Pictures(pictures(2, width=160)), Box.of(1, 2, 30, 40), truth=truth)  # type: ignore[misc]
     save(Run(BALL, setup), tmp_path / "a.pft")
-    reference = {**read(tmp_path / "a.pft").reference, "truth": {"0": row}}
-    path = _rewritten(tmp_path / "a.pft", reference=reference)
-    with pytest.raises(RecordError, match="frame 0 has no box of px"):
+    footage = read(tmp_path / "a.pft").recipe.as_dict()["footage"]
+    path = _rewritten(tmp_path / "a.pft", footage={**footage, "truth": {"0": row}})
+    with pytest.raises(RecordError, match=r"truth\.0"):
         load(path, open_sequence=lambda _: Pictures(pictures(2, width=160)))

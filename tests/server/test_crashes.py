@@ -44,15 +44,15 @@ class TestKilledWorkers:
             told = until(socket, lambda message: message["type"] == "session")[-1]
             assert told["state"] == "crashed"
             assert "killed" in told["message"]
-            head = client.get(f"/api/v1/sessions/{other['id']}").json()["head"]
-            wait_for(lambda: client.get(f"/api/v1/sessions/{other['id']}").json()["head"] > head + 5)
+            head = client.get(f"/api/v1/sessions/{other['id']}").json()["computed"]
+            wait_for(lambda: client.get(f"/api/v1/sessions/{other['id']}").json()["computed"] > head + 5)
             error_of(client.post(f"/api/v1/sessions/{victim['id']}/transport", json={"action": "play"}), 409)
             error_of(client.patch(f"/api/v1/sessions/{victim['id']}/parameters", json={"sample_count": 9}), 409)
             assert diagnostics(client, victim["id"]) == before
             resumed = client.post(f"/api/v1/sessions/{victim['id']}/resume").json()
-            assert (resumed["state"], resumed["position"], resumed["head"]) == ("ready", 50, 60)
+            assert (resumed["state"], resumed["position"], resumed["computed"]) == ("ready", 50, 60)
             hello = until(socket, lambda message: message["type"] == "hello")[-1]
-            assert hello["session"]["timeline"] == [
+            assert hello["session"]["recipe"]["timeline"] == [
                 {"frame": 31, "values": {"sample_count": 200}, "before": {"sample_count": 800}}
             ]
         assert diagnostics(client, victim["id"]) == before
@@ -70,7 +70,7 @@ class TestKilledWorkers:
         client.post(f"/api/v1/sessions/{session['id']}/resume")
         assert diagnostics(client, session["id"]) == branch
         back = client.post(f"/api/v1/sessions/{session['id']}/branch/{session['branch']}/activate").json()
-        assert (back["head"], back["tracker"]) == (20, session["tracker"])
+        assert (back["computed"], back["tracker"]) == (20, session["tracker"])
         assert diagnostics(client, session["id"]) == main
 
     def test_a_request_under_way_is_answered(self, server: Server, client: httpx.Client) -> None:
@@ -151,7 +151,7 @@ class TestSuspending:
             assert found["bookmarks"][0]["note"] == "keep me"
             assert [branch["title"] for branch in found["branches"]] == ["Main", "B"]
             resumed = client.post(f"/api/v1/sessions/{session['id']}/resume").json()
-            assert (resumed["position"], resumed["tracker"], resumed["seed"]) == (18, "apf", 11)
+            assert (resumed["position"], resumed["tracker"], resumed["recipe"]["seed"]) == (18, "apf", 11)
             assert diagnostics(client, session["id"]) == before
 
     def test_what_people_made_is_written_at_once(self, start_server: Any, tmp_path: Path) -> None:

@@ -40,8 +40,10 @@ def test_sessions(client: httpx.Client, name: str) -> None:
     before = EXPECTED["sessions"][name]
     assert client.post(f"/api/v1/sessions/{name}/resume").status_code == 200
     session = client.get(f"/api/v1/sessions/{name}").json()
-    for kept in ("experiment", "position", "seed", "branch", "tracker", "timeline"):
+    for kept in ("position", "branch", "tracker"):
         assert session[kept] == before[kept], kept
+    for kept in ("experiment", "seed", "timeline"):
+        assert session["recipe"][kept] == before[kept], kept
     assert [branch["title"] for branch in session["branches"]] == before["branches"]
     assert [[item["frame"], item["note"]] for item in session["bookmarks"]] == before["bookmarks"]
     for branch in before["estimates"]:

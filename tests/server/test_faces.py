@@ -1,5 +1,6 @@
 """Faces in uploads: found, shown with their points, tracked from these, kept, and measured by a table of poses."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,19 @@ def put(client: httpx.Client, content: bytes, name: str = "face.mp4") -> dict[st
 
 def look(client: httpx.Client, upload: str, frame: int = 0, **more: Any) -> httpx.Response:
     return client.get(
-        f"/api/v1/uploads/{upload}/features", params={"experiment": "head", "frame": frame, **more}, timeout=60
+        f"/api/v1/uploads/{upload}/mark", params={"experiment": "head", "frame": frame, **more}, timeout=60
     )
+
+
+def hint(x: float, y: float, width: float, height: float) -> str:
+    return json.dumps({"kind": "box", "x": x, "y": y, "width": width, "height": height})
+
+
+def begun_at(session: dict[str, Any]) -> tuple[int, dict[str, Any]]:
+    """The frame of the upload at which a session begins, and the points there."""
+    footage = session["recipe"]["footage"]
+    assert footage["mark"]["kind"] == "points"
+    return footage["start"], footage["mark"]["points"]
 
 
 def poses(start: int = 0) -> str:
@@ -75,27 +87,31 @@ class TestFound:
         """The points of the first face lie where they truly are; it is told which were placed by the model."""
         found = look(client, put(client, clip)["id"]).json()
         assert (found["frame"], found["looked"], found["remarks"]) == (0, 1, [])
-        assert list(found["points"]) == list(FEATURES)
+        assert list(found["mark"]["points"]) == list(FEATURES)
         for name, place in marked().items():
-            assert np.hypot(*np.subtract(found["points"][name], place)) < 6
-        assert found["placed"] == ["lmc", "rmc"]
+            assert np.hypot(*np.subtract(found["mark"]["points"][name], place)) < 6
+        assert found["placed"] == ["points.lmc", "points.rmc"]
         experiments = {each["id"]: each for each in client.get("/api/v1/experiments").json()}
-        assert experiments["head"]["finds_target"] is True
+        assert (experiments["head"]["finds"], experiments["head"]["hints"]) == ("points", ["box"])
         assert experiments["head"]["target"] == "face"
-        assert "chin" in experiments["head"]["outline"]
+        points, box = experiments["head"]["marks"]
+        assert "chin" in box["instruction"]
         assert "person's own" in experiments["head"]["advice"]
-        assert experiments["head"]["features"] == TITLES
-        assert experiments["head"]["links"] == [list(link) for link in LINKS]
+        assert {handle["name"]: handle["title"] for handle in points["handles"]} == {
+            f"points.{name}": title for name, title in TITLES.items()
+        }
+        assert points["links"] == [[f"points.{name}" for name in link] for link in LINKS]
         assert experiments["head"]["truth_columns"] == ["frame", "yaw_deg", "pitch_deg", "roll_deg"]
-        assert experiments["ball"]["finds_target"] is False
+        assert experiments["ball"]["finds"] is None
+        assert [mark["kind"] for mark in experiments["ball"]["marks"]] == ["box"]
 
     def test_who_enters_late(self, client: httpx.Client, late: bytes) -> None:
         """The first frame with a face is told, and for a single frame without one why there is none."""
         upload = put(client, late)["id"]
         found = look(client, upload).json()
-        assert (found["frame"], len(found["points"])) == (7, len(FEATURES))
+        assert (found["frame"], len(found["mark"]["points"])) == (7, len(FEATURES))
         alone = look(client, upload, last=0).json()
-        assert (alone["points"], alone["looked"], alone["of"]) == (None, 1, 1)
+        assert (alone["mark"], alone["looked"], alone["of"]) == (None, 1, 1)
         assert "found none in the picture" in alone["remarks"][0]
 
     def test_a_later_face_from_the_front_is_preferred(self, client: httpx.Client) -> None:
@@ -105,7 +121,7 @@ class TestFound:
         assert found["frame"] in {2, 4}
         assert found["remarks"] == ["In frame 0 the face looks aside."]
         session = begin(client, experiment="head", upload=upload)
-        assert (session["start"], session["points"]) == (found["frame"], found["points"])
+        assert begun_at(session) == (found["frame"], found["mark"]["points"])
         alone = look(client, upload, last=0).json()
         assert (alone["frame"], "better start" in alone["remarks"][-1]) == (0, True)
 
@@ -119,14 +135,14 @@ class TestFound:
         """In a box the face is found; where none is recognised a mean face fills the box, within the picture."""
         points = marked()
         xs, ys = zip(*points.values(), strict=True)
-        around = f"{min(xs) - 20},{min(ys) - 20},{np.ptp(xs) + 40},{np.ptp(ys) + 40}"
-        found = look(client, put(client, clip)["id"], box=around).json()
-        assert found["placed"] == ["lmc", "rmc"]
-        placed = look(client, put(client, nobody)["id"], box="250,100,70,140").json()
-        assert placed["placed"] == list(FEATURES)
+        around = hint(min(xs) - 20, min(ys) - 20, float(np.ptp(xs)) + 40, float(np.ptp(ys)) + 40)
+        found = look(client, put(client, clip)["id"], hint=around).json()
+        assert found["placed"] == ["points.lmc", "points.rmc"]
+        placed = look(client, put(client, nobody)["id"], hint=hint(250, 100, 70, 140)).json()
+        assert placed["placed"] == [f"points.{name}" for name in FEATURES]
         assert "mean face" in placed["remarks"][0]
-        assert all(250 <= x <= 319 and 100 <= y <= 239 for x, y in placed["points"].values())
-        assert placed["points"]["reye"][0] < placed["points"]["leye"][0]
+        assert all(250 <= x <= 319 and 100 <= y <= 239 for x, y in placed["mark"]["points"].values())
+        assert placed["mark"]["points"]["reye"][0] < placed["mark"]["points"]["leye"][0]
 
     @pytest.mark.parametrize(
         ("change", "words"),
@@ -142,7 +158,7 @@ class TestFound:
         """A picture without a face to be tracked is refused in a sentence, and a session on it in the same."""
         upload = put(client, film([change(picture) for picture in shown[:2]]))["id"]
         found = look(client, upload, last=0).json()
-        assert found["points"] is None
+        assert found["mark"] is None
         assert words in found["remarks"][0]
         answer = client.post("/api/v1/sessions", json={"experiment": "head", "upload": upload}, timeout=60)
         assert words in error_of(answer, 422)["message"]
@@ -155,7 +171,7 @@ class TestFound:
     def test_two_faces(self, client: httpx.Client, shown: list[Picture]) -> None:
         """Of two faces one is proposed, and it is said how to have the other."""
         found = look(client, put(client, film([np.hstack([shown[0], shown[0]])] * 2))["id"]).json()
-        assert len(found["points"]) == len(FEATURES)
+        assert len(found["mark"]["points"]) == len(FEATURES)
         assert "draw a box around another one" in found["remarks"][0]
 
     @pytest.mark.parametrize(
@@ -163,9 +179,10 @@ class TestFound:
         [
             ({"frame": 99}, None),
             ({"frame": -1}, "frame"),
-            ({"box": "1,2,3"}, "box"),
-            ({"box": "1,2,nan,4"}, None),
-            ({"box": "300,200,90,90"}, None),
+            ({"hint": "1,2,3"}, "hint"),
+            ({"hint": '{"kind": "points", "points": {"nose": [1, 2]}}'}, None),
+            ({"hint": '{"kind": "box", "x": 1, "y": 2, "width": 3}'}, None),
+            ({"hint": '{"kind": "box", "x": 300, "y": 200, "width": 90, "height": 90}'}, None),
             ({"experiment": "sine"}, "experiment"),
             ({"experiment": "ball"}, None),
         ],
@@ -183,9 +200,8 @@ class TestTracked:
         """A session begins at the points that it was given, shows them, and has no box then."""
         points = {name: list(place) for name, place in marked().items()}
         session = begin(client, experiment="head", upload=put(client, clip)["id"], points=points)
-        assert session["points"] == points
-        assert session["box"] is None
-        assert steer(client, session["id"], "seek", frame=FRAMES - 1)["head"] == FRAMES - 1
+        assert begun_at(session) == (0, points)
+        assert steer(client, session["id"], "seek", frame=FRAMES - 1)["computed"] == FRAMES - 1
         rows = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
         assert rows["series"][-1]["face"] == 1.0
 
@@ -193,9 +209,9 @@ class TestTracked:
         """Without a box the face is found, later than asked for if need be, and a second start does not look again."""
         upload = put(client, late)["id"]
         first = begin(client, experiment="head", upload=upload)
-        assert (first["start"], first["frames"]) == (7, FRAMES)
-        assert len(first["points"]) == len(FEATURES)
-        second = begin(client, experiment="head", upload=upload, start=first["start"], points=first["points"])
+        start, points = begun_at(first)
+        assert (start, first["frames"], len(points)) == (7, FRAMES, len(FEATURES))
+        second = begin(client, experiment="head", upload=upload, start=start, points=points)
         for session in (first, second):
             steer(client, session["id"], "seek", frame=FRAMES - 1)
         assert estimates(client, first["id"]) == estimates(client, second["id"])
@@ -203,8 +219,7 @@ class TestTracked:
     def test_a_box_becomes_points(self, client: httpx.Client, clip: bytes) -> None:
         """Of a box what was found in it is kept."""
         session = begin(client, experiment="head", upload=put(client, clip)["id"], box=[90, 20, 130, 160])
-        assert session["box"] is None
-        assert len(session["points"]) == len(FEATURES)
+        assert len(begun_at(session)[1]) == len(FEATURES)
 
     def test_a_crash_changes_nothing(self, server: Server, client: httpx.Client, late: bytes) -> None:
         """A worker that is killed and made again has the same face and comes to the same numbers."""
@@ -214,7 +229,7 @@ class TestTracked:
         server.manager.get(session["id"]).worker.kill("by the test")
         wait_for(lambda: client.get(f"/api/v1/sessions/{session['id']}").json()["state"] == "crashed")
         again = client.post(f"/api/v1/sessions/{session['id']}/resume").json()
-        assert (again["start"], again["points"]) == (session["start"], session["points"])
+        assert begun_at(again) == begun_at(session)
         assert estimates(client, session["id"]) == before
 
     def test_the_server_may_be_restarted(self, start_server: Any, late: bytes) -> None:
@@ -227,7 +242,7 @@ class TestTracked:
             before = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
         with start_server() as (_, client):
             again = client.post(f"/api/v1/sessions/{session['id']}/resume", timeout=60).json()
-            assert again["points"] == session["points"]
+            assert begun_at(again) == begun_at(session)
             after = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
             assert (after["estimate"], after["error"]) == (before["estimate"], before["error"])
 
@@ -235,12 +250,12 @@ class TestTracked:
         ("points", "field", "words"),
         [
             ({"nose": [10, 10]}, None, "at least two of nose"),
-            ({"leye": [1, 1], "ear": [2, 2]}, "points.ear", "one of nose"),
-            ({"leye": [190, 90], "reye": [320, 90]}, "points.reye", "within the picture of 320 x 240 px"),
-            ({"leye": [190, 90], "reye": [140, -3]}, "points.reye", "within the picture"),
-            ({"leye": [190, 90], "reye": [140, 1e9]}, "points.reye.1", "100000"),
-            ({"leye": [190, 90], "reye": [140]}, "points.reye.1", "missing"),
-            ({"leye": [190, 90], "reye": "left"}, "points.reye", "tuple"),
+            ({"leye": [1, 1], "ear": [2, 2]}, "mark.points.ear", "one of nose"),
+            ({"leye": [190, 90], "reye": [320, 90]}, "mark.points.reye", "within the picture of 320 x 240 px"),
+            ({"leye": [190, 90], "reye": [140, -3]}, "mark.points.reye", "within the picture"),
+            ({"leye": [190, 90], "reye": [140, 1e9]}, "mark.points.reye.1", "100000"),
+            ({"leye": [190, 90], "reye": [140]}, "mark.points.reye.1", "required"),
+            ({"leye": [190, 90], "reye": "left"}, "mark.points.reye", "tuple"),
             ({"leye": [190, 90], "reye": [190, 90]}, None, "all at one place"),
             ({name: [100 + 9 * place, 100] for place, name in enumerate(FEATURES)}, None, "on one line"),
         ],
@@ -259,14 +274,13 @@ class TestTracked:
         upload = put(client, clip)["id"]
         body = f'{{"experiment": "head", "upload": "{upload}", "points": {{"leye": [NaN, 1], "reye": [9, 9]}}}}'
         answer = client.post("/api/v1/sessions", content=body, headers={"content-type": "application/json"})
-        assert error_of(answer, 422)["field"] == "points.leye.0"
+        assert error_of(answer, 422)["field"] == "mark.points.leye.0"
 
     @pytest.mark.parametrize(
         ("body", "field"),
         [
-            ({"experiment": "ball"}, "box"),
-            ({"experiment": "ball", "points": {"nose": [1, 1], "leye": [2, 2]}}, "points"),
-            ({"points": {"nose": [1, 1], "leye": [2, 2]}, "box": [1, 1, 9, 9]}, "box"),
+            ({"experiment": "ball"}, "mark"),
+            ({"experiment": "ball", "points": {"nose": [1, 1], "leye": [2, 2]}}, "mark.kind"),
             ({"upload": None, "points": {"nose": [1, 1], "leye": [2, 2]}}, "upload"),
             ({"upload": None, "box": [1, 1, 9, 9]}, "upload"),
         ],
@@ -285,12 +299,13 @@ class TestKept:
         upload = put(client, late)["id"]
         assert put_truth(client, upload, poses(7)).status_code == 200
         session = begin(client, experiment="head", upload=upload)
-        moved = {**session["points"], "nose": [session["points"]["nose"][0] + 1.5, session["points"]["nose"][1]]}
-        session = begin(client, experiment="head", upload=upload, points=moved, start=session["start"])
+        start, points = begun_at(session)
+        moved = {**points, "nose": [points["nose"][0] + 1.5, points["nose"][1]]}
+        session = begin(client, experiment="head", upload=upload, points=moved, start=start)
         steer(client, session["id"], "seek", frame=FRAMES - 1)
         run = save(client, session["id"])
         opened = client.post(f"/api/v1/runs/{run['id']}/open", timeout=60).json()
-        assert (opened["points"], opened["start"], opened["box"]) == (moved, 7, None)
+        assert begun_at(opened) == (7, moved)
         assert save(client, opened["id"])["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
         columns = client.get(f"/api/v1/sessions/{opened['id']}/diagnostics").json()["columns"]
         assert all(error is not None for error in columns["error"])

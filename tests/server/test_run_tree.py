@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.layer import Layer
 from pftrack.parameters import ParameterError
+from pftrack.runs.recipe import Recipe
 from pftrack.runs.run import Change
 from server.schemas.spec import BranchSpec, SessionSpec
 from server.sessions.view import view
@@ -21,17 +21,9 @@ from server.worker.run_tree import RunTree
 from tests.server.apart import run
 
 
-def config(**more: Any) -> WorkerConfig:
-    known: dict[str, Any] = {
-        "session": "s",
-        "experiment": "ball",
-        "tracker": None,
-        "seed": 3,
-        "frames": 60,
-        "timeline": (),
-        "branch": "b0",
-    }
-    return WorkerConfig(**{**known, **more})
+def config(*, max_particles: int = 100_000, **more: Any) -> WorkerConfig:
+    recipe = Recipe(**{"experiment": "ball", "seed": 3, "frames": 60, **more})
+    return WorkerConfig(session="s", recipe=recipe, branch="b0", max_particles=max_particles)
 
 
 def forward(tree: RunTree, frames: int) -> None:
@@ -54,7 +46,9 @@ class TestWorkbench:
         """What is drawn and written is told to the page as the experiment declares it, also from a file."""
         experiment = EXPERIMENTS[name]
         card = RunTree(config(experiment=name, frames=2)).card()
-        spec = SessionSpec(id="s", experiment=name, branches={"b0": BranchSpec(id="b0", title="Main", tracker="t")})
+        spec = SessionSpec(
+            id="s", branches={"b0": BranchSpec(id="b0", title="Main", recipe=Recipe(experiment=name), tracker="t")}
+        )
         for known in (card, SessionInfo(**json.loads(json.dumps(dataclasses.asdict(card))))):
             shown = view(spec, known, "ready", None, playing=False)
             assert tuple(shown.plots) == experiment.plots
@@ -64,23 +58,13 @@ class TestWorkbench:
             told = json.loads(shown.model_dump_json())
             assert told["plots"] == json.loads(json.dumps([dataclasses.asdict(plot) for plot in experiment.plots]))
 
-    def test_layers_that_an_earlier_version_stored_are_known(self) -> None:
-        """A session that was suspended by it is listed, and its scene opens, as if by this one."""
-        card = dataclasses.asdict(RunTree(config()).card())
-        card["layers"] = {"picture": True, "trail": False}
-        branches = {"b0": BranchSpec(id="b0", title="Main", tracker="t")}
-        spec = SessionSpec(id="s", experiment="ball", branches=branches, card=card)
-        assert spec.card is not None
-        shown = view(spec, SessionInfo(**spec.card), "suspended", None, playing=False)
-        assert shown.layers == [Layer("picture"), Layer("trail", shown=False)]
-
     def test_changes_in_one_frame_are_one(self) -> None:
         """Several changes before the same frame are one change on the timeline."""
         tree = RunTree(config())
         forward(tree, 5)
         for count in (100, 150, 200):
             tree.change({"sample_count": count}, "b1")
-        assert tree.run.timeline == (Change(6, {"sample_count": 200}),)
+        assert tree.run.timeline.changes == (Change(6, {"sample_count": 200}),)
         assert tree.status(playing=False, speed=1).values["sample_count"] == 200
 
     @pytest.mark.parametrize(
@@ -131,7 +115,7 @@ class TestWorkbench:
         forward(tree, 10)
         tree.restart()
         now = tree.status(playing=False, speed=1)
-        assert (now.head, now.tracker, now.restarts) == (0, "apf", 1)
+        assert (now.computed, now.tracker, now.restarts) == (0, "apf", 1)
         assert now.values["sample_count"] == 100
 
     def test_every_branch_stands_on_its_own(self) -> None:
@@ -141,7 +125,7 @@ class TestWorkbench:
         tree.branch("b1", 10, {"tracker": "condensation"})
         forward(tree, 8)
         there = tree.status(playing=False, speed=1)
-        alone = RunTree(config(timeline=there.timeline, tracker=there.first_tracker))
+        alone = RunTree(WorkerConfig("s", there.recipe, "b0"))
         forward(alone, 18)
         assert alone.run.estimates_sha256 == tree.run.estimates_sha256
 
@@ -178,13 +162,13 @@ class TestWorkbench:
         for name, tracker in (("b1", "condensation"), ("b2", "apf")):
             tree.branch(name, 10, {"tracker": tracker})
             forward(tree, 10)
-            tree.activate("b0", "h-spf", ())
+            tree.activate("b0", tree.run.recipe)
         tree.run.seek(20)
         assert tree.other is tree._runs["b2"].diagnostics[20]
-        tree.activate("b1", "h-spf", ())
-        tree.activate("b0", "h-spf", ())
+        tree.activate("b1", tree.run.recipe)
+        tree.activate("b0", tree.run.recipe)
         assert tree.other is tree._runs["b1"].diagnostics[20]
-        tree.activate("b2", "h-spf", ())
+        tree.activate("b2", tree.run.recipe)
         assert tree.other is tree._runs["b0"].diagnostics[20]
 
     def test_unknown_experiment(self) -> None:

@@ -56,7 +56,7 @@ def test_opened_again(client: httpx.Client) -> None:
     answer = client.post(f"/api/v1/runs/{run['id']}/open")
     assert answer.status_code == 201, answer.text
     session = answer.json()
-    assert (session["position"], session["head"], session["tracker"]) == (30, 39, "apf")
+    assert (session["position"], session["computed"], session["tracker"]) == (30, 39, "apf")
     assert session["bookmarks"][0]["note"] == "here"
     again = save(client, session["id"])
     assert again["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
@@ -134,7 +134,8 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     answer = client.post(f"/api/v1/runs/{run['id']}/open")
     assert answer.status_code == 201, answer.text
     opened = answer.json()
-    assert (opened["upload"], opened["box"], opened["start"]) == (upload["id"], [10, 20, 10, 10], 1)
+    assert (opened["upload"], opened["recipe"]["footage"]["start"]) == (upload["id"], 1)
+    assert opened["recipe"]["footage"]["mark"] == {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
     assert estimates(client, opened["id"]) == numbers
     client.delete(f"/api/v1/sessions/{opened['id']}")
     client.delete(f"/api/v1/uploads/{upload['id']}")

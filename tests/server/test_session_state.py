@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from pftrack.runs.recipe import Recipe
 from pftrack.runs.run import Change
 from server.schemas.spec import BranchSpec, SessionSpec
 from server.sessions.history import History
@@ -13,15 +14,16 @@ from server.sessions.state import SessionState
 from server.worker.protocol import Ready, RunStatus, SessionInfo
 
 CARD = SessionInfo("ball", "Ball", [], {"apf": "APF", "kalman": "Kalman"}, [], 320, 240, 30.0, 100)
-START = RunStatus("b0", 0, 0, False, False, 1.0, "apf", "apf", {"n": 1, "m": 2}, (), 0)
+RECIPE = Recipe(experiment="ball", tracker="apf")
+START = RunStatus("b0", 0, 0, False, False, 1.0, RECIPE, "apf", {"n": 1, "m": 2}, 0)
 
 
 class Ear:
     """Hears what a state tells."""
 
     def __init__(self) -> None:
-        branch = BranchSpec(id="b0", title="Main", tracker="apf")
-        spec = SessionSpec(id="s", experiment="ball", branches={"b0": branch})
+        branch = BranchSpec(id="b0", title="Main", recipe=RECIPE, tracker="apf")
+        spec = SessionSpec(id="s", branches={"b0": branch})
         self.panel = 0
         self.state = SessionState(spec, "starting", self._count)
         self.heard: list[dict[str, Any]] = []
@@ -55,7 +57,7 @@ def ear() -> Ear:
 
 def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
     """No page ever stands on a frame of which it knows nothing."""
-    ear.state.stand(replace(START, position=1, head=1), [row(1)])
+    ear.state.stand(replace(START, position=1, computed=1), [row(1)])
     assert [message["type"] for message in ear.heard] == ["frame", "position"]
 
 
@@ -67,8 +69,8 @@ def test_the_same_again_is_no_news(ear: Ear) -> None:
 
 def test_a_move_is_a_position(ear: Ear) -> None:
     """Another frame is told as a position, and nothing else."""
-    (told,) = ear.stand(position=1, head=1)
-    assert (told["type"], told["frame"], told["head"]) == ("position", 1, 1)
+    (told,) = ear.stand(position=1, computed=1)
+    assert (told["type"], told["frame"], told["computed"]) == ("position", 1, 1)
 
 
 def test_playing_is_told_once(ear: Ear) -> None:
@@ -76,17 +78,17 @@ def test_playing_is_told_once(ear: Ear) -> None:
     assert [told["type"] for told in ear.stand(playing=True)] == ["position"]
     assert ear.state.phase == "playing"
     assert [told["type"] for told in ear.stand(playing=False)] == ["position"]
-    assert [told["type"] for told in ear.stand(position=99, head=99, ended=True)] == ["session", "position"]
+    assert [told["type"] for told in ear.stand(position=99, computed=99, ended=True)] == ["session", "position"]
     assert ear.state.phase == "ended"
 
 
 def test_a_change_is_echoed(ear: Ear) -> None:
     """A change is told with what changed alone, and the panel is told as well."""
-    (told,) = ear.stand(values={"n": 5, "m": 2}, timeline=(Change(1, {"n": 5}),))
+    (told,) = ear.stand(values={"n": 5, "m": 2}, recipe=RECIPE.model_copy(update={"timeline": (Change(1, {"n": 5}),)}))
     assert (told["type"], told["values"], told["parameters"]) == ("parameters", {"n": 5}, {"n": 5, "m": 2})
     assert ear.panel == 1
-    assert ear.state.spec.active.timeline[0].values == {"n": 5}
     assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {}}]
+    assert ear.state.spec.recipe.timeline[0].values == {"n": 5}
 
 
 def test_a_tracker_is_echoed(ear: Ear) -> None:
@@ -104,8 +106,8 @@ def test_a_speed_reaches_the_panel(ear: Ear) -> None:
 def test_a_branch_shares_its_past(ear: Ear) -> None:
     """A new branch is told with title, parent and colour, and has its parent's past up to where it left."""
     ear.state.add("b0", [row(1), row(2), row(3)])
-    ear.stand(position=2, head=3)
-    told = {message["type"]: message for message in ear.stand(branch="b1", head=2, tracker="kalman")}
+    ear.stand(position=2, computed=3)
+    told = {message["type"]: message for message in ear.stand(branch="b1", computed=2, tracker="kalman")}
     assert set(told) == {"branches", "parameters", "position"}
     made = told["branches"]["branches"][1]
     assert (made["id"], made["parent"], made["frame"], made["title"]) == ("b1", "b0", 2, "Kalman from frame 2")
@@ -143,7 +145,7 @@ def test_what_is_worth_writing_down(ear: Ear) -> None:
         return dirty
 
     is_dirty()
-    ear.stand(playing=True, position=1, head=1)
+    ear.stand(playing=True, position=1, computed=1)
     assert not is_dirty()
     assert state.moved
     ear.stand(values={"n": 7, "m": 2})
@@ -157,7 +159,7 @@ def test_what_is_worth_writing_down(ear: Ear) -> None:
 def test_bookmarks_in_the_order_of_frames(ear: Ear) -> None:
     """Bookmarks are told in the order of their frames."""
     for frame in (9, 3, 5):
-        ear.stand(position=frame, head=10)
+        ear.stand(position=frame, computed=10)
         ear.state.bookmark(f"m{frame}", "")
     assert [mark.frame for mark in ear.state.spec.bookmarks] == [3, 5, 9]
     assert ear.state.unbookmark("m5")

@@ -40,7 +40,7 @@ class TestStarting:
         assert session["tracker"] == "apf"
         assert session["parameters"]["sample_count"] == 300
         assert {item["name"] for item in session["declarations"]} == set(session["parameters"])
-        assert session["position"] == session["head"] == 0
+        assert session["position"] == session["computed"] == 0
         assert session["page"] == f"/session/{session['id']}"
         assert session["viewer"] == f"/viz/{session['id']}/"
         assert get(client, session["id"]) == session
@@ -121,26 +121,26 @@ class TestTransport:
         """A run plays at the source's rate times the speed asked for."""
         steer(client, session["id"], "speed", speed=2)
         steer(client, session["id"], "play")
-        wait_for(lambda: get(client, session["id"])["head"] >= 60, 3)
+        wait_for(lambda: get(client, session["id"])["computed"] >= 60, 3)
         paused = steer(client, session["id"], "pause")
         assert paused["state"] == "ready"
         assert paused["playing"] is False
-        assert paused["head"] < 150
+        assert paused["computed"] < 150
 
     def test_step_and_back(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """Step and back move by one frame and stop at the ends."""
         assert steer(client, session["id"], "back")["position"] == 0
         assert steer(client, session["id"], "step")["position"] == 1
-        assert steer(client, session["id"], "step")["head"] == 2
+        assert steer(client, session["id"], "step")["computed"] == 2
         back = steer(client, session["id"], "back")
-        assert (back["position"], back["head"]) == (1, 2)
+        assert (back["position"], back["computed"]) == (1, 2)
 
     def test_seek_forward_and_rewind(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """A seek computes what is missing, and a rewind changes no number."""
         assert steer(client, session["id"], "seek", frame=80)["position"] == 80
         before = columns(client, session["id"])
         assert steer(client, session["id"], "seek", frame=13)["position"] == 13
-        assert steer(client, session["id"], "seek", frame=80)["head"] == 80
+        assert steer(client, session["id"], "seek", frame=80)["computed"] == 80
         assert columns(client, session["id"]) == before
         assert len(before["frame"]) == 81
 
@@ -149,7 +149,7 @@ class TestTransport:
         session = begin(client, frames=20_000, parameters={"sample_count": 5000})
         with ThreadPoolExecutor() as pool:
             seeking = pool.submit(steer, client, session["id"], "seek", frame=19_999)
-            wait_for(lambda: get(client, session["id"])["head"] > 5)
+            wait_for(lambda: get(client, session["id"])["computed"] > 5)
             paused = steer(client, session["id"], "pause")
             answered = seeking.result(10)
         assert 5 < answered["position"] <= paused["position"] < 19_999
@@ -168,19 +168,19 @@ class TestTransport:
         steer(client, session["id"], "seek", frame=20)
         client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200, "tracker": "apf"})
         again = steer(client, session["id"], "restart")
-        assert (again["position"], again["head"], again["tracker"]) == (0, 0, "apf")
+        assert (again["position"], again["computed"], again["tracker"]) == (0, 0, "apf")
         assert timeline_of(again) == [{"frame": 0, "values": {"sample_count": 200}}]
         assert columns(client, session["id"])["frame"] == [0]
 
     def test_restart_with_another_seed(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """The run begins anew as one that was started with that seed, and the session tells the seed."""
         again = steer(client, session["id"], "restart", seed=12)
-        assert (again["seed"], again["position"]) == (12, 0)
+        assert (again["recipe"]["seed"], again["position"]) == (12, 0)
         steer(client, session["id"], "seek", frame=10)
         other = begin(client, seed=12, position=10)
         assert columns(client, session["id"])["estimate"] == columns(client, other["id"])["estimate"]
-        assert steer(client, session["id"], "restart", seed=2**53 - 1)["seed"] == 2**53 - 1
-        assert steer(client, session["id"], "restart")["seed"] == 2**53 - 1
+        assert steer(client, session["id"], "restart", seed=2**53 - 1)["recipe"]["seed"] == 2**53 - 1
+        assert steer(client, session["id"], "restart")["recipe"]["seed"] == 2**53 - 1
 
     def test_another_seed_is_no_seed_of_one_branch(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """All branches share their past, and so the seed."""
@@ -189,7 +189,7 @@ class TestTransport:
         body = {"action": "restart", "seed": 12}
         answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json=body)
         assert "All 2 branches" in error_of(answer, 409)["message"]
-        assert get(client, session["id"])["seed"] == session["seed"]
+        assert get(client, session["id"])["recipe"]["seed"] == session["recipe"]["seed"]
 
     @pytest.mark.parametrize(
         ("body", "field"),
@@ -248,7 +248,7 @@ class TestParameters:
         assert answer["branch"] != session["branch"]
         assert answer["frame"] == 13
         now = get(client, session["id"])
-        assert (now["position"], now["head"]) == (12, 12)
+        assert (now["position"], now["computed"]) == (12, 12)
         assert [branch["frame"] for branch in now["branches"]] == [0, 12]
         steer(client, session["id"], "seek", frame=30)
         branch = columns(client, session["id"])
@@ -270,7 +270,7 @@ class TestParameters:
             answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={name: value})
             assert answer.status_code == 200, answer.text
             now = get(client, session["id"])
-            assert (now["position"], now["head"], now["seed"]) == (0, 0, session["seed"])
+            assert (now["position"], now["computed"], now["recipe"]["seed"]) == (0, 0, session["recipe"]["seed"])
             assert timeline_of(now) == [{"frame": 0, "values": {name: value}}]
             return
         pytest.skip("no experiment has a parameter that is fixed during a run")

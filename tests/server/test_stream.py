@@ -105,7 +105,7 @@ def test_a_restart_is_a_new_hello(client: httpx.Client, session: dict[str, Any],
         steer(client, session["id"], "restart")
         hello = until(socket, is_type("hello"))[-1]
         assert hello["diagnostics"]["frame"] == [0]
-        assert hello["session"]["head"] == 0
+        assert hello["session"]["computed"] == 0
 
 
 def test_ping(address: str) -> None:

@@ -201,4 +201,4 @@ def test_the_database_is_upgraded(start_server: Any, tmp_path: Path) -> None:
     database.close()
     with start_server() as (_, client):
         assert client.get("/api/v1/sweeps").json() == []
-        assert [session["seed"] for session in client.get("/api/v1/sessions").json()] == [4]
+        assert [session["recipe"]["seed"] for session in client.get("/api/v1/sessions").json()] == [4]

@@ -217,7 +217,7 @@ class TestOpening:
         assert session["sweep"] == sweep["id"]
         loss = failed["first_lost_frame"]
         assert (session["position"], session["state"], session["frames"]) == (loss - 10, "ready", 40)
-        assert (session["tracker"], session["seed"]) == (failed["tracker"], failed["seed"])
+        assert (session["tracker"], session["recipe"]["seed"]) == (failed["tracker"], failed["seed"])
         assert session["parameters"]["occlusion_width_px"] == 55
         for _ in range(10):
             steer(client, session["id"], "step")
@@ -235,7 +235,7 @@ class TestOpening:
         for tracker in ("pc-pf", "apf"):
             answer = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open", json={"tracker": tracker})
             session = answer.json()
-            assert (session["tracker"], session["seed"]) == (tracker, row["seed"])
+            assert (session["tracker"], session["recipe"]["seed"]) == (tracker, row["seed"])
             client.delete(f"/api/v1/sessions/{session['id']}")
         refused = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open", json={"tracker": "hope"})
         assert error_of(refused, 422)["field"] == "tracker"

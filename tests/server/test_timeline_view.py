@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from server.schemas.spec import BranchSpec, ChangeModel
+from pftrack.runs.recipe import Recipe
+from pftrack.runs.run import Change
+from server.schemas.spec import BranchSpec
 from server.sessions.timeline_view import threshold_views, timeline_view
 
 DECLARATIONS: list[dict[str, Any]] = [
@@ -12,8 +14,9 @@ DECLARATIONS: list[dict[str, Any]] = [
 
 
 def branch(*changes: tuple[int, dict[str, Any]], **more: Any) -> BranchSpec:
-    timeline = [ChangeModel(frame=frame, values=values) for frame, values in changes]
-    return BranchSpec(id="b0", title="Main", tracker="hard", first_tracker="hard", timeline=timeline, **more)
+    timeline = tuple(Change(frame, values) for frame, values in changes)
+    recipe = Recipe(experiment="ball", tracker="hard", timeline=timeline)
+    return BranchSpec(id="b0", title="Main", tracker="hard", recipe=recipe, **more)
 
 
 def test_a_change_is_told_with_what_it_replaced() -> None:

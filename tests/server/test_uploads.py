@@ -90,7 +90,7 @@ class TestTakenIn:
         session = begin(client, upload=upload["id"], box=[10, 20, 10, 10], start=2)
         assert (session["frames"], session["width"], session["upload"]) == (22, SIZE[0], upload["id"])
         moved = steer(client, session["id"], "seek", frame=15)
-        assert moved["head"] == 15
+        assert moved["computed"] == 15
         estimate = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["estimate"][15]
         assert abs(estimate[0] - (17 + 15 - 2)) < 12
         error_of(client.delete(f"/api/v1/uploads/{upload['id']}"), 409)
@@ -100,11 +100,11 @@ class TestTakenIn:
     @pytest.mark.parametrize(
         ("wish", "field"),
         [
-            ({"box": [60, 20, 10, 10]}, "box"),
-            ({"box": [-1, 20, 10, 10]}, "box.0"),
-            ({"box": [0, 0, 1000, 1000]}, "box"),
-            ({"box": [0, 0, 10]}, "box.3"),
-            ({"box": "all"}, "box"),
+            ({"box": [60, 20, 10, 10]}, "mark"),
+            ({"box": [-1, 20, 10, 10]}, "mark"),
+            ({"box": [0, 0, 1000, 1000]}, "mark"),
+            ({"box": [0, 0, 10]}, "mark.height"),
+            ({"box": "all"}, "mark.x"),
             ({"box": [0, 0, 10, 10], "start": 24}, "start"),
             ({"box": [0, 0, 10, 10], "frames": 25}, "frames"),
         ],
@@ -119,7 +119,7 @@ class TestTakenIn:
         """An experiment that has no use for a video says so."""
         upload = send(client, ("ball.mp4", clip)).json()
         wish = {"experiment": "sine", "upload": upload["id"], "box": [1, 1, 9, 9]}
-        assert "no use for a video" in error_of(client.post("/api/v1/sessions", json=wish), 422)["message"]
+        assert "takes no recording" in error_of(client.post("/api/v1/sessions", json=wish), 422)["message"]
 
 
 class TestRefused:

@@ -6,6 +6,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.experiments.ball.experiment import RecordedBallParameters
+from pftrack.marks import Box
 from pftrack.parameters import revise
 from pftrack.runs.run import Change, Run
 from pftrack.sources.recording import RecordingSource
@@ -32,9 +33,9 @@ def clip(tmp_path: Path) -> FrameSequence:
     return open_sequence(tmp_path)
 
 
-def box(index: int) -> tuple[float, float, float, float]:
+def box(index: int) -> Box:
     u, v = centre(index)
-    return u - 9.0, v - 9.0, 19.0, 19.0
+    return Box.of(u - 9.0, v - 9.0, 19.0, 19.0)
 
 
 def test_colour_and_lengths_come_from_the_box(clip: FrameSequence) -> None:
@@ -49,10 +50,10 @@ def test_colour_and_lengths_come_from_the_box(clip: FrameSequence) -> None:
 @pytest.mark.parametrize("tracker", BALL.trackers)
 def test_every_tracker_follows_the_disc(clip: FrameSequence, tracker: str) -> None:
     """From a box on any picture, each tracker follows the disc to the end."""
-    truth = TruthTable({index: box(index) for index in range(40)})
+    truth = TruthTable({index: box(index).corner_and_size for index in range(40)})
     run = Run(BALL, BALL.on_video(clip, box(5), start=5, truth=truth), tracker=tracker, seed=1)
     run.finish()
-    summary = run.summary()
+    summary = run.summary().as_dict()
     assert summary["frames"] == summary["labelled_frames"] == 35
     assert summary["hit_rate"] == 1.0
     assert summary["success"] is True
@@ -62,7 +63,7 @@ def test_without_truth_nothing_is_judged(clip: FrameSequence) -> None:
     """Where the truth is unknown there is no error, no loss and no verdict."""
     run = Run(BALL, BALL.on_video(clip, box(0)), seed=1)
     run.finish()
-    summary = run.summary()
+    summary = run.summary().as_dict()
     assert [summary[key] for key in ("success", "mean_error_px", "lost_frames", "hit_rate", "labelled_frames")] == [
         None,
         None,
@@ -84,27 +85,25 @@ def test_overlay_is_worn_live(clip: FrameSequence) -> None:
     assert not (pictures[4][:, 79] == 60).all()
 
 
-@pytest.mark.parametrize(
-    "bad", [(310, 5, 20, 10), (-1, 0, 9, 9), (0, 0, 0, 5), (5, 100, 30, 30), (float("nan"), 0, 5, 5)]
-)
+@pytest.mark.parametrize("bad", [(310, 5, 20, 10), (-1, 0, 9, 9), (0, 0, 0, 5), (5, 100, 30, 30)])
 def test_boxes_must_lie_within_the_picture(clip: FrameSequence, bad: tuple[float, float, float, float]) -> None:
     """A box that reaches beyond the picture or has no area is refused with the picture's size."""
     with pytest.raises(ValueError, match="320 x 120 px"):
-        BALL.on_video(clip, bad)
+        BALL.on_video(clip, Box.of(*bad))
 
 
 @pytest.mark.parametrize("start", [-1, 40])
 def test_start_must_be_a_picture(clip: FrameSequence, start: int) -> None:
     """A start that the recording does not have is refused with those it has."""
-    with pytest.raises(ValueError, match="between 0 and 39"):
+    with pytest.raises(ValueError, match="0 to 39"):
         BALL.on_video(clip, box(0), start=start)
-    with pytest.raises(ValueError, match="between 0 and 39"):
-        RecordingSource(clip, box(0), start)
+    with pytest.raises(ValueError, match="0 to 39"):
+        RecordingSource(clip, box(0).corner_and_size, start)
 
 
 def test_time_is_the_recording_s_own(clip: FrameSequence) -> None:
     """Time counts from the first picture used, by the recording's own clock."""
-    source = RecordingSource(clip, box(4), 4)
+    source = RecordingSource(clip, box(4).corner_and_size, 4)
     parameters = revise(RecordedBallParameters(), {})
     times = [source.frame(index, History(((0, parameters),))).time_s for index in range(3)]
     assert times == pytest.approx([0, *(clip.times_s[5:7] - clip.times_s[4])])
@@ -116,8 +115,8 @@ def test_green_ball_comes_back(tracker: str) -> None:
     """On the real clip each tracker finds the green ball again after 33 frames out of the picture."""
     folder = CLIPS / "ball_green_hand"
     truth = read_truth(folder / "gt.csv")
-    setup = BALL.on_video(open_sequence(folder / "clip.mp4"), truth.boxes[16], start=16, truth=truth)
+    setup = BALL.on_video(open_sequence(folder / "clip.mp4"), Box.of(*truth.boxes[16]), start=16, truth=truth)
     run = Run(BALL, setup, tracker=tracker, seed=0)
     run.finish()
-    assert run.summary()["labelled_frames"] == 213
-    assert run.summary()["hit_rate"] >= 0.9
+    assert run.summary().verdict.labelled_frames == 213
+    assert run.summary().hit_rate >= 0.9

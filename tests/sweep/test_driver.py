@@ -48,7 +48,7 @@ def test_every_row_opens_as_a_live_run(plan: Plan, finished: Result) -> None:
     for row in finished.table.to_pylist():
         live = plan.live(row["run"])
         live.finish()
-        summary = live.summary()
+        summary = live.summary().as_dict()
         assert live.estimates_sha256 == row["estimates_sha256"].hex()
         assert (live.seed, live.tracker, live.frames) == (row["seed"], row["tracker"], plan.frames)
         for name in ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames"):

@@ -18,8 +18,13 @@ def test_runs_are_numbered_by_condition_trial_and_tracker() -> None:
     expected = product(WIDTHS.values, LAYOUTS.values, range(2), ("h-spf", "apf"))
     for number, (width, layout, trial, tracker) in enumerate(expected):
         single = plan.single(number)
-        assert single.values == {"occlusion_width_px": width, "layout": layout}
-        assert (single.number, single.trial, single.tracker, single.frames) == (number, trial, tracker, 10)
+        assert single.recipe.timeline[0].values == {"occlusion_width_px": width, "layout": layout}
+        assert (single.number, single.trial, single.recipe.tracker, single.recipe.frames) == (
+            number,
+            trial,
+            tracker,
+            10,
+        )
     with pytest.raises(SweepError, match="between 0 and 23, got 24"):
         plan.single(24)
 

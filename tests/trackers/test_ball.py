@@ -120,6 +120,6 @@ def test_a_model_that_knows_the_swing_keeps_what_a_straight_line_loses() -> None
         values = {"occlusion_width_px": 40, "distracter_radius_px": 0, "assumed_period_frames": period}
         run = Run(BALL, BALL.simulate(), tracker="condensation", seed=1, frames=61, timeline=(Change(0, values),))
         run.finish()
-        lost[period] = run.summary()["lost_frames"]
+        lost[period] = run.summary().verdict.lost_frames
     assert lost[30] == 0
     assert lost[0] > 15

@@ -231,7 +231,7 @@ function flags(context, axis, bookmarks, ink) {
 }
 
 /** Paint where the run stands: a line through all rows with a grip on top. */
-export function playhead(context, axis, position, head, ink) {
+export function playhead(context, axis, position, computed, ink) {
   const x = Math.round(axis.x(position)) + 0.5;
   const [, y, height] = ROWS.bands;
   context.strokeStyle = ink.ink;
@@ -246,8 +246,8 @@ export function playhead(context, axis, position, head, ink) {
   context.arc(x, 6, 5, 0, 2 * Math.PI);
   context.fill();
   context.stroke();
-  if (head > position) {
+  if (computed > position) {
     context.fillStyle = ink.muted;
-    context.fillRect(axis.x(head) - 0.5, 12, 1, y + height - 12);
+    context.fillRect(axis.x(computed) - 0.5, 12, 1, y + height - 12);
   }
 }

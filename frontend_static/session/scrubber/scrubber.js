@@ -116,7 +116,7 @@ export class Scrubber {
     const ratio = this.#canvas.width / (this.#slider.clientWidth || 1);
     context.scale(ratio, ratio);
     const position = this.#dragged ?? this.#settling ?? session.position;
-    playhead(context, this.#axis, position, session.head, this.#ink);
+    playhead(context, this.#axis, position, session.computed, this.#ink);
     this.#slider.setAttribute("aria-valuemax", String(session.frames - 1));
     this.#slider.setAttribute("aria-valuenow", String(position));
     this.#slider.setAttribute("aria-valuetext", describe(store, position).join(", "));

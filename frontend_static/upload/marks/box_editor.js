@@ -48,6 +48,13 @@ export class BoxEditor {
     return this.#box;
   }
 
+  /** The box as a mark, or null. */
+  get mark() {
+    if (this.#box === null) return null;
+    const [x, y, width, height] = this.#box;
+    return { kind: "box", x, y, width, height };
+  }
+
   set box(box) {
     this.#box = box;
     this.#draw();

@@ -27,14 +27,16 @@ export class PointsEditor {
 
   /**
    * @param {HTMLElement} root
-   * @param {{target: string, features: {[name: string]: string}, links: [string, string][]}} experiment What is marked,
-   *     what people call its features, and between which of them a line helps the eye.
+   * @param {string} target What is marked.
+   * @param {import("../../shared/messages.js").Editor} kind The points of such a mark, and the lines between them.
    * @param {() => void} changed Called when a person has moved a point.
    */
-  constructor(root, { target, features, links }, changed) {
-    [this.#titles, this.#links, this.#changed] = [features, links, changed];
+  constructor(root, target, { handles, links }, changed) {
+    const nameOf = (handle) => handle.replace(/^points\./, "");
+    this.#titles = Object.fromEntries(handles.map(({ name, title }) => [nameOf(name), title]));
+    [this.#links, this.#changed] = [links.map((pair) => pair.map(nameOf)), changed];
     this.#lines = links.map(() => ["points-halo", "points-line"].map((kind) => svg("line", { class: kind })));
-    this.#handles = new Map(Object.entries(features).map(([name, title]) => [name, this.#handle(name, title)]));
+    this.#handles = new Map(Object.entries(this.#titles).map(([name, title]) => [name, this.#handle(name, title)]));
     const properties = { class: "points", role: "group", "aria-label": `Points of the ${target}` };
     this.#picture = new Picture(properties, this.#lines.flat(), () => this.#draw());
     const surface = this.#picture.element;

@@ -19,9 +19,9 @@ export class BoxTarget {
   }
 
   /** What a session is told of the target, or null while there is nothing to tell. */
-  get wish() {
-    const { box } = this.#editor;
-    return box && { box, start: this.#frame };
+  get footage() {
+    const { mark } = this.#editor;
+    return mark && { mark, start: this.#frame };
   }
 
   /** Show a frame; the box stays. */

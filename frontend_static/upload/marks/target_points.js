@@ -31,15 +31,15 @@ export class PointsTarget {
    */
   constructor(root, upload, experiment, on) {
     [this.#upload, this.#experiment, this.#on] = [upload, experiment, on];
-    this.#points = new PointsEditor(this.#pointsRoot, experiment, () => on.changed());
+    this.#points = new PointsEditor(this.#pointsRoot, experiment.target, markOf(experiment, experiment.finds), () => on.changed());
     this.#box = new BoxEditor(this.#boxRoot, (box) => box && this.#boxRoot.hidden === false && this.#offerPlacing());
     fill(root, this.#pointsRoot, this.#boxRoot, this.#status);
   }
 
   /** What a session is told of the target, or null while there is nothing to tell. */
-  get wish() {
+  get footage() {
     const { points } = this.#points;
-    return points && { points, start: this.#frame };
+    return points && { mark: { kind: this.#experiment.finds, points }, start: this.#frame };
   }
 
   /** Show a frame; what was found in another one counts no more. */
@@ -59,14 +59,14 @@ export class PointsTarget {
     const question = { experiment: this.#experiment.id, frame, ...(alone && { last: frame }) };
     const found = await this.#ask(async (told) => {
       for (let looked = 0; ; ) {
-        const answer = await api.features(this.#upload.id, { ...question, looked });
-        if (answer.points || answer.looked >= answer.of) return answer;
+        const answer = await api.mark(this.#upload.id, { ...question, looked });
+        if (answer.mark || answer.looked >= answer.of) return answer;
         looked = answer.looked;
         if (!told(looked, answer.of)) return null;
       }
     });
     if (!found) return;
-    if (found.points) this.#take(found);
+    if (found.mark) this.#take(found);
     // Of the frame that was asked for it is said why there is no target, or what may be one is shown.
     else if (!alone) await this.find({ alone: true, nowhere: true });
     else this.#refuse([...found.remarks, nowhere && "None was found in later frames either."], nowhere);
@@ -116,7 +116,7 @@ export class PointsTarget {
       found.remarks = [`The first suitable ${this.#experiment.target} from frame ${wanted} on is in frame ${found.frame}.`, ...found.remarks];
     }
     this.#stage("points");
-    this.#points.set(found.points, found.placed);
+    this.#points.set(found.mark.points, found.placed.map((handle) => handle.replace(/^points\./, "")));
     const hollow = found.placed.length > 0 && "Hollow points were placed by the model; look at them first. ";
     fill(
       this.#status,
@@ -148,7 +148,7 @@ export class PointsTarget {
     this.#asked += 1;
     this.#forget();
     this.#stage("box");
-    fill(this.#status, h("p", { class: "hint" }, `Draw a box ${this.#experiment.outline}.`), h("div", { class: "finding-tools" }, this.#tool("Find again", () => this.find({ alone: true }))));
+    fill(this.#status, h("p", { class: "hint" }, markOf(this.#experiment, this.#experiment.hints[0]).instruction), h("div", { class: "finding-tools" }, this.#tool("Find again", () => this.find({ alone: true }))));
     this.#box.focus();
   }
 
@@ -160,8 +160,8 @@ export class PointsTarget {
   }
 
   async #place() {
-    const question = { experiment: this.#experiment.id, frame: this.#frame, box: this.#box.box.join(",") };
-    const found = await this.#ask(() => api.features(this.#upload.id, question));
+    const question = { experiment: this.#experiment.id, frame: this.#frame, hint: JSON.stringify(this.#box.mark) };
+    const found = await this.#ask(() => api.mark(this.#upload.id, question));
     if (found) this.#take(found);
   }
 
@@ -181,4 +181,9 @@ export class PointsTarget {
   #tool(text, run, primary = false) {
     return h("button", { type: "button", class: primary ? "primary" : null, on: { click: run } }, text);
   }
+}
+
+/** What an experiment says of a kind of mark that it takes. */
+function markOf(experiment, kind) {
+  return experiment.marks.find((mark) => mark.kind === kind);
 }

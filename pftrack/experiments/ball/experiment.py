@@ -16,11 +16,12 @@ from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle
 from pftrack.filters.fixed_lag import smoothed
 from pftrack.layer import Key, Layer
 from pftrack.likelihoods import chromaticity
-from pftrack.parameters import revise
+from pftrack.marks import Box, Mark
+from pftrack.parameters import ParameterError, revise
 from pftrack.runs.diagnostics import Diagnostics
+from pftrack.runs.recipe import Footage
 from pftrack.sources.ball import BallSceneParameters, BallSource
-from pftrack.sources.points import Marks
-from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
+from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.truth import Truth
 from pftrack.trackers.ball.parameters import BallTrackerParameters
@@ -43,17 +44,10 @@ class RecordedBallParameters(BallTrackerParameters, RecordingParameters):
 
 def simulate() -> Setup:
     """Wire the simulated scene with the document's values."""
-    return Setup(BallSource, SimulatedBallParameters(), {"kind": "simulated"})
+    return Setup(BallSource, SimulatedBallParameters())
 
 
-def on_video(
-    sequence: FrameSequence,
-    box: Box | None,
-    *,
-    start: int = 0,
-    truth: Truth | None = None,
-    points: Marks | None = None,
-) -> Setup:
+def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
     """Wire a recording: the colour is fitted to the box, and lengths are scaled to it.
 
     Real targets turn and stop, so velocity is kept for a few frames only; otherwise the particles of a hidden target
@@ -62,19 +56,19 @@ def on_video(
 
     Args:
         sequence: The pictures.
-        box: Around the target in the picture `start`: x, y, width, height, px.
+        mark: A box around the target in the picture `start`.
         start: Number of the picture to start at.
         truth: True boxes by number of the picture, where they are known.
-        points: A ball has none.
 
     Raises:
-        ValueError: The box or the start is not within the recording, or the box is black.
+        ParameterError: There is no box, or the box or the start is not within the recording.
+        ValueError: The box is black.
     """
-    if box is None or points:
-        raise ValueError("a target is tracked by its colour, so its box has to be given, and no points")
-    if not 0 <= start < sequence.frame_count:
-        raise ValueError(f"the start frame must be between 0 and {sequence.frame_count - 1}, got {start}")
-    check_box(box, sequence.size)
+    if not isinstance(mark, Box):
+        raise ParameterError("mark", mark and mark.kind, "a box around the target, which is tracked by its colour")
+    check_start(start, sequence)
+    mark.check(sequence.size)
+    box = mark.corner_and_size
     colour = chromaticity.fit(sequence.picture(start), box)
     radius = min(max(box[2], box[3]) / 2, 200.0)
     parameters = revise(
@@ -101,15 +95,7 @@ def on_video(
         del seed, parameters
         return RecordingSource(sequence, box, start, truth.at if truth else None)
 
-    reference = {
-        "kind": "recording",
-        "name": sequence.name,
-        "sha256": sequence.sha256,
-        "box": list(box),
-        "start": start,
-        "truth": {str(frame): list(known) for frame, known in truth.rows.items()} if truth else {},
-    }
-    return Setup(open_source, parameters, reference)
+    return Setup(open_source, parameters, Footage.of(sequence, mark, start, truth))
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -219,6 +205,7 @@ EXPERIMENT = Experiment(
     ),
     simulate=simulate,
     on_video=on_video,
+    marks=(Box,),
     draw=draw,
     error=_distance,
     lost=_lost,

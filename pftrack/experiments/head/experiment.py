@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.recording import on_video
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
+from pftrack.experiments.head.truth import POSES
 from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
 from pftrack.experiments.pose.sketch import (
     BY_PREDICTION,
@@ -37,7 +39,6 @@ from pftrack.geometry.rotation import wrapped
 from pftrack.layer import Key, Layer
 from pftrack.runs.diagnostics import Diagnostics, Series
 from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.truth import POSES
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.step import TRACKERS
@@ -56,7 +57,7 @@ class SimulatedHeadParameters(HeadTrackerParameters, HeadSceneParameters):
 
 def simulate() -> Setup:
     """Wire the simulated driver with the document's values."""
-    return Setup(HeadSource, SimulatedHeadParameters(), {"kind": "simulated"})
+    return Setup(HeadSource, SimulatedHeadParameters())
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -221,6 +222,8 @@ EXPERIMENT = Experiment(
     error=mean_error_deg,
     lost=_lost,
     on_video=on_video,
+    marks=(FacePoints, FaceBox),
+    advice="Left and right are the person's own.",
     finder=FINDER,
     truth=POSES,
     scale=float(np.rad2deg(1.0)),

@@ -14,15 +14,18 @@ from numpy.typing import NDArray
 
 from pftrack.detection.face import in_box
 from pftrack.experiment import Setup
+from pftrack.experiments.head.marks import FacePoints
 from pftrack.experiments.head.start import first_face
+from pftrack.experiments.head.truth import PoseTable
 from pftrack.frame import Landmarks, Target
 from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
 from pftrack.likelihoods.template import EYE_DISTANCE_PX, luma
+from pftrack.marks import Box, Mark
 from pftrack.parameters import revise
-from pftrack.sources.points import Marks
-from pftrack.sources.recording import Box, RecordingParameters, RecordingSource, check_box
+from pftrack.runs.recipe import Footage
+from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import PoseTable, Truth
+from pftrack.sources.truth import Truth
 from pftrack.trackers.head.memory import around, eye_distance
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.step import camera_of
@@ -37,36 +40,30 @@ class RecordedHeadParameters(HeadTrackerParameters, RecordingParameters):
     """A recording with an overlay, and its trackers."""
 
 
-def on_video(
-    sequence: FrameSequence,
-    box: Box | None,
-    *,
-    start: int = 0,
-    truth: Truth | None = None,
-    points: Marks | None = None,
-) -> Setup:
+def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
     """Wire a recording.
 
     Args:
         sequence: The pictures.
-        box: Around the face in the picture `start`, px; None to have it found.
+        mark: In the picture `start`: a box around the face, or at least two of its features, of which the others are
+            placed by the model; None to have the face found.
         start: Number of the picture to start at; if the face has to be found, to look for it from.
         truth: True poses by number of the picture, where they are known.
-        points: Features in the picture `start`, px, at least two, by their names; the others are placed by the model.
 
     Raises:
-        ValueError: The box, a point or the start is not within the recording, a point is unknown, or there is no face.
+        ParameterError: The mark or the start is not within the recording, or a point is unknown.
+        ValueError: There is no face, or the points make none.
     """
-    if not 0 <= start < sequence.frame_count:
-        raise ValueError(f"the start frame must be between 0 and {sequence.frame_count - 1}, got {start}")
-    if box is not None:
-        check_box(box, sequence.size)
-    if points:
-        first, found = start, place(mean_model(), points)
-        for name, position in points.items():
+    check_start(start, sequence)
+    if mark is not None:
+        mark.check(sequence.size)
+    first = start
+    if isinstance(mark, FacePoints):
+        found = place(mean_model(), mark.points)
+        for name, position in mark.points.items():
             found[FEATURES.index(name)] = position
-    elif box is not None:
-        first, found = start, in_box(luma(sequence.picture(start)), box).points_px
+    elif isinstance(mark, Box):
+        found = in_box(luma(sequence.picture(start)), mark.corner_and_size).points_px
     else:
         first, found = first_face(sequence, start)
     _check_points(found, sequence.size)
@@ -83,7 +80,9 @@ def on_video(
             sequence, _clipped(found, sequence.size), first, known.at if known else None, start=target
         )
 
-    return Setup(open_source, _parameters(size, sequence.frame_rate_hz), _reference(sequence, first, found, truth))
+    # The face where it was found: it is not looked for again when the run is made again.
+    footage = Footage.of(sequence, FacePoints.model_validate({"points": _named(found)}), first, truth)
+    return Setup(open_source, _parameters(size, sequence.frame_rate_hz), footage)
 
 
 def _parameters(size: float, frame_rate_hz: float) -> RecordedHeadParameters:
@@ -102,19 +101,8 @@ def _parameters(size: float, frame_rate_hz: float) -> RecordedHeadParameters:
     )
 
 
-def _reference(
-    sequence: FrameSequence, first: int, found: NDArray[np.float64], truth: Truth | None
-) -> dict[str, object]:
-    """Return what finds the same recording and the same face again, without looking for it."""
-    return {
-        "kind": "recording",
-        "name": sequence.name,
-        "sha256": sequence.sha256,
-        "box": list(_clipped(found, sequence.size)),
-        "points": {name: place.tolist() for name, place in zip(FEATURES, found, strict=True)},
-        "start": first,
-        "truth": {str(frame): list(known) for frame, known in truth.rows.items()} if truth else {},
-    }
+def _named(points: NDArray[np.float64]) -> dict[str, list[float]]:
+    return {name: position.tolist() for name, position in zip(FEATURES, points, strict=True)}
 
 
 def _check_points(points: NDArray[np.float64], size: tuple[int, int]) -> None:
@@ -146,7 +134,7 @@ def _relative(truth: Truth | None, first: int, count: int) -> PoseTable | None:
     return replace(truth, zero=zero)
 
 
-def _clipped(points: NDArray[np.float64], size: tuple[int, int]) -> Box:
+def _clipped(points: NDArray[np.float64], size: tuple[int, int]) -> tuple[float, float, float, float]:
     """Return the box around a face, cut to the picture."""
     x, y, w, h = around(points)
     left, top = min(max(x, 0.0), size[0] - 1.0), min(max(y, 0.0), size[1] - 1.0)

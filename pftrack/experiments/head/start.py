@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from pftrack.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
 from pftrack.experiment import Finder, Sighting
-from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
+from pftrack.experiments.head.marks import FaceBox, FacePoints
+from pftrack.geometry.face_model import FEATURES
 from pftrack.likelihoods.template import luma
-from pftrack.sources.points import Marks
-from pftrack.sources.recording import Box, check_box
+from pftrack.marks import Box, Mark
+from pftrack.parameters import ParameterError
 from pftrack.sources.sequence import FrameSequence
 
 __all__ = ["FINDER", "first_face"]
@@ -73,19 +74,22 @@ def better(sequence: FrameSequence, first: Sighting) -> Sighting:
     return first
 
 
-def within(sequence: FrameSequence, frame: int, box: Box) -> Sighting:
+def within(sequence: FrameSequence, frame: int, mark: Mark) -> Sighting:
     """Return the face in a box that a person has drawn; if none is recognised there, a mean face that fills it.
 
     Raises:
-        ValueError: The box is not within the picture.
+        ParameterError: The box is not within the picture, or is none.
     """
-    check_box(box, sequence.size)
+    if not isinstance(mark, Box):
+        raise ParameterError("mark", mark.kind, "a box around the face")
+    mark.check(sequence.size)
+    box = mark.corner_and_size
     try:
         return _sighting(frame, in_box(luma(sequence.picture(frame)), box))
     except FaceError:
-        points = _marks(by_proportion(box).clip(0.0, np.array(sequence.size) - 1.0))
+        points = _points(by_proportion(box).clip(0.0, np.array(sequence.size) - 1.0))
         remark = "no face was recognised in the box; drag the points of a mean face to where they belong"
-        return Sighting(frame, points, FEATURES, (remark,))
+        return Sighting(frame, points, placed=_handles(FEATURES), remarks=(remark,))
 
 
 def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.float64]]:
@@ -100,8 +104,9 @@ def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.flo
     for sighting in search(sequence, frames_to_search(start, sequence.frame_count - 1)):
         if sighting.sure:
             found = better(sequence, sighting)
-            return found.frame, np.array([found.points[name] for name in FEATURES])
-        if sighting.frame == start and not sighting.points:
+            assert isinstance(found.mark, FacePoints)  # noqa: S101 - no other kind is found
+            return found.frame, np.array([found.mark.points[name] for name in FEATURES])
+        if sighting.frame == start and sighting.mark is None:
             refused = sighting.remarks[0]
     raise FaceError("no face", f"{refused}; mark its features or its box")
 
@@ -109,20 +114,17 @@ def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.flo
 def _sighting(frame: int, face: DetectedFace) -> Sighting:
     aside = "the face looks aside; a picture in which it looks into the camera is a better start"
     remarks = (*face.warnings, aside) if face.eyes_seen == 2 and face.aside else face.warnings
-    return Sighting(frame, _marks(face.points_px), face.placed, remarks)
+    sure = len(face.placed) < len(FEATURES)
+    return Sighting(frame, _points(face.points_px), sure, _handles(face.placed), remarks)
 
 
-def _marks(points: NDArray[np.float64]) -> Marks:
-    return {name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, points, strict=True)}
+def _points(points: NDArray[np.float64]) -> FacePoints:
+    return FacePoints(points={name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, points, strict=True)})
 
 
-FINDER = Finder(
-    frames_to_search,
-    search,
-    better,
-    within,
-    TITLES,
-    LINKS,
-    outline="from the hair to the chin and from ear to ear",
-    advice="Left and right are the person's own.",
-)
+def _handles(names: Sequence[str]) -> tuple[str, ...]:
+    """Return what an editor calls the handles of these points."""
+    return tuple(f"points.{name}" for name in names)
+
+
+FINDER = Finder(frames_to_search, search, better, FacePoints, within, hints=(FaceBox,))

@@ -61,7 +61,7 @@ TICK = np.array([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]], dtype=np.float32)
 
 def simulate() -> Setup:
     """Wire the prism with the document's values."""
-    return Setup(PrismSource, TrackedPrismParameters(), {"kind": "simulated"})
+    return Setup(PrismSource, TrackedPrismParameters())
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:

@@ -34,7 +34,7 @@ class SineParameters(SignalTrackerParameters, SignalParameters):
 
 def simulate() -> Setup:
     """Wire the signal with the document's values."""
-    return Setup(SignalSource, SineParameters(), {"kind": "simulated"})
+    return Setup(SignalSource, SineParameters())
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:

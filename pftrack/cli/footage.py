@@ -1,0 +1,145 @@
+"""What a command line says of a recording: where it is, where it begins, what is marked in it, what is true of it."""
+
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pftrack.cli.output import CommandError, note, wrong_use
+from pftrack.parameters import ParameterError
+
+if TYPE_CHECKING:
+    from pftrack.experiment import Experiment, Setup
+    from pftrack.runs.recipe import Footage, Recipe
+    from pftrack.sources.sequence import FrameSequence
+
+__all__ = ["Said", "open_footage", "wired"]
+
+
+@dataclass(frozen=True)
+class Said:
+    """What was said of a recording, as it was said.
+
+    Attributes:
+        video: Where it is.
+        marks: (name of the option, kind of mark, text) of every mark given.
+        start: Number of the picture with the mark.
+        truth: File of what is true of it.
+    """
+
+    video: Path | None
+    marks: tuple[tuple[str, str, str], ...]
+    start: str | None
+    truth: Path | None
+
+    @classmethod
+    def of(
+        cls,
+        video: Path | None,
+        mark: str | None,
+        box: str | None,
+        points: Path | None,
+        start: str | None,
+        truth: Path | None,
+    ) -> "Said":
+        """Gather the options; --box and --points are short for kinds of --mark."""
+        marks = []
+        if mark is not None:
+            kind, colon, text = mark.partition(":")
+            if not (kind and colon and text):
+                raise wrong_use(f"--mark expected KIND:..., such as box:12,30,40,40, got {mark!r}")
+            marks.append(("--mark", kind, text))
+        if box is not None:
+            marks.append(("--box", "box", box))
+        if points is not None:
+            marks.append(("--points", "points", str(points)))
+        return cls(video, tuple(marks), start, truth)
+
+
+def wired(stack: ExitStack, experiment: "Experiment", recipe: "Recipe", said: Said, folder: Path) -> "Setup":
+    """Return the setup of a recipe on which a command line has its say; what it opens is closed with the stack.
+
+    Args:
+        stack: Closes what is opened.
+        experiment: The recipe's.
+        recipe: What a file says, or the experiment alone.
+        said: What the options say, which goes before.
+        folder: Of the file, from which the path of its recording is seen.
+    """
+    from pftrack.runs.recipe import Footage
+    from pftrack.runs.record import wire
+
+    if said.video is None and recipe.footage is None:
+        _refuse_options(said)
+        return experiment.simulate()
+    if experiment.on_video is None:
+        raise wrong_use(f"{experiment.id} is simulated and takes no --video")
+    footage, changes = recipe.footage or Footage(), _mark(experiment, said) if said.marks else {}
+    if not (said.marks or footage.mark or experiment.finder):
+        kinds = " or ".join(f"--mark {kind.name()}:{kind.text}" for kind in experiment.marks)
+        raise wrong_use(f"--video needs {kinds}: where the target is on the first frame")
+    place = said.video or folder / (footage.path or footage.name)
+    if not place.exists():
+        raise CommandError(f"there is no file or folder {place}")
+    if said.truth is not None:
+        changes |= _truth(experiment, said.truth)
+    if said.start is not None:
+        changes["start"] = _frame(said.start)
+
+    def opened(footage: "Footage") -> "FrameSequence":
+        del footage
+        sequence = open_footage(stack, place)
+        for warning in sequence.index.warnings:
+            note(f"pftrack: {warning}")
+        return sequence
+
+    return wire(experiment, footage.model_copy(update=changes), opened)
+
+
+def open_footage(stack: ExitStack, path: Path) -> "FrameSequence":
+    """Open a recording; it is closed with the stack."""
+    from pftrack.sources.sequence import SourceError, open_sequence
+
+    try:
+        return stack.enter_context(closing(open_sequence(path)))
+    except SourceError as error:
+        raise CommandError(f"{path.name}: {error}") from None
+
+
+def _refuse_options(said: Said) -> None:
+    """Refuse what would go with a recording where there is none."""
+    options = {**{option: text for option, _, text in said.marks}, "--start": said.start, "--truth": said.truth}
+    for name, given in options.items():
+        if given is not None:
+            raise wrong_use(f"{name} needs --video: a simulated scene knows its own start and truth")
+
+
+def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:
+    if len(said.marks) > 1:
+        given = " and ".join(option for option, _, _ in said.marks)
+        raise wrong_use(f"the target is marked once, got {given}")
+    ((option, name, text),) = said.marks
+    kinds = {kind.name(): kind for kind in experiment.marks}
+    if name not in kinds:
+        raise wrong_use(f"{experiment.id} takes no mark of kind {name!r}, only {', '.join(kinds)}")
+    try:
+        return {"mark": kinds[name].parse(text).model_dump(mode="json")}
+    except ParameterError:
+        raise
+    except ValueError as error:
+        raise wrong_use(f"{option} {error}") from None
+
+
+def _truth(experiment: "Experiment", path: Path) -> dict[str, Any]:
+    """Return the truth of a file, and the first frame that has any as the one to start at."""
+    known = experiment.truth.read(path)
+    for warning in known.warnings:
+        note(f"pftrack: {warning}")
+    return {"truth": dict(known.rows), "start": min(known.rows, default=0)}
+
+
+def _frame(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise wrong_use(f"--start must be a whole number, got {text[:40]!r}") from None

@@ -1,0 +1,24 @@
+"""How a face is marked: by its features, or by a box in which they are then looked for."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from pftrack.geometry.face_model import LINKS, TITLES
+from pftrack.marks import Box, FeaturePoints
+
+__all__ = ["FaceBox", "FacePoints"]
+
+
+class FacePoints(FeaturePoints):
+    """The eleven features of a face, or some of them; the others are placed by the model."""
+
+    title: ClassVar[str] = "Features of the face"
+    features: ClassVar[Mapping[str, str]] = TITLES
+    joined: ClassVar[tuple[tuple[str, str], ...]] = LINKS
+
+
+class FaceBox(Box):
+    """A box around a face."""
+
+    title: ClassVar[str] = "Box around the face"
+    instruction: ClassVar[str] = "Draw a box from the hair to the chin and from ear to ear."
