@@ -1,10 +1,11 @@
 """Slider to picture: from the move of a control to the frame that shows it, while the run plays at 30 Hz.
 
-Measured twice. In Debian's Chromium, headless with software rendering, from the browser's own event (its time stamp) to
-the moment when the texture of the picture plane holds a frame that shows the change; drawing without a graphics card is
-most of that, so the time between two frames of the display is measured too. And by a plain websocket that says what
-viser's client says and decodes the pictures that come back: what the server, the worker and the wire take. Half a
-frame, 17 ms, is the mean wait for the next frame in either.
+Measured three times in one run. In Debian's Chromium, headless with software rendering, from the event's time stamp
+to the moment when a frame that shows the change is there: in the 3-D scene in the texture of the picture plane, in
+the flat view on the canvas. Drawing the scene without a graphics card is most of its figure, so the time between two
+frames of the display is measured in both. And by a plain websocket that says what viser's client says and decodes the
+pictures that come back: what the server, the worker and the wire take. Half a frame, 17 ms, is the mean wait for the
+next frame in all.
 """
 
 from _table import arguments, progress, report, single_threaded
@@ -42,37 +43,23 @@ LABEL = "Occluder width"
 GOAL_MS = 100.0
 RATE_HZ = 30.0
 
+# Notes how long it takes from a move of the slider to a picture in which the occluder has another width.
 WATCH = """() => {
-    const canvas = document.createElement('canvas');
-    const context = canvas.getContext('2d', { willReadFrequently: true });
-    let image = null, width = null, began = null, seen = true;
+    const newest = %s;
+    let last = null, width = null, began = null, seen = true;
     window.__latencies = [];
-    const picture = () => {
-        let found = null;
-        window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
-            found = (item.isMesh && item.material.map?.image) || found;
-        });
-        return found;
-    };
-    const pillar = (shown) => {
-        canvas.width = shown.width;
-        canvas.height = 1;
-        context.drawImage(shown, 0, -8);
-        const { data } = context.getImageData(0, 0, shown.width, 1);
-        let dark = 0;
-        for (let x = 0; x < shown.width; x += 1) dark += data[4 * x] < 80 ? 1 : 0;
-        return dark;
-    };
     const start = (event) => { began ??= event.timeStamp; };
     window.__arm = () => { began = null; seen = false; };
     window.__seen = () => seen;
     addEventListener('keydown', start, true);
     addEventListener('pointermove', (event) => { if (event.buttons) start(event); }, true);
     setInterval(() => {
-        const shown = picture();
-        if (!shown || shown === image) return;
-        image = shown;
-        const now = pillar(shown);
+        const shown = newest();
+        if (!shown || shown.is === last) return;
+        last = shown.is;
+        const { data } = shown.row();
+        let now = 0;
+        for (let at = 0; at < data.length; at += 4) now += data[at] < 80 ? 1 : 0;
         if (width !== null && now !== width && began !== null) {
             window.__latencies.push(performance.now() - began);
             began = null;
@@ -81,6 +68,30 @@ WATCH = """() => {
         width = now;
     }, 1);
 }"""
+
+# The newest picture of the scene: what tells it from the one before, and a row of its pixels.
+SCENE_PICTURE = """(() => {
+    const canvas = document.createElement('canvas');
+    const context = canvas.getContext('2d', { willReadFrequently: true });
+    return () => {
+        let found = null;
+        window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
+            found = (item.isMesh && item.material.map?.image) || found;
+        });
+        return found && { is: found, row: () => {
+            canvas.width = found.width;
+            canvas.height = 1;
+            context.drawImage(found, 0, -8);
+            return context.getImageData(0, 0, found.width, 1);
+        } };
+    };
+})()"""
+
+FLAT_PICTURE = """(() => {
+    const canvas = document.querySelector('.flat-canvas');
+    const row = () => canvas.getContext('2d').getImageData(0, Math.round(canvas.height / 30), canvas.width, 1);
+    return () => ({ is: canvas.dataset.frame, row });
+})()"""
 
 FRAMES = """() => new Promise((resolve) => {
     const times = [];
@@ -92,42 +103,63 @@ FRAMES = """() => new Promise((resolve) => {
 })"""
 
 
-def in_browser(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
-    """Latencies in ms of the occluder's slider while the run plays, by keyboard and by dragging."""
+def in_scene(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
+    """Latencies in ms of the occluder's slider in viser's panel while the run plays, by keyboard and by dragging."""
     session = server.start(play=True, parameters={"distracter_radius_px": 0})
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto(f"{server.url}/session/{session}?view=scene")
     scene = scene_of(page)
     until(scene, SEEN)
     page.wait_for_timeout(3_000)
-    scene.evaluate(WATCH)
+    scene.evaluate(WATCH % SCENE_PICTURE)
     row = scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-matches('{LABEL}')")).first
-    handle = row.locator("[role=slider]")
+    found = moved(page, scene, row.locator("[role=slider]"), row.locator(".mantine-Slider-track"), repeats)
+    page.close()
+    server.end(session)
+    return found
+
+
+def in_flat_view(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
+    """The same in the flat view, by the slider of its own panel."""
+    session = server.start(play=True, parameters={"distracter_radius_px": 0})
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(f"{server.url}/session/{session}?view=flat")
+    slider = page.locator(f"input[type=range][aria-label^='{LABEL}']")
+    slider.wait_for()
+    until(page, "() => document.querySelector('.flat-canvas').dataset.frame > 0")
+    page.wait_for_timeout(3_000)
+    page.evaluate(WATCH % FLAT_PICTURE)
+    found = moved(page, page, slider, slider, repeats)
+    page.close()
+    server.end(session)
+    return found
+
+
+def moved(page: Any, frame: Any, handle: Any, track: Any, repeats: int) -> dict[str, list[float]]:
+    """Move a slider by keyboard and by dragging, and return the latencies that were seen, ms."""
     handle.scroll_into_view_if_needed()
     handle.focus()
     found: dict[str, list[float]] = {}
     for index in range(repeats):
-        scene.evaluate("() => window.__arm()")
+        frame.evaluate("() => window.__arm()")
         page.keyboard.press("ArrowRight" if index % 20 < 10 else "ArrowLeft")
-        wait_for_change(scene)
+        wait_for_change(frame)
         page.wait_for_timeout(7 * (index % 13))
-    found["keyboard"] = scene.evaluate("() => window.__latencies.splice(0)")
-    track = row.locator(".mantine-Slider-track").bounding_box()
-    middle = track["y"] + track["height"] / 2
-    page.mouse.move(track["x"] + 2, middle)
+    found["keyboard"] = frame.evaluate("() => window.__latencies.splice(0)")
+    place = track.bounding_box()
+    middle = place["y"] + place["height"] / 2
+    page.mouse.move(place["x"] + 2, middle)
     page.mouse.down()
     page.wait_for_timeout(1_000)
     for index in range(repeats):
-        scene.evaluate("() => window.__arm()")
-        page.mouse.move(track["x"] + 10 + (index % 20) * (track["width"] - 20) / 40, middle)
-        wait_for_change(scene)
+        frame.evaluate("() => window.__arm()")
+        page.mouse.move(place["x"] + 10 + (index % 20) * (place["width"] - 20) / 40, middle)
+        wait_for_change(frame)
         page.wait_for_timeout(7 * (index % 13))
     page.mouse.up()
-    found["drag"] = scene.evaluate("() => window.__latencies.splice(0)")
-    frames = scene.evaluate(FRAMES)
+    found["drag"] = frame.evaluate("() => window.__latencies.splice(0)")
+    frames = frame.evaluate(FRAMES)
     found["between two frames of the display"] = [after - before for before, after in pairwise(frames)]
-    page.close()
-    server.end(session)
     return found
 
 
@@ -197,8 +229,9 @@ def measured(server: Server, repeats: int) -> Iterator[dict[str, object]]:
     ways = {"by websocket": by_websocket(server, repeats)}
     with chromium() as browser:
         if browser is not None:
-            progress("in the browser")
-            ways |= {f"in the browser, {way}": found for way, found in in_browser(server, browser, repeats).items()}
+            for where, look in (("in the flat view", in_flat_view), ("in the scene", in_scene)):
+                progress(where)
+                ways |= {f"{where}, {way}": found for way, found in look(server, browser, repeats).items()}
     for way, latencies in ways.items():
         if latencies:
             goal = None if "between" in way else GOAL_MS
