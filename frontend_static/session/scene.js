@@ -34,11 +34,14 @@ export class Scene {
   /** @type {FlatScene|SpatialScene|null} */
   #view = null;
   #endView = new AbortController();
-  /** @type {{id: string, session: Promise<SessionPublic>}|null} */
-  #what = null;
+  #id = "";
+  /** @type {Promise<SessionPublic>} */
+  #session = new Promise(() => {});
   /** @type {Mounted|null} */
   #mounted = null;
   #shows = false;
+  #resolveSeen = () => {};
+  #resolveDrawn = () => {};
 
   /**
    * @param {HTMLElement} root
@@ -55,14 +58,10 @@ export class Scene {
   }
 
   /** Resolves when there is a picture of the run to see, or will be none before the scene. */
-  seen = new Promise((resolve) => {
-    this.resolveSeen = resolve;
-  });
+  seen = /** @type {Promise<void>} */ (new Promise((resolve) => (this.#resolveSeen = resolve)));
 
   /** Resolves when the scene itself is drawn, or will never be. */
-  drawn = new Promise((resolve) => {
-    this.resolveDrawn = resolve;
-  });
+  drawn = /** @type {Promise<void>} */ (new Promise((resolve) => (this.#resolveDrawn = resolve)));
 
   /** The window of the scene's frame, if it has one. */
   get window() {
@@ -77,7 +76,8 @@ export class Scene {
    * @param {boolean} isFresh Whether it stands still at its beginning.
    */
   open(id, session, isFresh) {
-    this.#what = { id, session };
+    this.#id = id;
+    this.#session = session;
     const kind = this.#fixed ?? chosenView();
     if (this.#fixed === undefined) this.#root.append(viewSwitch(kind, (chosen) => this.#choose(chosen)));
     this.#put(kind, isFresh);
@@ -97,12 +97,18 @@ export class Scene {
     });
   }
 
-  /** Say that there is nothing to show, why, and the one way on. */
+  /**
+   * Say that there is nothing to show, why, and the one way on.
+   *
+   * @param {string} title
+   * @param {string} message
+   * @param {{label: string, href?: string, run?: () => void}} action
+   */
   fail(title, message, action) {
     this.#remove();
     this.#root.querySelector(".view-switch")?.remove();
     this.#seeing();
-    this.resolveDrawn();
+    this.#resolveDrawn();
     this.#show(notice(title, message, action));
   }
 
@@ -121,10 +127,10 @@ export class Scene {
     this.#endView = new AbortController();
     const { signal } = this.#endView;
     const on = { seen: () => this.#seeing(), drawn: () => this.#drawnNow() };
-    const { id, session } = this.#what;
-    this.#view = kind === "flat" ? new FlatScene(id, session, on, signal) : new SpatialScene(id, isFresh, on, signal);
-    this.#cover.before(this.#view.element);
-    if (this.#mounted) this.#view.follow(this.#mounted);
+    const view = kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal) : new SpatialScene(this.#id, isFresh, on, signal);
+    this.#view = view;
+    this.#cover.before(view.element);
+    if (this.#mounted) view.follow(this.#mounted);
   }
 
   #remove() {
@@ -133,6 +139,10 @@ export class Scene {
     this.#view = null;
   }
 
+  /**
+   * @param {SessionPublic} session
+   * @param {import("./commands.js").Commands} commands
+   */
   #state(session, commands) {
     const resume = { label: "Resume", run: () => commands.resume() };
     if (session.state === "crashed") {
@@ -152,17 +162,19 @@ export class Scene {
   #seeing() {
     this.#shows = true;
     if (!this.#cover.querySelector(".notice")) this.#cover.hidden = true;
-    this.resolveSeen();
+    this.#resolveSeen();
   }
 
   #drawnNow() {
     this.#seeing();
-    this.resolveDrawn();
+    this.#resolveDrawn();
   }
 
+  /** @param {HTMLElement} content */
   #show(content) {
+    const shown = /** @type {HTMLElement|null} */ (this.#cover.firstElementChild);
     // The stream repeats itself; what is being read or pressed must not be exchanged under the hand.
-    if (!this.#cover.hidden && this.#cover.firstElementChild?.dataset.said === content.dataset.said) return;
+    if (!this.#cover.hidden && shown?.dataset.said === content.dataset.said) return;
     fill(this.#cover, content);
     this.#cover.hidden = false;
   }
@@ -174,6 +186,11 @@ export class Scene {
  */
 function viewSwitch(kind, choose) {
   const buttons = [button("flat", "Flat", "The picture from the front"), button("scene", "3-D", "The scene in three dimensions")];
+  /**
+   * @param {ViewKind} is
+   * @param {string} text
+   * @param {string} title
+   */
   function button(is, text, title) {
     const press = () => {
       if (element.getAttribute("aria-pressed") === "true") return;

@@ -55,7 +55,7 @@ export class SpatialScene {
       if (this.#preview) this.#preview.stopped = !alive;
       if (alive) down = false;
     });
-    store.on("position branches", () => this.#preview?.refresh(store.session.playing));
+    store.on("position branches", () => this.#preview?.refresh(store.session?.playing ?? false));
   }
 
   async #load(isFresh = false) {

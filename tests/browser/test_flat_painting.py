@@ -161,6 +161,22 @@ def test_a_mesh_is_shaded_and_lets_through_as_in_the_film(paint: Paint) -> None:
     np.testing.assert_allclose(paint(drawing)[inside], render(drawing)[inside], atol=2)
 
 
+def test_a_mesh_may_have_a_colour_and_an_opacity_for_each_vertex(paint: Paint) -> None:
+    """Each face has the mean of its corners, in colour and in what it lets through, as in the film."""
+    vertices = f32([2, 2, 0], [40, 2, 0], [2, 56, 0], [40, 56, 0], [78, 2, 0], [78, 56, 0])
+    faces = np.array([[0, 1, 2], [1, 3, 2], [1, 4, 3], [4, 5, 3]], np.int32)
+    colours = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [200, 200, 0], [0, 90, 90], [30, 30, 30]], np.uint8)
+    opacities = f32(1, 0.4, 0.9, 0.2, 0.7, 1)
+    items: dict[str, Primitive] = {
+        "picture": Picture(disc()),
+        "mesh": Mesh(vertices, faces, colours, opacities, "m"),
+    }
+    drawing = Drawing(WIDTH, HEIGHT, items)
+    film, canvas = render(drawing), paint(drawing)
+    for x, y in ((10, 10), (34, 48), (48, 12), (70, 48)):
+        np.testing.assert_allclose(canvas[y, x].astype(int), film[y, x].astype(int), atol=4)
+
+
 @pytest.mark.parametrize("shift", [(1e9, -1e9, 0), (np.nan, np.nan, np.nan), (np.inf, 0, 0)])
 def test_what_lies_outside_or_is_not_finite_does_no_harm(paint: Paint, shift: tuple[float, float, float]) -> None:
     """A lost tracker draws far outside, or nowhere: the paper stays white, and nothing fails."""

@@ -1,4 +1,7 @@
-/** Painting meshes: triangles from the furthest to the nearest, shaded by how far they face the viewer. */
+/**
+ * Painting meshes: triangles from the furthest to the nearest, shaded by how far they face the viewer, each in the mean
+ * colour of its corners. What lies behind a triangle of the same mesh is not seen through it.
+ */
 
 import { css, placed } from "./pixels.js";
 
@@ -22,6 +25,7 @@ export function paintMesh({ context, width, height, scale }, mesh) {
   if (target === null) return;
   target.lineWidth = OVERLAP_PX;
   target.lineJoin = "round";
+  const { opacity } = mesh;
   for (const face of fromFarToNear(vertices, faces)) {
     const [a, b, c] = [faces[3 * face], faces[3 * face + 1], faces[3 * face + 2]];
     const light = AMBIENT + (1 - AMBIENT) * facing(vertices, a, b, c);
@@ -29,10 +33,19 @@ export function paintMesh({ context, width, height, scale }, mesh) {
     target.beginPath();
     for (const corner of [a, b, c]) target.lineTo(placed(vertices[3 * corner], scale), placed(vertices[3 * corner + 1], scale));
     target.closePath();
+    if (typeof opacity !== "number") {
+      target.globalCompositeOperation = "destination-out";
+      target.globalAlpha = 1;
+      target.fill();
+      target.globalCompositeOperation = "source-over";
+      target.globalAlpha = (opacity[a] + opacity[b] + opacity[c]) / 3;
+      target.fill();
+      continue;
+    }
     target.fill();
     target.stroke();
   }
-  context.globalAlpha = Number(mesh.opacity);
+  context.globalAlpha = typeof opacity === "number" ? opacity : 1;
   context.drawImage(layer, 0, 0);
   context.globalAlpha = 1;
 }

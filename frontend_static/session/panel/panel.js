@@ -12,7 +12,7 @@ import { checkbox, choice, makeControl, numberBox } from "./control.js";
 import { Proposals } from "./proposals.js";
 
 /** @import { Layers } from "../flat/layers.js" */
-/** @import { Declaration } from "../../shared/messages.js" */
+/** @import { Declaration, SessionPublic } from "../../shared/messages.js" */
 /** @import { Control } from "./control.js" */
 /** @import { Value } from "./proposals.js" */
 
@@ -55,16 +55,20 @@ export class Panel {
     store.on("session connection", () => !signal.aborted && this.#show());
   }
 
+  get #session() {
+    return /** @type {SessionPublic} */ (this.#store.session);
+  }
+
   #build() {
-    const { session } = this.#store;
+    const session = this.#session;
     const propose = (/** @type {string} */ name) => (/** @type {Value} */ value) => this.#proposals.propose(name, value);
-    const trackers = session.trackers.map(({ id, title }) => [id, title]);
+    const trackers = session.trackers.map(({ id, title }) => /** @type {[string, string]} */ ([id, title]));
     this.#controls.set(TRACKER, choice("Tracker", TRACKER_HINT, trackers, propose(TRACKER)));
     this.#controls.set(SEED, numberBox("Seed", SEED_HINT, { min: 0 }, propose(SEED)));
     const turnings = new Map(session.controls.map((turning) => [turning.name, turning]));
     /** @type {Map<string, Group["members"]>} */
     const groups = new Map();
-    for (const declaration of session.declarations) {
+    for (const declaration of /** @type {Declaration[]} */ (session.declarations)) {
       const turning = turnings.get(declaration.name);
       if (turning === undefined) continue;
       const control = makeControl(declaration, turning, propose(declaration.name));
@@ -104,7 +108,9 @@ export class Panel {
 
   /** Show what is in force, except on a control that is in somebody's hand, and only what the tracker reads. */
   #show() {
-    const { session, connection, isAwake } = this.#store;
+    const { connection, isAwake } = this.#store;
+    const session = this.#session;
+    /** @type {Record<string, Value>} */
     const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.seed };
     for (const [name, control] of this.#controls) {
       if (!this.#proposals.holds(name) && name in inForce) control.show(inForce[name]);
@@ -123,7 +129,7 @@ export class Panel {
    * @returns {Promise<boolean>}
    */
   async #send({ [SEED]: seed, ...values }) {
-    const { id } = this.#store.session;
+    const { id } = this.#session;
     const accepted = await attempt(async () => {
       if (Object.keys(values).length > 0) await api.parameters(id, values);
       if (seed !== undefined) await api.transport(id, "restart", { seed });

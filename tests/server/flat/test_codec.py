@@ -33,7 +33,14 @@ def placed(rows: int) -> st.SearchStrategy[Primitive]:
         st.builds(Points, floats(rows, 3), arrays(np.uint8, (rows, 3)), extent, layer),
         st.builds(Polyline, floats(rows, 3), colour, extent, layer),
         st.builds(Links, floats(rows, 2, 3), colour, extent, layer),
-        st.builds(Mesh, floats(rows, 3), faces, colour, st.floats(0, 1), layer),
+        st.builds(
+            Mesh,
+            floats(rows, 3),
+            faces,
+            colour | arrays(np.uint8, (rows, 3)),
+            st.floats(0, 1) | arrays(np.float32, rows, elements=st.floats(0, 1, width=32)),
+            layer,
+        ),
     )
 
 
