@@ -23,6 +23,7 @@ from pftrack.likelihoods import template  # noqa: E402
 from pftrack.parameters import revise  # noqa: E402
 from pftrack.sources.head import HeadSceneParameters, HeadSource  # noqa: E402
 from pftrack.sources.source import History  # noqa: E402
+from pftrack.trackers.head.templates import template_sizes  # noqa: E402
 
 OCCLUDED = {"sunglasses": True, "hand_cover": 0.6, "pillar_width_px": 60}
 
@@ -54,7 +55,7 @@ def likelihood(count: int, spread_px: float, repeats: int) -> dict[str, object]:
     landmarks = source.start.landmarks
     if image is None or landmarks is None:
         raise RuntimeError("the simulated head has pictures and landmarks")
-    templates = template.cut(template.luma(image), landmarks.points_px, template.scaled_sizes(FEATURES, 108.0))
+    templates = template.cut(template.luma(image), landmarks.points_px, template_sizes(FEATURES, 108.0))
     noise = np.random.default_rng(0).standard_normal((11, count, 2))
     positions = landmarks.points_px[:, None] + spread_px * noise
     return measure(

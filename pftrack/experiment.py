@@ -13,14 +13,26 @@ from pftrack.layer import Layer
 from pftrack.marks import Mark, read_mark
 from pftrack.parameters import Parameters, Value
 from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
-from pftrack.runs.diagnostics import Diagnostics, Series
+from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage
+from pftrack.series import Series, SeriesValue, joined
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.trackers import Tracker
 
-__all__ = ["INTERFACE", "Draw", "Experiment", "Finder", "OnVideo", "Preset", "Setup", "Sighting", "Step"]
+__all__ = [
+    "INTERFACE",
+    "Draw",
+    "ExampleSweep",
+    "Experiment",
+    "Finder",
+    "OnVideo",
+    "Preset",
+    "Setup",
+    "Sighting",
+    "Step",
+]
 
 INTERFACE = 1
 """Version of what an experiment and the library expect of each other: raised with every change that may break one."""
@@ -62,6 +74,23 @@ class Preset:
     tracker: str
     parameters: Mapping[str, Value] = field(default_factory=dict)
     seed: int = 0
+
+
+@dataclass(frozen=True)
+class ExampleSweep:
+    """A sweep that is worth starting as it stands.
+
+    Attributes:
+        axes: Values of the parameters that are varied, by name.
+        trackers: Names of the trackers that are compared.
+        trials: Runs of each tracker in each condition.
+        frames: Length of a run.
+    """
+
+    axes: Mapping[str, tuple[Value, ...]]
+    trackers: tuple[str, ...]
+    trials: int
+    frames: int
 
 
 @dataclass(frozen=True)
@@ -195,12 +224,14 @@ class Experiment:
         finder: How it finds its target on a recording by itself, where it does, so that no mark is needed.
         truth: The kind of truth that comes with a recording.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
-        series: (frame, state) -> what else to write down of it, by name.
+        series: What it measures of every frame beside what its trackers report, such as distances from the truth.
+        measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
         report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
         features: Names of the target's points, in the order in which series have one number for each.
         target: What is tracked, one word.
         plots: What is drawn of a run over its frames, in the order in which it is shown.
         readings: What is written of the frame that is shown, in that order.
+        example_sweep: A sweep to begin with; where there is none, its first two numbers are varied.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -226,13 +257,33 @@ class Experiment:
     finder: Finder | None = None
     truth: TruthKind = BOXES
     scale: float = 1.0
-    series: Callable[[Frame, Any], Mapping[str, Series]] | None = None
+    series: tuple[Series, ...] = ()
+    measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
     report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
     features: tuple[str, ...] = ()
     target: str = "target"
     plots: tuple[Plot, ...] = STANDARD_PLOTS
     readings: tuple[Reading, ...] = STANDARD_READINGS
+    example_sweep: ExampleSweep | None = None
     interface: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse plots and readings of series that nobody declares.
+
+        Raises:
+            ValueError: A plot or reading names an unknown series, or two different series have one name.
+        """
+        known = {series.name for series in self.declared()}
+        shown = [name for plot in self.plots for name in plot.names]
+        shown += [name for reading in self.readings for name in reading.names]
+        for name in shown:
+            if name not in known:
+                raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
+
+    def declared(self, *trackers: str) -> tuple[Series, ...]:
+        """Return all series that a run with these trackers, or with any if none is named, may have."""
+        chosen = trackers or tuple(self.trackers)
+        return joined(*(self.trackers[name].series for name in chosen), self.series)
 
     @property
     def accepts_video(self) -> bool:

@@ -1,8 +1,8 @@
 """What a page shows of every frame in curves and in figures, declared as data.
 
 An experiment lists its plots and its readings, as it lists its parameters; whoever shows them, a page or a notebook,
-needs to know the kinds below and nothing of the experiment. What is drawn comes from the diagnostics of the frames:
-from their own columns, or from the experiment's series by name.
+needs to know the kinds below and nothing of the experiment. A plot is a view of the diagnostics of the frames: of their
+own columns, of the series that have a role, or of series by name. What no frame of a run has is not shown.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,9 @@ from typing import Literal, TypeAlias
 __all__ = [
     "ERROR",
     "PARTICLES",
+    "SAMPLERS",
     "SAMPLE_SIZE",
+    "SIGMA",
     "STANDARD_PLOTS",
     "STANDARD_READINGS",
     "STEP_TIME",
@@ -21,9 +23,21 @@ __all__ = [
     "ReadingKind",
 ]
 
-PlotKind: TypeAlias = Literal["error", "sigma", "sample size", "proposals", "band", "features", "share"]
+PlotKind: TypeAlias = Literal[
+    "error", "sigma", "sample size", "samplers", "band", "interval", "features", "frequency", "hypotheses"
+]
 ReadingKind: TypeAlias = Literal[
-    "estimate", "error", "sigma", "particles", "proposal", "evidence", "time", "value", "count"
+    "estimate",
+    "error",
+    "sigma",
+    "particles",
+    "samplers",
+    "evidence",
+    "time",
+    "value",
+    "interval",
+    "count",
+    "hypotheses",
 ]
 
 
@@ -31,26 +45,30 @@ ReadingKind: TypeAlias = Literal[
 class Plot:
     """A plot over the frames of a run.
 
-    Kinds that read the diagnostics' own columns are "error", shaded where the target is hidden or lost; "sigma", the
-    largest standard deviation beside the tracker's thresholds; "sample size"; and "proposals". Kinds that read series:
+    Kinds that read the diagnostics' own columns are "error", shaded where the target is hidden or lost; and "sigma",
+    the largest standard deviation beside the parameters that are thresholds of "sigma". Kinds that read the series of
+    a role are "sample size", of the roles "ess" and "particles"; and "samplers", of the role "share". Kinds that read
+    series by name:
 
     - "band": one number a frame, within a band of two standard deviations, and the truth;
-    - "features": one number from 0 to 1 for each feature, a row each, shaded where the feature is hidden;
-    - "share": of series of zeros and ones, how many were ones up to each frame, beside the `levels` where that share
-      should be.
+    - "interval": the ends of one or several intervals a frame, and the truth;
+    - "hypotheses": one component of K hypotheses a frame, the more opaque the greater their weights, and the truth;
+    - "features": a vector of numbers from 0 to 1, a row each, shaded where the feature is hidden;
+    - "frequency": of flags, how many were set up to each frame, beside the `levels` where that share should be.
 
     Attributes:
         id: Name among the experiment's plots.
         title: What it shows, a few words; with its unit it stands above the plot.
         kind: How it is drawn.
         description: What is to be seen, one sentence.
-        unit: Of what a "band" shows; errors and standard deviations have the experiment's, all others none.
+        unit: Of what it shows; errors and standard deviations have the experiment's.
         series: Names of the series that it draws.
         sd: Of a "band", the series of standard deviations.
-        truth: Of a "band", the series of the truth.
+        truth: Of a "band", an "interval" or "hypotheses", the series of the truth.
+        component: Of "hypotheses", which of the d numbers is drawn.
         visible: Of "features", the series that is 0 where the truth says that a feature is hidden.
         recognised: Of "features", the series that is 0 where the tracker itself did not make a feature out.
-        levels: Of a "share", where the share of each series should be, 0..1.
+        levels: Of a "frequency", where the share of each series should be, 0..1.
         needs_truth: Whether there is nothing to draw where the truth is unknown.
     """
 
@@ -62,6 +80,7 @@ class Plot:
     series: tuple[str, ...] = ()
     sd: str = ""
     truth: str = ""
+    component: int = 0
     visible: str = ""
     recognised: str = ""
     levels: tuple[float, ...] = ()
@@ -69,7 +88,7 @@ class Plot:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all series that it reads."""
+        """Names of all series that it reads by name."""
         return (*self.series, *(name for name in (self.sd, self.truth, self.visible, self.recognised) if name))
 
 
@@ -77,13 +96,14 @@ class Plot:
 class Reading:
     """A line of figures that belongs to one frame.
 
-    The kinds "value", a number with its standard deviation, and "count", how many of the features have a 1, read
-    series; all others read the diagnostics' own columns.
+    "value", a number with its standard deviation, "interval", its two ends, "hypotheses", the most probable one, and
+    "count", how many flags of a vector are set, read series by name; "particles" and "samplers" read series by role;
+    all others read the diagnostics' own columns.
 
     Attributes:
         title: What it says, one or two words.
         kind: How it is written.
-        unit: Of a "value".
+        unit: Of what a series by name is measured in.
         series: Name of the series that it writes.
         sd: Of a "value", the series of standard deviations.
     """
@@ -96,7 +116,7 @@ class Reading:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all series that it reads."""
+        """Names of all series that it reads by name."""
         return tuple(name for name in (self.series, self.sd) if name)
 
 
@@ -114,18 +134,16 @@ SAMPLE_SIZE = Plot(
     "Effective sample size: how many particles carry the weight, of how many there are.",
 )
 
-STANDARD_PLOTS = (
-    ERROR,
-    Plot(
-        "sigma",
-        "sigma",
-        "sigma",
-        "The largest standard deviation of the posterior, and dashed the thresholds at which the tracker switches.",
-    ),
-    SAMPLE_SIZE,
-    Plot("proposals", "proposals", "proposals", "How many particles came from the prediction and the observation."),
+SIGMA = Plot(
+    "sigma",
+    "sigma",
+    "sigma",
+    "The largest standard deviation of the posterior, and dashed the thresholds that it is compared with.",
 )
-"""The plots of a tracker that draws by prediction and by observation."""
+SAMPLERS = Plot("proposals", "proposals", "samplers", "How many particles came from which sampler.")
+
+STANDARD_PLOTS = (ERROR, SIGMA, SAMPLE_SIZE, SAMPLERS)
+"""The plots that suit every method: a method that has no particles, or no choice between samplers, shows fewer."""
 
 PARTICLES, STEP_TIME = Reading("particles", "particles"), Reading("step", "time")
 
@@ -134,7 +152,7 @@ STANDARD_READINGS = (
     Reading("error", "error"),
     Reading("sigma", "sigma"),
     PARTICLES,
-    Reading("proposal", "proposal"),
+    Reading("proposal", "samplers"),
     Reading("log evidence", "evidence"),
     STEP_TIME,
 )

@@ -2,8 +2,11 @@
  * What is known of each frame of one branch: the diagnostics in columns, row i belonging to frame i.
  */
 
+import { isKnown } from "./series.js";
+
 export class History {
   #rows = [];
+  #measured = new Set();
   /** Counts every change that is not an appended row; a plot that saw the same count only has to add the tail. */
   edition = 0;
 
@@ -19,12 +22,15 @@ export class History {
   /** Forget everything and take over what the server sends, column by column. */
   replace(columns) {
     this.#rows = [];
+    this.#measured.clear();
     this.merge(columns);
   }
 
   /** Begin like another history, up to and including a frame. */
   share(parent, frame) {
     this.#rows = parent.#rows.slice(0, frame + 1);
+    this.#measured.clear();
+    for (const row of this.#rows) this.#note(row);
     this.edition += 1;
   }
 
@@ -35,6 +41,7 @@ export class History {
       const row = {};
       for (const name of names) row[name] = columns[name][index];
       this.#rows[row.frame] = row;
+      this.#note(row);
     }
     this.edition += 1;
   }
@@ -48,7 +55,19 @@ export class History {
     const whole = row.frame <= this.#rows.length;
     if (row.frame < this.#rows.length && row.estimate?.[0] !== this.#rows[row.frame]?.estimate?.[0]) this.edition += 1;
     this.#rows[row.frame] = row;
+    this.#note(row);
     return whole;
+  }
+
+  /** Whether any frame has a known value of a series. */
+  measures(name) {
+    return this.#measured.has(name);
+  }
+
+  #note(row) {
+    for (const [name, value] of Object.entries(row?.series ?? {})) {
+      if (!this.#measured.has(name) && isKnown(value)) this.#measured.add(name);
+    }
   }
 
   /** Spans [first, last] of frames for which `test` holds. */
@@ -82,37 +101,12 @@ export class History {
   }
 }
 
-/** The curves that scrubber, plots and readout draw from a row; null where it is not known. */
+/** The curves that every method has; null where a row does not know. */
 export const curve = {
   error: (row) => finite(row?.error),
   /** A filter switches as soon as any component spreads too far, so the largest one is the one to look at. */
   sigma: (row) => finite(row?.sigma?.length ? Math.max(...row.sigma) : null),
-  ess: (row) => finite(row?.effective_sample_size),
-  prediction: (row) => finite(row?.prediction_count) ?? 0,
-  observation: (row) => finite(row?.observation_count) ?? 0,
-  particles: (row) => curve.prediction(row) + curve.observation(row),
 };
-
-/** A number of a series in a frame, or the one at a place of several; NaN where it is not known. */
-export function valueOf(row, series, place = null) {
-  const found = row?.series?.[series];
-  return finite(place === null ? found : found?.[place]) ?? NaN;
-}
-
-/** Of a series of zeros and ones, the share of ones up to each frame; NaN before any is known. */
-export function shares(history, series, last = history.length - 1) {
-  const found = [];
-  let [ones, known] = [0, 0];
-  for (let frame = 0; frame <= Math.min(last, history.length - 1); frame += 1) {
-    for (const value of history.at(frame)?.series?.[series] ?? []) {
-      if (finite(value) === null) continue;
-      ones += value;
-      known += 1;
-    }
-    found.push(known > 0 ? ones / known : NaN);
-  }
-  return found;
-}
 
 /** Whether the target is lost: the truth says so, or the tracker itself, which looks for it. */
 export function isGone(row) {

@@ -3,8 +3,10 @@
 import { fill, h, setText } from "../shared/dom.js";
 import { number, quantity, unitOf } from "../shared/format.js";
 import { coalesce } from "../shared/timing.js";
-import { curve, valueOf } from "./history.js";
-import { estimate } from "./plots/plot_labels.js";
+import { curve } from "./history.js";
+import { between, withSpread } from "./plots/kinds/band.js";
+import { mostProbable } from "./plots/kinds/hypotheses.js";
+import { declared as declaration, measured, numberOf, samplers, samplesOf } from "./series.js";
 
 /**
  * @param {HTMLElement} root
@@ -14,16 +16,21 @@ export function readout(root, { store, signal }) {
   const verdict = h("p", { class: "verdict" });
   const list = h("dl", {});
   fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, list);
-  let declared = [];
+  let readings = [];
   const draw = coalesce(() => {
     const { session, history } = store;
     if (session === null) return;
-    if (session.readings.length !== declared.length) {
-      declared = session.readings;
-      fill(list, declared.map(({ title }) => [h("dt", {}, title), h("dd", {})]));
+    if (session.readings.length !== readings.length) {
+      readings = session.readings;
+      fill(list, readings.map(({ title }) => [h("dt", {}, title), h("dd", {})]));
     }
     const row = history.at(session.position);
-    declared.forEach((reading, place) => setText(list.children[2 * place + 1], words(reading, row, session)));
+    readings.forEach((reading, place) => {
+      const [title, value] = [list.children[2 * place], list.children[2 * place + 1]];
+      // A line of which the method has nothing at all is left out; one that is not known in this frame stays in its place.
+      title.hidden = value.hidden = row !== undefined && !isMeasured(reading, row, session, history);
+      setText(value, words(reading, row, session));
+    });
     const [text, kind] = state(history, session);
     setText(verdict, text);
     verdict.dataset.kind = kind;
@@ -31,8 +38,15 @@ export function readout(root, { store, signal }) {
   store.on("session position history branches", draw);
 }
 
-function words({ kind, unit, series, sd }, row, session) {
+function isMeasured({ kind, series }, row, session, history) {
+  if (kind === "particles") return measured(session, "particles", row) !== undefined || measured(session, "ess", row) !== undefined;
+  if (kind === "samplers") return samplesOf(session, row) !== null;
+  return series === "" || history.measures(series);
+}
+
+function words(reading, row, session) {
   if (!row) return number(null);
+  const { kind, unit, series } = reading;
   const own = unitOf(session);
   const several = (values) => values.map((value) => quantity(value, own)).join(", ");
   switch (kind) {
@@ -43,18 +57,22 @@ function words({ kind, unit, series, sd }, row, session) {
     case "error":
       return withUnit(quantity(curve.error(row), own), own);
     case "particles":
-      return curve.particles(row) > 0 ? `${curve.particles(row)}, ESS ${number(curve.ess(row), 0)}` : "none";
-    case "proposal":
-      return proposal(row);
+      return particles(row, session);
+    case "samplers":
+      return proposal(row, session);
     case "evidence":
       return number(row.log_evidence, 2);
     case "time":
       return `${number(row.step_ms, 2)} ms`;
     case "value":
-      return withUnit(estimate(row, series, sd, unit), unit);
+      return withUnit(withSpread(row, { ...reading, series: [series] }), unit);
+    case "interval":
+      return withUnit(between(row, series, unit), unit);
+    case "hypotheses":
+      return mostProbable(row, { series: [series], unit });
     case "count": {
-      const ones = session.features.filter((_, place) => valueOf(row, series, place) === 1);
-      return `${ones.length} of ${session.features.length}`;
+      const flags = row.series[series] ?? [];
+      return `${flags.filter((flag) => flag === 1).length} of ${declaration(session, series)?.components.length || flags.length}`;
     }
     default:
       return "";
@@ -65,15 +83,16 @@ function withUnit(text, unit) {
   return unit && text !== number(null) ? `${text} ${unit}` : text;
 }
 
-function proposal(row) {
-  switch (row.proposal) {
-    case "mixed":
-      return `mixed ${row.prediction_count} | ${row.observation_count}`;
-    case "none":
-      return "none";
-    default:
-      return `${row.proposal} ${curve.particles(row)}`;
-  }
+function particles(row, session) {
+  const [count, ess] = [numberOf(session, "particles", row), numberOf(session, "ess", row)];
+  return [count, ess !== null && `ESS ${number(ess, 0)}`].filter((part) => part !== null && part !== false).join(", ");
+}
+
+/** The one sampler that all particles came from, or how many came from which. */
+function proposal(row, session) {
+  const samples = samplesOf(session, row) ?? [];
+  const used = samples.filter((count) => count > 0);
+  return used.length === 1 ? `${samplers(session)[samples.indexOf(used[0])].name} ${used[0]}` : `mixed ${samples.join(" | ")}`;
 }
 
 /** One line that says how it goes. */

@@ -363,12 +363,13 @@ export interface Ping {
 export interface Plot {
   id: string;
   title: string;
-  kind: "error" | "sigma" | "sample size" | "proposals" | "band" | "features" | "share";
+  kind: "error" | "sigma" | "sample size" | "samplers" | "band" | "interval" | "features" | "frequency" | "hypotheses";
   description: string;
   unit: string;
   series: string[];
   sd: string;
   truth: string;
+  component: number;
   visible: string;
   recognised: string;
   levels: number[];
@@ -427,7 +428,7 @@ export interface Progress {
 /** A line of figures that belongs to one frame. */
 export interface Reading {
   title: string;
-  kind: "estimate" | "error" | "sigma" | "particles" | "proposal" | "evidence" | "time" | "value" | "count";
+  kind: "estimate" | "error" | "sigma" | "particles" | "samplers" | "evidence" | "time" | "value" | "interval" | "count" | "hypotheses";
   unit: string;
   series: string;
   sd: string;
@@ -451,6 +452,14 @@ export interface RecipeRequest {
   frames?: number | null;
   timeline?: Change[];
   footage?: FootageRequest | null;
+}
+
+/** One number that is kept of a series over a whole run, such as a column of a sweep. */
+export interface Reduction {
+  name: string;
+  title: string;
+  how: "mean" | "share" | "count";
+  component: string;
 }
 
 /** A change that came through the scene's panel was refused. */
@@ -482,6 +491,18 @@ export interface RunPublic {
   summary: Record<string, any>;
   thumbnail: string;
   page: string;
+}
+
+/** The declaration of something measured in every frame. */
+export interface Series {
+  name: string;
+  title: string;
+  unit: string;
+  shape: "number" | "vector" | "interval" | "hypotheses";
+  role: "" | "particles" | "ess" | "share" | "flag";
+  components: string[];
+  colours: string[];
+  reductions: Reduction[];
 }
 
 /** What a new session is to be; what links of earlier versions hold is understood as well. */
@@ -516,6 +537,7 @@ export interface SessionPublic {
   unit: string;
   target: string;
   features: string[];
+  series: Series[];
   plots: Plot[];
   readings: Reading[];
   tracker: string;

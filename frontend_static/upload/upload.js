@@ -48,7 +48,7 @@ export function dropZone(root, on) {
       picker,
       icon("film"),
       h("p", { class: "drop-words" }, h("strong", {}, "Drop a video here"), " or ", h("label", { for: "file-picker", class: "link" }, "choose a file")),
-      h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures with a face or a coloured object in it, or a saved run (.pft)"),
+      h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures, or a saved run (.pft)"),
     );
   }
 

@@ -18,17 +18,15 @@ that the particles cover 0.65 to 0.85 ms, since it also computes what lies betwe
 The picture's luma takes 0.04 ms.
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pftrack.compiled import compiled_sums
 
 __all__ = [
-    "SIZES_PX",
     "SPREAD",
     "Templates",
     "correlations",
@@ -41,24 +39,6 @@ __all__ = [
 
 SPREAD = 0.15
 """D of eq. 4.11: a correlation of 0.5 weighs 0.004."""
-
-SIZES_PX: Mapping[str, tuple[int, int]] = {
-    "nose": (64, 42),
-    "leye": (64, 32),
-    "reye": (64, 32),
-    "lmc": (36, 36),
-    "rmc": (36, 36),
-    "llc": (36, 36),
-    "rlc": (36, 36),
-    "lbro": (36, 36),
-    "rbro": (36, 36),
-    "lmou": (24, 24),
-    "rmou": (24, 24),
-}
-"""Width and height (table 4.1); the table has no size for the ends of the brows, 36 x 36 is a reading."""
-
-EYE_DISTANCE_PX = 108.0
-"""Between the eyes of the mean face at the document's camera; the sizes above are for that."""
 
 SMALLEST_PX, LARGEST_PX = 6, 128
 LEAST_VARIANCE = 0.5
@@ -99,16 +79,14 @@ def luma(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     raise ValueError(f"expected a picture (height, width, 3) or (height, width), got shape {image_rgb.shape}")
 
 
-def scaled_sizes(features: Sequence[str], eye_distance_px: float, factor: float = 1.0) -> NDArray[np.int64]:
-    """Return widths and heights (F, 2) of templates in proportion to the face, px, even numbers.
+def scaled_sizes(sizes_px: ArrayLike, scale: float) -> NDArray[np.int64]:
+    """Return widths and heights (F, 2) of templates, px, as even numbers within the bounds of a template.
 
     Args:
-        features: Names, of `SIZES_PX`.
-        eye_distance_px: Between the eyes in the picture; at 108 px the sizes are the document's.
-        factor: A further factor on all sizes.
+        sizes_px: (F, 2) for a target of the usual size.
+        scale: How much larger the target is.
     """
-    scale = factor * eye_distance_px / EYE_DISTANCE_PX
-    wanted = scale * np.array([SIZES_PX[name] for name in features], dtype=np.float64)
+    wanted = scale * np.asarray(sizes_px, dtype=np.float64)
     sizes: NDArray[np.int64] = np.clip(2 * np.rint(wanted / 2.0), SMALLEST_PX, LARGEST_PX).astype(np.int64)
     return sizes
 

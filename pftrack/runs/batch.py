@@ -17,7 +17,8 @@ from pftrack.experiment import Experiment, Setup
 from pftrack.parameters import Parameters, Value, revise
 from pftrack.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
-from pftrack.runs.scoring import allowed_loss, estimates_hash, judge
+from pftrack.runs.scoring import allowed_loss, estimates_hash, judge, reductions
+from pftrack.series import reduced
 from pftrack.sources.source import History, Source
 from pftrack.trackers import Tracker, TrackState
 
@@ -37,10 +38,10 @@ class Outcome:
         lost_frames: How many frames were lost; None where the experiment has no notion of lost.
         first_lost_frame: The first of them, or None.
         labelled_frames: Frames whose truth is known.
-        observation_share: Mean share of the particles that came from the observation sampler.
-        switches: How often the sampler or the process noise changed.
         step_ms: Mean time of a step, ms; the one figure that differs from run to run.
         estimates_sha256: Hash of all estimates, as of a live run.
+        reductions: What is kept of the series of tracker and experiment, by the reductions' names; None where no
+            frame has a value.
     """
 
     success: bool | None
@@ -48,10 +49,9 @@ class Outcome:
     lost_frames: int | None
     first_lost_frame: int | None
     labelled_frames: int
-    observation_share: float
-    switches: int
     step_ms: float
     estimates_sha256: str
+    reductions: Mapping[str, float | int | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,9 @@ def _folded(
 ) -> dict[tuple[int, str], Outcome]:
     """Carry out the runs, by seed and tracker, that see the same pictures and can take many of them at once."""
     source = setup.open_source(seeds[0], parameters)
-    names = [name for name in trackers if experiment.trackers[name].fold is not None]
+    # What an experiment keeps of its own series takes the states of all frames, and a fold has the last one only.
+    folds = not any(series.reductions for series in experiment.series)
+    names = [name for name in trackers if folds and experiment.trackers[name].fold is not None]
     runs = {
         (seed, name): _begun(experiment.trackers[name], source, parameters, seed) for seed in seeds for name in names
     }
@@ -169,8 +171,7 @@ class _Folding:
         self._seed = seed
         self._state = state
         self._estimates = [state.estimate[None]]
-        self._shares = [np.zeros(0)]
-        self._switches = 0
+        self._series: dict[str, list[NDArray[np.float64]]] = {}
         self._seconds = 0.0
 
     def take(self, block: Block, parameters: Parameters) -> bool:
@@ -187,15 +188,15 @@ class _Folding:
         self._seconds += perf_counter() - begun
         self._state = fold.state
         self._estimates.append(fold.estimates)
-        self._shares.append(fold.observation_shares)
-        self._switches += fold.switches
+        for name, column in fold.series.items():
+            self._series.setdefault(name, []).append(column)
         return True
 
     def outcome(
         self, experiment: Experiment, parameters: Parameters, truths: NDArray[np.float64], sizes: NDArray[np.float64]
     ) -> Outcome:
         """Judge the finished run."""
-        estimates, shares = np.concatenate(self._estimates), np.concatenate(self._shares)
+        estimates = np.concatenate(self._estimates)
         errors = experiment.error(estimates, truths)
         lost = experiment.lost(errors, sizes, parameters) if experiment.lost else None
         verdict = judge(errors, lost, allowed_loss(parameters))
@@ -206,11 +207,18 @@ class _Folding:
             verdict.lost_frames,
             verdict.first_lost_frame,
             verdict.labelled_frames,
-            float(shares.mean()) if steps else 0.0,
-            self._switches,
             1e3 * self._seconds / steps if steps else 0.0,
             estimates_hash(experiment.scale * estimates),
+            self._reductions(),
         )
+
+    def _reductions(self) -> Mapping[str, float | int | None]:
+        kept: dict[str, float | int | None] = {}
+        for series in self._tracker.series:
+            if series.reductions:
+                blocks = self._series.get(series.name)
+                kept |= reduced(series, np.concatenate(blocks) if blocks else np.zeros(0))
+        return kept
 
 
 def _live(
@@ -222,19 +230,13 @@ def _live(
     summary = run.summary()
     verdict = summary.verdict
     rows = run.diagnostics[1:]
-    shares = [
-        row.observation_count / (row.prediction_count + row.observation_count)
-        for row in rows
-        if row.prediction_count + row.observation_count
-    ]
     return Outcome(
         verdict.success,
         verdict.mean_error,
         verdict.lost_frames,
         verdict.first_lost_frame,
         verdict.labelled_frames,
-        float(np.mean(shares)) if shares else 0.0,
-        sum(row.switched for row in rows),
         float(np.mean([row.step_ms for row in rows])) if rows else 0.0,
         summary.estimates_sha256,
+        reductions(experiment.declared(tracker), rows),
     )

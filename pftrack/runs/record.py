@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pftrack import __version__
+from pftrack import __version__, series
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
 from pftrack.parameters import ParameterError
@@ -193,8 +193,10 @@ def _truth(kind: TruthKind, rows: Mapping[int, tuple[float, ...]]) -> Truth | No
 def _columns(run: Run) -> dict[str, np.ndarray[Any, Any]]:
     rows = [row.as_dict() for row in run.diagnostics]
     columns = {name: _column([row[name] for row in rows]) for name in rows[0] if name != "series"}
-    for name in run.diagnostics[0].series:
-        columns[f"series_{name}"] = _column([row.series[name] for row in run.diagnostics])
+    for declared in run.experiment.declared():
+        values = [row.series.get(declared.name) for row in run.diagnostics]
+        if any(value is not None for value in values):
+            columns |= {f"series_{name}": column for name, column in series.columns(declared, values).items()}
     return columns
 
 

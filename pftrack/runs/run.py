@@ -261,9 +261,19 @@ class Run:
         step_ms = 1e3 * (perf_counter() - begun)
         if index < len(self.diagnostics):
             return self._seen(index, state, frame)
-        series = self.experiment.series(frame, state) if self.experiment.series else {}
-        verdict = self._judge(frame, state, parameters)
-        self.diagnostics.append(diagnose(frame, state, verdict, step_ms, scale=self.experiment.scale, series=series))
+        series = tracker.measure(state)
+        if self.experiment.measure:
+            series = {**series, **self.experiment.measure(frame, state)}
+        row = diagnose(
+            frame,
+            state,
+            self._judge(frame, state, parameters),
+            step_ms,
+            scale=self.experiment.scale,
+            searching=tracker.searching(state) if tracker.searching else None,
+            series=series,
+        )
+        self.diagnostics.append(row)
         self._keyframes.offer(index, state)
         return Step(frame, state, self.diagnostics[index], parameters, name)
 

@@ -1,14 +1,17 @@
 """Verdicts: what a whole run comes to, judged by the frames whose truth is known."""
 
 import hashlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.parameters import Parameters, with_role
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.series import Series, columns, reduced
 
-__all__ = ["Verdict", "allowed_loss", "estimates_hash", "judge"]
+__all__ = ["Verdict", "allowed_loss", "estimates_hash", "judge", "reductions"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +54,21 @@ def allowed_loss(parameters: Parameters) -> float:
     """Return the share of frames, 0..1, that may be lost in a success; none where no parameter has that role."""
     shares = with_role(type(parameters), "loss_share")
     return float(getattr(parameters, shares[0].name)) if shares else 0.0
+
+
+def reductions(declared: Sequence[Series], rows: Sequence[Diagnostics]) -> Mapping[str, float | int | None]:
+    """Return what is kept of series over a whole run, by the reductions' names.
+
+    Args:
+        declared: The series.
+        rows: Of the frames after the first; one that lacks a series does not count for it.
+    """
+    kept: dict[str, float | int | None] = {}
+    for series in declared:
+        if series.reductions:
+            values = [row.series[series.name] for row in rows if series.name in row.series]
+            kept |= reduced(series, columns(series, values)[series.name])
+    return kept
 
 
 def estimates_hash(estimates: NDArray[np.float64]) -> str:

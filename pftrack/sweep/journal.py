@@ -20,7 +20,7 @@ from pftrack import __version__
 from pftrack.sweep.chunks import Chunk, Chunks
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.plan import Plan
-from pftrack.sweep.table import schema
+from pftrack.sweep.table import conformed, schema
 
 __all__ = ["Journal", "begin", "plan_of", "resume"]
 
@@ -130,7 +130,7 @@ class Journal:
             pending: list[pa.Table] = []
             rows = 0
             for path in chunk_files(self.folder):
-                pending.append(_rows(path).replace_schema_metadata(metadata(self.plan)))
+                pending.append(conformed(_rows(path), described))
                 rows += len(pending[-1])
                 if sum(len(table) for table in pending) >= ROWS_A_GROUP:
                     writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)

@@ -18,7 +18,7 @@ from pftrack.parameters import Value
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.journal import chunk_files, partial_of, plan_of
 from pftrack.sweep.plan import Plan
-from pftrack.sweep.table import schema
+from pftrack.sweep.table import conformed, schema
 
 __all__ = ["Result", "csv_pieces", "read_chunk", "read_result", "rows_of", "summary"]
 
@@ -62,7 +62,8 @@ class Result:
             try:
                 with pq.ParquetFile(path, page_checksum_verification=True) as file:
                     for batch in file.iter_batches(ROWS_A_PIECE, columns=columns):
-                        yield pa.Table.from_batches([batch]).replace_schema_metadata(None)
+                        piece = pa.Table.from_batches([batch]).replace_schema_metadata(None)
+                        yield piece if columns else conformed(piece, schema(self.plan))
             except (pa.ArrowException, OSError):
                 if self.complete:
                     raise SweepError(f"{path} is damaged: its description is whole, its rows are not") from None

@@ -9,8 +9,7 @@
 | `mean_error` | over the frames whose truth is known, in the experiment's unit |
 | `lost_frames`, `first_lost_frame` | how many frames were lost, and the first of them |
 | `labelled_frames` | frames whose truth is known |
-| `observation_share` | mean share of the particles that came from the observation sampler |
-| `switches` | how often the sampler or the process noise changed |
+| one a reduction | what is kept of the declared series of trackers and experiment; null where a method has none |
 | `step_ms` | mean time of a step; the one column that differs from time to time |
 | `estimates_sha256` | hash of all estimates, as of a live run, 32 bytes |
 | `problem` | why the run was not computed; then the columns of its outcome are null |
@@ -25,10 +24,11 @@ import pyarrow as pa
 from pftrack.experiments import Setup
 from pftrack.parameters import ParameterError, Value
 from pftrack.runs.batch import Outcome, outcomes
+from pftrack.series import Reduction
 from pftrack.sweep.chunks import Chunk, Piece
 from pftrack.sweep.plan import Plan
 
-__all__ = ["TIMING", "compute", "schema"]
+__all__ = ["TIMING", "compute", "conformed", "schema"]
 
 TIMING = "step_ms"
 """The column that is measured, not computed: it is no part of what is reproducible."""
@@ -39,10 +39,9 @@ OUTCOME = (
     ("lost_frames", pa.int32()),
     ("first_lost_frame", pa.int32()),
     ("labelled_frames", pa.int32()),
-    ("observation_share", pa.float64()),
-    ("switches", pa.int32()),
-    (TIMING, pa.float64()),
 )
+
+REDUCED = {"mean": pa.float64(), "share": pa.float64(), "count": pa.int32()}
 
 Results = Sequence[Outcome | None]
 
@@ -52,7 +51,22 @@ def schema(plan: Plan) -> pa.Schema:
     axes = [(axis.name, _kind(axis.values[0])) for axis in plan.axes]
     which = [("tracker", pa.string()), ("trial", pa.int32()), ("seed", pa.int64())]
     witness = [("estimates_sha256", pa.binary(32)), ("problem", pa.string())]
-    return pa.schema([("run", pa.int64()), *axes, *which, *OUTCOME, *witness])
+    kept = [(reduction.name, REDUCED[reduction.how]) for reduction in reductions(plan)]
+    return pa.schema([("run", pa.int64()), *axes, *which, *OUTCOME, *kept, (TIMING, pa.float64()), *witness])
+
+
+def reductions(plan: Plan) -> list[Reduction]:
+    """Return what is kept of the series that the plan's trackers and its experiment declare."""
+    return [reduction for series in plan.wiring.declared(*plan.trackers) for reduction in series.reductions]
+
+
+def conformed(table: pa.Table, columns: pa.Schema) -> pa.Table:
+    """Return a table that an earlier version may have written with these columns: null where it has none of a name."""
+    arrays = [
+        table[field.name].cast(field.type) if field.name in table.column_names else pa.nulls(len(table), field.type)
+        for field in columns
+    ]
+    return pa.table(arrays, schema=columns)
 
 
 def compute(plan: Plan, chunk: Chunk) -> pa.Table:
@@ -139,8 +153,11 @@ def _table(
     for name, places in _places(plan, chunk.pieces).items():
         values = pa.array(plan.axis(name).values, columns.field(name).type)
         arrays[name] = values.take(pa.array(np.repeat(places, by_piece)))
-    for name, kind in OUTCOME:
+    for name, kind in (*OUTCOME, (TIMING, pa.float64())):
         arrays[name] = pa.array([None if it is None else getattr(it, name) for it in results], kind)
+    for reduction in reductions(plan):
+        kept = [None if it is None else it.reductions.get(reduction.name) for it in results]
+        arrays[reduction.name] = pa.array(kept, REDUCED[reduction.how])
     return pa.table([arrays[name] for name in columns.names], schema=columns)
 
 

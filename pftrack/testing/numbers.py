@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from pftrack.experiment import Experiment, Step
-from pftrack.testing.check import Check, begun, demand, each_tracker
+from pftrack.series import check_value, columns
+from pftrack.testing.check import Check, CheckError, begun, demand, each_tracker
 
 __all__ = ["checks"]
 
@@ -55,14 +56,13 @@ def _copied(step: Step) -> dict[str, np.ndarray]:
 def _series_are_declared(experiment: Experiment, tracker: str) -> None:
     run = begun(experiment, tracker)
     run.finish()
-    names = run.diagnostics[0].series.keys()
+    declared = {series.name: series for series in experiment.declared(tracker)}
     for row in run.diagnostics:
-        found = row.series.keys()
-        demand(found == names, f"frame {row.frame} has the series {', '.join(found)}, frame 0 has {', '.join(names)}")
         for name, value in row.series.items():
-            demand(not np.isinf(value).any(), f"{name} of frame {row.frame} must be finite or NaN, got {value}")
-    shown = [(plot.title, plot.names) for plot in experiment.plots]
-    shown += [(reading.title, reading.names) for reading in experiment.readings]
-    for title, wanted in shown:
-        missing = set(wanted) - names
-        demand(not missing, f"{title} reads series that no frame has: {', '.join(sorted(missing))}")
+            demand(name in declared, f"frame {row.frame} has a series {name!r}, which {tracker} does not declare")
+            try:
+                check_value(declared[name], value)
+            except ValueError as error:
+                raise CheckError(f"frame {row.frame}: {error}") from None
+            for column in columns(declared[name], [value]).values():
+                demand(not np.isinf(column).any(), f"{name} of frame {row.frame} must be finite or NaN, got {value}")

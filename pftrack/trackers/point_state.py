@@ -57,31 +57,6 @@ class PointState:
         return self.posterior.standard_deviations[: self.tracked]
 
     @property
-    def reference_mean(self) -> NDArray[np.float64] | None:
-        """(tracked,) mean of the exact posterior, or None."""
-        return None if self.reference is None else self.reference.mean[: self.tracked]
-
-    @property
-    def searching(self) -> bool:
-        """A point is always followed, rightly or wrongly."""
-        return False
-
-    @property
-    def prediction_count(self) -> int:
-        """How many particles came from the prediction sampler."""
-        return (len(self.particles) if self.particles else 0) - self.observation_count
-
-    @property
-    def effective_sample_size(self) -> float:
-        """1 / sum w^2; 0 without particles."""
-        return self.particles.effective_sample_size if self.particles else 0.0
-
-    @property
-    def unique_ancestors(self) -> int:
-        """How many different parents the particles have."""
-        return self.particles.unique_ancestors if self.particles else 0
-
-    @property
     def nbytes(self) -> int:
         """About how much memory it takes, bytes."""
         size = 1024

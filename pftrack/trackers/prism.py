@@ -11,11 +11,13 @@ import numpy as np
 from pftrack.frame import Frame, Measurements, Target
 from pftrack.likelihoods import points
 from pftrack.random import Stream
-from pftrack.sources.prism import PRINCIPAL_PX, VERTICES_MM, PrismParameters
+from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_per_feature
-from pftrack.trackers.pose.state import PoseState, Solid
+from pftrack.trackers.pose.reports import measurement, reported
+from pftrack.trackers.pose.solid import Solid
+from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "TrackedPrismParameters"]
@@ -72,8 +74,18 @@ def _recognised(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[
     return seen
 
 
-TRACKERS: dict[str, Tracker] = {
-    method: Tracker(method, title, description, partial(start, method), partial(step, method))
-    for method, (title, description) in METHODS.items()
-}
+def _tracker(method: Method, title: str, description: str) -> Tracker:
+    series = reported(method, NAMES)
+    return Tracker(
+        method,
+        title,
+        description,
+        partial(start, method),
+        partial(step, method),
+        series=series,
+        measure=measurement(series),
+    )
+
+
+TRACKERS: dict[str, Tracker] = {method: _tracker(method, *words) for method, words in METHODS.items()}
 """The trackers of the prism, by name, in the order in which they are shown."""

@@ -5,6 +5,7 @@ D dimensions the state is D copies: all newest values first, then all previous o
 exact Kalman answer beside its own, since for this model it is known.
 """
 
+from collections.abc import Mapping
 from functools import lru_cache, partial
 
 import numpy as np
@@ -18,12 +19,17 @@ from pftrack.parameters import Parameters, parameter
 from pftrack.particles import ParticleSet
 from pftrack.random import Generator
 from pftrack.resampling import systematic
+from pftrack.series import Series, SeriesValue
+from pftrack.trackers import reports
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "SignalTrackerParameters"]
 
 GROUP = "Filter"
+
+EXACT = Series("exact", "exact mean", shape="vector")
+"""Mean of the exact posterior, which for this model is known beside the approximate one."""
 
 
 class SignalTrackerParameters(Parameters):
@@ -129,6 +135,16 @@ def step_particles(state: PointState, frame: Frame, parameters: SignalTrackerPar
     )
 
 
+def measure_particles(state: PointState) -> Mapping[str, SeriesValue]:
+    """Report the particles, and the exact answer beside theirs."""
+    if state.particles is None or state.reference is None:
+        return {}
+    return {
+        **reports.cloud(state.particles, resampled=state.resampled),
+        "exact": tuple(state.reference.mean[: state.tracked].tolist()),
+    }
+
+
 def _log_likelihood(signal: NDArray[np.float64], noise_sd: float, states: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return log N(signal | newest values, noise_sd^2), (N,), of states (N, 2 d)."""
     dimension = len(signal)
@@ -166,6 +182,8 @@ TRACKERS: dict[str, Tracker] = {
             "Samples from the dynamics and weighs by the likelihood, beside the exact Kalman answer.",
             start_particles,
             step_particles,
+            series=(*reports.CLOUD, EXACT),
+            measure=measure_particles,
         ),
         Tracker(
             "kalman",

@@ -9,12 +9,17 @@ from numpy.typing import NDArray
 
 from pftrack.frame import Frame, Target
 from pftrack.random import Stream
+from pftrack.series import Series, SeriesValue
 
 __all__ = ["Fold", "TrackState", "Tracker"]
 
 
 class TrackState(Protocol):
-    """The posterior of one frame, immutable; each family of trackers has its own."""
+    """The posterior of one frame, immutable; each family of trackers has its own.
+
+    Particles, one Gaussian, a mixture, a set of ellipsoids or a beam of poses: general code needs no more of a belief
+    than this. What a kind of belief has beyond it, its trackers declare and report as series.
+    """
 
     @property
     def estimate(self) -> NDArray[np.float64]:
@@ -25,47 +30,15 @@ class TrackState(Protocol):
         """(d,) posterior standard deviations."""
 
     @property
-    def reference_mean(self) -> NDArray[np.float64] | None:
-        """(d,) mean of the exact posterior, where it is known beside an approximate one."""
-
-    @property
     def log_evidence(self) -> float:
         """Log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out."""
-
-    @property
-    def resampled(self) -> bool:
-        """Whether parents were drawn anew in this frame."""
-
-    @property
-    def switched(self) -> bool:
-        """Whether another sampler, or another process noise, was used than in the frame before."""
-
-    @property
-    def searching(self) -> bool:
-        """Whether the tracker itself has lost the target, and looks for it rather than follows it."""
-
-    @property
-    def prediction_count(self) -> int:
-        """How many particles came from a prediction."""
-
-    @property
-    def observation_count(self) -> int:
-        """How many came from the observation."""
-
-    @property
-    def effective_sample_size(self) -> float:
-        """1 / sum w^2; 0 without particles."""
-
-    @property
-    def unique_ancestors(self) -> int:
-        """How many different parents the particles have."""
 
     @property
     def nbytes(self) -> int:
         """About how much memory it takes, bytes."""
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """Return the particles by name, for a file; empty without particles."""
+        """Return the belief's arrays by name, for a file; empty if mean and covariance are all there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,14 +48,18 @@ class Fold:
     Attributes:
         state: Of the last frame.
         estimates: (L, tracked) posterior means.
-        observation_shares: (L,) share of the particles that came from the observation sampler.
-        switches: How often the sampler or the process noise changed.
+        series: (L,) numbers or (L, d) vectors of the tracker's series, by name; all that have a reduction are there.
     """
 
     state: TrackState
     estimates: NDArray[np.float64]
-    observation_shares: NDArray[np.float64]
-    switches: int
+    series: Mapping[str, NDArray[np.float64]]
+
+
+def nothing(state: Any) -> Mapping[str, SeriesValue]:  # noqa: ANN401 - the state of any family
+    """Measure nothing beyond what every state offers."""
+    del state
+    return {}
 
 
 @dataclass(frozen=True)
@@ -97,6 +74,10 @@ class Tracker:
         step: (state, frame, parameters, rng) -> state of that frame.
         fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> what comes of them, the
             same as of L steps but faster; None if these parameters do not allow it.
+        series: What it reports of its states.
+        measure: (state) -> the values of these series, by name; those that a state does not have are left out.
+        searching: (state) -> whether it has lost the target by its own account and looks for it; None for a tracker
+            that always follows, rightly or wrongly.
     """
 
     id: str
@@ -105,3 +86,6 @@ class Tracker:
     start: Callable[[Target, Frame, Any, Stream], TrackState]
     step: Callable[[Any, Frame, Any, Stream], TrackState]
     fold: Callable[[Any, NDArray[np.uint8], Any, int, int], Fold | None] | None = None
+    series: tuple[Series, ...] = ()
+    measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
+    searching: Callable[[Any], bool] | None = None

@@ -12,6 +12,7 @@ from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.parameters import Value
 from pftrack.runs.recipe import Recipe
+from pftrack.series import Series
 from server.schemas.controls import ControlPublic
 from server.schemas.panel import SPEEDS
 from server.schemas.spec import Bookmark
@@ -96,6 +97,7 @@ class SessionPublic(BaseModel):
     unit: str = "px"
     target: str = "target"
     features: list[str] = []
+    series: list[Series] = []
     plots: list[Plot] = []
     readings: list[Reading] = []
     tracker: str

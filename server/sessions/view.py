@@ -6,6 +6,7 @@ from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.palette import BRANCHES, hexadecimal
 from pftrack.parameters import Declaration
+from pftrack.series import Series
 from server.schemas.controls import controls_of
 from server.schemas.messages import BranchPublic, Phase, SessionPublic, TrackerPublic
 from server.schemas.spec import SessionSpec
@@ -14,7 +15,8 @@ from server.worker.protocol import SessionInfo
 
 __all__ = ["LAYERS", "branch_views", "view"]
 
-PLOTS, READINGS, LAYERS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading]), TypeAdapter(list[Layer])
+SERIES, LAYERS = TypeAdapter(list[Series]), TypeAdapter(list[Layer])
+PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
 DECLARATIONS: TypeAdapter[list[Declaration]] = TypeAdapter(list[Declaration])
 
 
@@ -28,6 +30,7 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         unit=card.unit,
         target=card.target,
         features=card.features,
+        series=SERIES.validate_python(card.series),
         plots=PLOTS.validate_python(card.plots),
         readings=READINGS.validate_python(card.readings),
         tracker=active.tracker,

@@ -1,7 +1,5 @@
 """Examples: for every experiment a sweep that is worth starting as it stands, filled into the form at first."""
 
-from typing import Any
-
 from pftrack.experiment import Experiment
 from pftrack.parameters import Declaration, declarations
 from server.schemas.sweeps import SweepAxis, SweepCreate
@@ -10,54 +8,18 @@ __all__ = ["example"]
 
 STEPS = 5
 
-EXAMPLES: dict[str, dict[str, Any]] = {
-    # The coarse map of the document: 25 cells, 60 frames.
-    "ball": {
-        "axes": [
-            {"name": "occlusion_width_px", "values": [5, 30, 55, 80, 100]},
-            {"name": "distracter_radius_px", "values": [1, 6, 11, 16, 20]},
-        ],
-        "trackers": ["h-spf", "s-spf", "pc-pf"],
-        "trials": 20,
-        "frames": 60,
-    },
-    "sine": {
-        "axes": [
-            {"name": "sample_count", "values": [10, 30, 100, 300, 1000]},
-            {"name": "dimension", "start": 1, "stop": 5, "step": 1},
-        ],
-        "trackers": ["condensation", "kalman"],
-        "trials": 10,
-        "frames": 120,
-    },
-    # Where the affine camera's error and the corners' noise decide which prediction is worth more.
-    "prism": {
-        "axes": [
-            {"name": "distance_mm", "values": [70, 80, 100, 150, 300]},
-            {"name": "noise_px", "values": [1, 3, 10, 20, 40]},
-        ],
-        "trackers": ["pf-asd", "alpha-1", "alpha-0"],
-        "trials": 5,
-        "frames": 200,
-    },
-    # How fast may the driver turn, with how few particles?
-    "head": {
-        "axes": [
-            {"name": "speed", "values": [0.5, 1, 2, 3, 4]},
-            {"name": "sample_count", "values": [10, 20, 50, 200]},
-        ],
-        "trackers": ["pf-asd", "alpha-1", "alpha-0"],
-        "trials": 2,
-        "frames": 200,
-    },
-}
-
 
 def example(experiment: Experiment) -> SweepCreate:
-    """Return a filled-in body for an experiment; of one that has none of its own, its first two numbers are varied."""
-    known = EXAMPLES.get(experiment.id)
+    """Return a filled-in body for an experiment; of one that has no example, its first two numbers are varied."""
+    known = experiment.example_sweep
     if known is not None:
-        return SweepCreate(experiment=experiment.id, **known)
+        return SweepCreate(
+            experiment=experiment.id,
+            axes=[SweepAxis(name=name, values=list(values)) for name, values in known.axes.items()],
+            trackers=list(known.trackers),
+            trials=known.trials,
+            frames=known.frames,
+        )
     every = declarations(type(experiment.simulate().parameters))
     numbers = [it for it in every if it.kind in {"integer", "number"} and it.minimum is not None]
     return SweepCreate(

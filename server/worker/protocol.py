@@ -94,6 +94,7 @@ class SessionInfo:
     unit: str = "px"
     target: str = "target"
     features: list[str] = field(default_factory=list)
+    series: list[dict[str, Any]] = field(default_factory=list)
     plots: list[dict[str, Any]] = field(default_factory=list)
     readings: list[dict[str, Any]] = field(default_factory=list)
 

@@ -80,6 +80,7 @@ class RunTree:
             unit=self.experiment.unit,
             target=self.experiment.target,
             features=list(self.experiment.features),
+            series=[dataclasses.asdict(series) for series in self.experiment.declared()],
             plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
             readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
         )

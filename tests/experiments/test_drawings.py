@@ -49,9 +49,10 @@ def test_particles_are_drawn_where_they_are() -> None:
     assert isinstance(points, Points)
     assert np.allclose(points.positions[:, :2], particles.states[:, :2], atol=1e-3)
     assert points.positions[:, 2].argmax() == particles.log_weights.argmax()
-    observed = run.current.diagnostics.observation_count
+    samples = run.current.diagnostics.vector("samples")
+    assert samples is not None
     orange = (points.colours == (230, 159, 0)).all(axis=1).sum()
-    assert orange == len(particles) - observed
+    assert orange == samples[0]
     assert drawn["weights"].colours.shape == points.colours.shape
 
 

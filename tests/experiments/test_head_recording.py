@@ -100,14 +100,14 @@ def test_who_enters_late_is_tracked_from_then_on() -> None:
     assert setup.footage.start == 7
     run = Run(HEAD, setup)
     assert run.frames == 12
-    assert run.finish().diagnostics.series["face"] == 1.0
+    assert run.finish().diagnostics.searching is False
 
 
 def test_who_leaves_and_comes_back_is_found_again() -> None:
     """Without a face the state says so with growing uncertainty, and with one again it is small again."""
     shown = pictures(40, width=320)
     run = on([*shown[:10], *[empty(shown[0])] * 40, *shown[10:40]])
-    face = np.array([row.series["face"] for row in run.diagnostics])
+    face = np.array([not row.searching for row in run.diagnostics])
     sigma = np.array([row.sigma[1] for row in run.diagnostics])
     assert face[:10].all()
     assert not face[25:50].any()
@@ -126,7 +126,7 @@ def test_who_is_found_twice_has_the_size_of_the_last_time() -> None:
     nobody = [empty(shown[0])] * 20
     run = on([*shown, *nobody, *further, *nobody, *further])
     scales = [run.seek(frame).state.solid.scale for frame in (11, 43, 75)]
-    assert [run.diagnostics[frame].series["face"] for frame in (11, 43, 75)] == [1.0] * 3
+    assert not any(run.diagnostics[frame].searching for frame in (11, 43, 75))
     assert np.divide(scales[1:], scales[0]) == pytest.approx(0.87, abs=0.03)
 
 
@@ -158,7 +158,7 @@ def test_who_never_comes_back_leaves_wide_uncertainty() -> None:
     """However long nobody is there, the estimate stays finite and its deviation stays below a turn."""
     shown = pictures(6, width=320)
     run = on([*shown, *[empty(shown[0])] * 300])
-    assert run.diagnostics[-1].series["face"] == 0.0
+    assert run.diagnostics[-1].searching is True
     assert 40 < run.diagnostics[-1].sigma[1] < 90
     drawing = HEAD.draw(run.current, run.diagnostics)
     assert "no face" in drawing.caption
@@ -172,7 +172,7 @@ def test_a_cover_that_comes_and_goes_is_survived() -> None:
     sigma = [row.sigma[1] for row in run.diagnostics]
     assert sigma[39] > 3 * sigma[9]
     assert sigma[59] < 2 * sigma[9]
-    assert run.diagnostics[-1].series["face"] == 1.0
+    assert run.diagnostics[-1].searching is False
 
 
 def test_marked_points_are_taken_as_they_are() -> None:

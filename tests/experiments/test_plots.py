@@ -2,13 +2,13 @@
 
 from itertools import combinations
 
-import numpy as np
 import pytest
 
 from pftrack.experiments import EXPERIMENTS, Experiment
 from pftrack.plot import STANDARD_PLOTS, Plot
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.run import Run
+from pftrack.series import check_value
 
 
 @pytest.fixture(scope="module", params=EXPERIMENTS)
@@ -18,19 +18,28 @@ def begun(request: pytest.FixtureRequest) -> tuple[Experiment, Diagnostics]:
     return experiment, Run(experiment, experiment.simulate(), frames=3).finish().diagnostics
 
 
+SHAPES = {
+    "band": {"number"},
+    "features": {"vector"},
+    "frequency": {"number", "vector"},
+    "interval": {"interval"},
+    "hypotheses": {"hypotheses"},
+}
+
+
 def test_series_have_the_shape_that_their_plot_draws(begun: tuple[Experiment, Diagnostics]) -> None:
-    """A band is one number a frame, features have one each between 0 and 1, a share counts zeros and ones."""
+    """A band is one number a frame, features have one each between 0 and 1, a frequency counts flags."""
     experiment, row = begun
+    declared = {series.name: series for series in experiment.declared()}
     for plot in experiment.plots:
-        for name in plot.names:
-            value = row.series[name]
-            if plot.kind == "band":
-                assert isinstance(value, float)
-            elif plot.kind == "features":
-                assert len(value) == len(experiment.features)  # type: ignore[arg-type] # several numbers
-                assert ((np.array(value) >= 0) & (np.array(value) <= 1)).all()
-            else:
-                assert set(value) <= {0.0, 1.0}  # type: ignore[arg-type] # several numbers
+        for name in plot.series:
+            assert declared[name].shape in SHAPES[plot.kind]
+            check_value(declared[name], row.series[name])
+            if plot.kind == "features":
+                assert declared[name].components
+                assert all(0 <= value <= 1 for value in row.vector(name) or ())
+            if plot.kind == "frequency":
+                assert declared[name].role == "flag"
 
 
 def test_declarations_are_complete(begun: tuple[Experiment, Diagnostics]) -> None:
@@ -43,15 +52,15 @@ def test_declarations_are_complete(begun: tuple[Experiment, Diagnostics]) -> Non
     for plot in experiment.plots:
         assert plot.title
         assert plot.description.endswith(".")
-        assert bool(plot.series) == (plot.kind in {"band", "features", "share"})
-        assert len(plot.levels) == (len(plot.series) if plot.kind == "share" else 0)
+        assert bool(plot.series) == (plot.kind in SHAPES)
+        assert len(plot.levels) == (len(plot.series) if plot.kind == "frequency" else 0)
         assert bool(plot.sd and plot.truth) == (plot.kind == "band")
         assert bool(plot.visible and plot.recognised) == (plot.kind == "features")
 
 
 def test_the_ball_keeps_its_four() -> None:
     """Error, sigma, effective sample size and proposals are what a tracker of a point shows."""
-    assert [plot.kind for plot in EXPERIMENTS["ball"].plots] == ["error", "sigma", "sample size", "proposals"]
+    assert [plot.kind for plot in EXPERIMENTS["ball"].plots] == ["error", "sigma", "sample size", "samplers"]
     assert EXPERIMENTS["sine"].plots == STANDARD_PLOTS
 
 

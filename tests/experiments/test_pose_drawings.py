@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
 from pftrack.experiments import find
+from pftrack.experiments.pose.placing import heights, placed
 from pftrack.experiments.pose.sketch import beside, dashes
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
@@ -77,14 +78,14 @@ def test_camera_pixel_and_point_are_in_line_and_the_solid_has_its_proportions(na
     """With the pinhole every point stands where it is in the camera's frame, on one scale for all three directions."""
     state = run_of(name, "perspective").current.state
     camera = camera_of(drawn(run_of(name, "perspective")))
-    points = state.drawn(state.solid.points_mm)
-    placed = state.solid.points_mm @ rotation(state.estimate).T + state.translation_mm
-    assert points[:, :2] == pytest.approx(pinhole(placed, state.solid.focal_px) + state.solid.principal_px)
+    points = placed(state, state.solid.points_mm)
+    there = state.solid.points_mm @ rotation(state.estimate).T + state.translation_mm
+    assert points[:, :2] == pytest.approx(pinhole(there, state.solid.focal_px) + state.solid.principal_px)
     # From the camera, x right, y down and z away from it, px.
     seen = (leant(points, camera) - camera.apex) * [1.0, 1.0, -1.0]
-    scale = np.linalg.norm(seen) / np.linalg.norm(placed)
-    assert np.abs(seen - scale * placed).max() < 0.01
-    assert scale == pytest.approx(state.solid.focal_px / placed[:, 2].mean(), rel=0.4)
+    scale = np.linalg.norm(seen) / np.linalg.norm(there)
+    assert np.abs(seen - scale * there).max() < 0.01
+    assert scale == pytest.approx(state.solid.focal_px / there[:, 2].mean(), rel=0.4)
 
 
 def test_the_true_prism_keeps_its_edges_lengths() -> None:
@@ -93,7 +94,7 @@ def test_the_true_prism_keeps_its_edges_lengths() -> None:
     drawing, state = drawn(run), run.current.state
     edges = links(drawing, "true edges")
     ends = leant(edges.reshape(-1, 3), camera_of(drawing)).reshape(-1, 2, 3)
-    px_per_mm = -float(np.diff(state.height(np.array([80.0, 81.0])))[0])
+    px_per_mm = -float(np.diff(heights(state, np.array([80.0, 81.0])))[0])
     lengths_mm = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / px_per_mm
     true_mm = np.array([20.0, 30.0, np.hypot(5.0, 20.0)])
     assert len(edges) >= 7
@@ -118,7 +119,7 @@ def test_the_solid_is_before_its_picture_and_before_the_camera(name: str) -> Non
 def test_what_would_be_behind_the_camera_is_drawn_before_it() -> None:
     """A face that fills the picture of a short lens looks past the camera, and stays in the drawing."""
     state = run_of("head").current.state
-    assert state.height(np.array([-1e4, 0.0])).max() < state.solid.focal_px
+    assert heights(state, np.array([-1e4, 0.0])).max() < state.solid.focal_px
 
 
 @BOTH
@@ -132,13 +133,13 @@ def test_the_ghost_of_a_second_run_has_the_pose_of_its_row(name: str, upper: str
     drawing = run.experiment.draw(run.current, run.diagnostics, other)
     state, theta = run.current.state, np.deg2rad(other.estimate)
     if name == "prism":
-        corners = state.drawn(VERTICES_MM, theta)
+        corners = placed(state, VERTICES_MM, theta)
         ends = links(drawing, "second edges").reshape(-1, 3)
         assert len(ends) >= 18
         assert np.abs(ends[:, None] - corners).max(axis=2).min(axis=1).max() < 1e-3
     else:
         tip = state.memory.turn @ state.memory.model["nose"]
-        line = state.drawn(tip + np.array([[0, 0, 0], [0, 0, -110.0]]), theta)
+        line = placed(state, tip + np.array([[0, 0, 0], [0, 0, -110.0]]), theta)
         assert links(drawing, "second look")[0] == pytest.approx(line, abs=1e-3)
     second = [item for item in drawing.primitives.values() if item.layer == "second run"]
     assert second
@@ -183,7 +184,7 @@ def test_ways_lead_from_the_picture_to_the_solid() -> None:
     run = run_of("head")
     ways, state = links(drawn(run), "ways"), run.current.state
     assert ways[:, 0, :2] == pytest.approx(state.feature_means, abs=1e-3)
-    assert ways[:, 1] == pytest.approx(state.drawn(state.solid.points_mm), abs=1e-3)
+    assert ways[:, 1] == pytest.approx(placed(state, state.solid.points_mm), abs=1e-3)
 
 
 @BOTH
@@ -229,7 +230,7 @@ def test_a_lost_face_is_said_and_seen_and_so_is_its_return() -> None:
     setup = head.on_video(Pictures([*shown[:10], *[empty(shown[0])] * 20, *shown[10:50]]), None)  # type: ignore[misc]
     run = Run(head, setup, seed=2)
     run.finish()
-    found = [row.series["face"] == 1.0 for row in run.diagnostics]
+    found = [not row.searching for row in run.diagnostics]
     lost = found.index(False)
     again = found.index(True, lost)
     run.seek(again - 1)

@@ -4,7 +4,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.geometry.face_model import FEATURES
 from pftrack.likelihoods import template
 from pftrack.likelihoods.template_bank import TURN_RAD, TemplateBank
 
@@ -91,11 +90,11 @@ def test_templates_at_the_edge_are_completed(grey: np.ndarray) -> None:
         template.cut(grey, POINTS, SIZES[:1])
 
 
-def test_sizes_are_those_of_the_table_and_scale_with_the_face() -> None:
-    """At 108 px between the eyes the sizes are those of table 4.1; on a face half as large, half of them."""
-    assert np.array_equal(template.scaled_sizes(FEATURES, 108), list(template.SIZES_PX.values()))
-    assert template.scaled_sizes(["nose", "lmou"], 54).tolist() == [[32, 20], [12, 12]]
-    assert template.scaled_sizes(["nose"], 1).tolist() == [[6, 6]]
+def test_sizes_scale_and_stay_even() -> None:
+    """Sizes grow with the target, as even numbers, and neither vanish nor outgrow a template."""
+    assert template.scaled_sizes([[64, 42], [24, 24]], 0.5).tolist() == [[32, 20], [12, 12]]
+    assert template.scaled_sizes([[64, 42]], 0.01).tolist() == [[6, 6]]
+    assert template.scaled_sizes([[64, 42]], 100).tolist() == [[128, 128]]
 
 
 def test_luma_of_grey_is_grey(grey: np.ndarray) -> None:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.likelihoods.template import EYE_DISTANCE_PX
 from pftrack.parameters import Value, revise
 from pftrack.reproduce.head import curves as head_curves
 from pftrack.reproduce.head.course import Course, Drive, Model, Trial, distance_mm, drive
 from pftrack.reproduce.head.figures import draw
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.head.memory import eye_distance
+from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 
 FAST = 225
 """Frames of the shortest video that the scene can show."""

@@ -7,7 +7,7 @@ import pytest
 from pftrack.experiment import Setup
 from pftrack.experiments import find
 from pftrack.parameters import ParameterError, Value
-from pftrack.runs import batch
+from pftrack.runs import batch, scoring
 from pftrack.runs.run import Change, Run
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
@@ -48,7 +48,7 @@ def test_a_batch_comes_to_the_same_numbers_as_live_runs(extra: dict[str, Value])
             summary = run.summary().as_dict()
             names = ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames", "estimates_sha256")
             assert {name: getattr(outcome, name) for name in names} == {name: summary[name] for name in names}
-            assert outcome.switches == sum(step.switched for step in run.diagnostics)
+            assert outcome.reductions == scoring.reductions(BALL.declared(tracker), run.diagnostics[1:])
 
 
 def test_blocks_of_pictures_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,5 +96,6 @@ def test_the_share_of_the_observation_sampler_is_that_of_the_counts() -> None:
     """What a batch says of the samplers is the mean over the frames of what a live run says of each."""
     [[outcome]] = batch.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["s-spf"], seeds=[5], frames=60)
     rows = live("s-spf", 5, CONDITION).diagnostics[1:]
-    shares = [row.observation_count / (row.observation_count + row.prediction_count) for row in rows]
-    assert outcome.observation_share == pytest.approx(np.mean(shares), abs=1e-15)
+    samples = np.array([row.vector("samples") for row in rows])
+    shares = samples[:, 1] / samples.sum(axis=1)
+    assert outcome.reductions["observation_share"] == pytest.approx(np.mean(shares), abs=1e-15)

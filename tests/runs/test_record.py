@@ -54,7 +54,7 @@ def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
         with archive.open("states.npz") as file:
             states = dict(np.load(file))
     assert columns["estimate"].tolist() == [list(row.estimate) for row in run.diagnostics]
-    assert columns["proposal"].tolist() == [row.proposal for row in run.diagnostics]
+    assert columns["series_samples"].tolist() == [list(row.vector("samples") or ()) for row in run.diagnostics]
     assert np.array_equal(states["states_20"], run.seek(20).state.particles.states)
     assert run.position == 20
 

@@ -220,5 +220,5 @@ def test_signals_run_beside_their_exact_answer() -> None:
     assert summary["mean_error_px"] is None
     exact = Run(sine, sine.simulate(), tracker="kalman", seed=1, frames=100)
     exact.finish()
-    assert [row.reference for row in run.diagnostics[1:]] == [row.estimate for row in exact.diagnostics[1:]]
+    assert [row.vector("exact") for row in run.diagnostics[1:]] == [row.estimate for row in exact.diagnostics[1:]]
     assert summary["mean_error"] < 3 * exact.summary().verdict.mean_error

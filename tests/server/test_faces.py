@@ -203,7 +203,7 @@ class TestTracked:
         assert begun_at(session) == (0, points)
         assert steer(client, session["id"], "seek", frame=FRAMES - 1)["computed"] == FRAMES - 1
         rows = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
-        assert rows["series"][-1]["face"] == 1.0
+        assert rows["searching"][-1] is False
 
     def test_what_was_found_is_kept(self, client: httpx.Client, late: bytes) -> None:
         """Without a box the face is found, later than asked for if need be, and a second start does not look again."""

@@ -227,8 +227,7 @@ class TestParameters:
         assert answer.json()["parameters"]["sample_count"] == 200
         assert answer.json()["branch"] == session["branch"]
         steer(client, session["id"], "step")
-        counts = columns(client, session["id"])
-        made = [a + b for a, b in zip(counts["prediction_count"], counts["observation_count"], strict=True)]
+        made = [measured["particles"] for measured in columns(client, session["id"])["series"]]
         assert made[10] == session["parameters"]["sample_count"]
         assert made[11] == 200
         assert timeline_of(get(client, session["id"])) == [{"frame": 11, "values": {"sample_count": 200}}]

@@ -177,8 +177,8 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "its states are values": (changing_states, "kept of the state of frame 0 changed"),
     "series are as declared": (
-        lambda: replace(SOUND, series=lambda frame, _: {f"s{frame.index}": 1.0}),
-        "frame 1 has the series s1, frame 0 has s0",
+        lambda: replace(SOUND, measure=lambda frame, _: {f"s{frame.index}": 1.0}),
+        "frame 0 has a series 's0', which",
     ),
     "frames are the same when asked for again": (lambda: showing(Restless), "depends on which frames were asked for"),
     "only a noisy source depends on the seed": (lambda: showing(Quiet), "frame 0 depends on the seed"),

@@ -49,11 +49,11 @@ def test_switch_follows_the_last_sigma() -> None:
     run = Run(BALL, BALL.simulate(), tracker="h-spf", seed=5, frames=60)
     run.finish()
     rows = run.diagnostics
-    assert {row.proposal for row in rows[1:]} == {"prediction", "observation"}
+    assert {row.vector("samples") for row in rows[1:]} == {(800.0, 0.0), (0.0, 800.0)}
     for before, row in pairwise(rows):
-        assert (row.observation_count == 800) == (max(before.sigma) > 5)
-    changed = [row.frame for before, row in pairwise(rows[1:]) if before.proposal != row.proposal]
-    assert [row.frame for row in rows[2:] if row.switched] == changed
+        assert (row.vector("samples") == (0.0, 800.0)) == (max(before.sigma) > 5)
+    changed = [row.frame for before, row in pairwise(rows[1:]) if before.vector("samples") != row.vector("samples")]
+    assert [row.frame for row in rows[2:] if row.number("switched")] == changed
 
 
 def test_soft_switch_draws_a_share() -> None:
@@ -62,9 +62,8 @@ def test_soft_switch_draws_a_share() -> None:
     run.finish()
     for before, row in pairwise(run.diagnostics):
         expected = round(800 * min(max((max(before.sigma) - 4) / 16, 0), 1))
-        assert row.observation_count == expected
-        assert row.prediction_count == 800 - expected
-    assert "mixed" in {row.proposal for row in run.diagnostics}
+        assert row.vector("samples") == (800 - expected, expected)
+    assert any(0 not in (row.vector("samples") or ()) for row in run.diagnostics)
 
 
 @pytest.mark.parametrize("tracker", BALL.trackers)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.filters.affine import AffineBelief
-from pftrack.filters.rao_blackwell import RaoBlackwell
+from pftrack.experiments.pose.placing import placed
 from pftrack.frame import Frame, Landmarks, Target
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import pinhole
@@ -18,8 +17,10 @@ from pftrack.trackers import prism
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.pose import methods as pose
+from pftrack.trackers.pose.beliefs import AffineLayers, JointParticles
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
-from pftrack.trackers.pose.state import PoseState, Solid
+from pftrack.trackers.pose.solid import Solid
+from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.prism import TrackedPrismParameters
 
 FOCAL, PRINCIPAL = 800.0, np.array([320.0, 240.0])
@@ -55,20 +56,20 @@ def test_every_method_begins_at_a_given_pose(method: pose.Method, upper: str) ->
     known = Gaussian(THETA, 1e-4 * np.eye(3))
     belief = pose.begin(SOLID, pixels, parameters, method, rng(), theta=known)
     state = PoseState(SOLID, belief, belief.pose, np.ones(11, np.bool_))
-    assert isinstance(belief, RaoBlackwell) == (method == "rb-pf")
+    assert isinstance(belief, JointParticles) == (method == "rb-pf")
     assert state.estimate == pytest.approx(THETA)
     assert state.feature_means == pytest.approx(pixels)
-    assert np.abs(state.drawn(SOLID.points_mm)[:, :2] - pixels).max() < 6
+    assert np.abs(placed(state, SOLID.points_mm)[:, :2] - pixels).max() < 6
     if upper == "affine" or method == "rb-pf":
-        assert state.camera[:, :3] == pytest.approx(SOLID.reference[:, :3] @ rotation(THETA))
-    assert state.nbytes > state.positions.nbytes
+        assert state.belief.camera(SOLID)[:, :3] == pytest.approx(SOLID.reference[:, :3] @ rotation(THETA))
+    assert state.nbytes > state.belief.positions.nbytes
 
 
 def test_a_nose_is_nearer_than_the_corners_of_the_eyes() -> None:
     """Heights of a drawing grow towards the viewer, as depths in the camera's frame fall."""
     belief = pose.begin(SOLID, SOLID.points_mm[:, :2] + 300, PoseTrackerParameters(), "pf-asd", rng())
     state = PoseState(SOLID, belief, belief.pose, np.ones(11, np.bool_))
-    heights = dict(zip(FEATURES, state.drawn(SOLID.points_mm)[:, 2], strict=True))
+    heights = dict(zip(FEATURES, placed(state, SOLID.points_mm)[:, 2], strict=True))
     assert max(heights, key=lambda name: heights[name]) == "nose"
     assert heights["llc"] < heights["lmc"]
 
@@ -79,10 +80,10 @@ def test_particles_of_the_pose_are_kept() -> None:
     source, history = PrismSource(1, parameters), History(((0, parameters),))
     state = prism.start("pf-asd", source.start, source.frame(0, history), parameters, rng())
     after = prism.step("pf-asd", state, source.frame(1, history), parameters, Stream(1, 1, Purpose.TRACK))
-    assert isinstance(after.belief, pose.Layered)
-    assert isinstance(after.belief.upper, AffineBelief)
-    assert after.belief.upper.theta_particles is not None
-    assert after.belief.upper.theta_particles.shape == (300, 3)
+    assert isinstance(after.belief, AffineLayers)
+    angles = after.belief.layers.upper.theta_particles
+    assert angles is not None
+    assert angles.shape == (300, 3)
     assert after.nbytes > state.nbytes
 
 

@@ -72,6 +72,12 @@ export class Figure {
     return this.model.line({ field: "frame" }, { field }, { source, line_join: "round", ...more });
   }
 
+  /** From (frame, y0) to (x1, y1) each, as opaque as each says. */
+  segments(source, more) {
+    const [x0, y0, x1, y1, alpha] = ["frame", "y0", "x1", "y1", "alpha"].map((field) => ({ field }));
+    return this.model.segment(x0, y0, x1, y1, { source, line_alpha: alpha, line_width: 1.8, ...more });
+  }
+
   /** Not varea_step: BokehJS 3.9 paints an empty one for ever. */
   area(source, low, high, more) {
     return this.model.varea({ field: "frame" }, low, high, { source, ...more });
@@ -111,6 +117,16 @@ export class Figure {
     [this.range.start, this.range.end] = [both ? -end : 0, end];
     if (both) this.model.yaxes[0].ticker.ticks = this.model.ygrids[0].ticker.ticks = [-end, 0, end];
   }
+
+  /** Limits around values that may lie far from 0; rounded in the same way. */
+  enclose([low, high], smallest) {
+    if (low > high) return;
+    const span = Math.max(high - low, smallest);
+    const step = 10 ** Math.floor(Math.log10(span / 2));
+    const [start, end] = [Math.floor(low / step) * step, Math.ceil(high / step) * step];
+    if (this.range.start === start && this.range.end === end) return;
+    [this.range.start, this.range.end] = [start, Math.max(end, start + step)];
+  }
 }
 
 /** The lines of the branches in a figure. Of a history that has only grown the new frames alone are handed over. */
@@ -125,7 +141,7 @@ export class Lines {
    * @param {Figure} figure
    * @param {(history: object, from: number) => object} columns The data of the frames from one on.
    * @param {(source: object, branch: object) => {all?: object[], active?: object[]}} make Draws the glyphs of a branch:
-   *     those that are seen of all branches, and those of the active one alone. The lines of all, and areas tagged
+   *     those that are seen of all branches, and those of the active one alone. The lines of all, and glyphs tagged
    *     "branch", have the branch's colour.
    * @param {string[]|null} limits The columns that `most` is the largest of; all if not given.
    */
@@ -146,7 +162,13 @@ export class Lines {
 
   /** The largest of what is drawn, the sign apart; 0 where there is nothing. */
   get most() {
-    return Math.max(0, ...[...this.#drawn.values()].map((line) => line.most));
+    return Math.max(0, ...this.extent.filter(Number.isFinite).map(Math.abs));
+  }
+
+  /** The smallest and the largest of what is drawn; the wrong way round where there is nothing. */
+  get extent() {
+    const drawn = [...this.#drawn.values()];
+    return [Math.min(...drawn.map(({ low }) => low)), Math.max(...drawn.map(({ high }) => high))];
   }
 
   /** What is drawn of the active branch alone. */
@@ -157,7 +179,7 @@ export class Lines {
   #branch(branch, history, active) {
     if (!this.#drawn.has(branch.id)) {
       const source = this.#figure.source(this.#columns(history, history.length));
-      this.#drawn.set(branch.id, { source, all: [], active: [], ...this.#make(source, branch), edition: -1, length: 0, most: 0 });
+      this.#drawn.set(branch.id, { source, all: [], active: [], ...this.#make(source, branch), edition: -1, length: 0, low: Infinity, high: -Infinity });
     }
     const line = this.#drawn.get(branch.id);
     // BokehJS takes every assignment for a change, and draws again.
@@ -173,7 +195,7 @@ export class Lines {
     if (line.colour !== branch.colour) {
       line.colour = branch.colour;
       for (const one of line.all) one.glyph.line_color = branch.colour;
-      for (const one of line.active) if (one.tags.includes("branch")) one.glyph.fill_color = branch.colour;
+      for (const one of line.active) if (one.tags.includes("branch")) tint(one.glyph, branch.colour);
     }
     if (!active && line.all.length === 0) return;
     this.#feed(line, history);
@@ -183,7 +205,8 @@ export class Lines {
     const whole = line.edition !== history.edition || history.length < line.length;
     if (!whole && history.length === line.length) return;
     const data = this.#columns(history, whole ? 0 : line.length);
-    line.most = Math.max(whole ? 0 : line.most, largest(data, this.#limits));
+    const [low, high] = extent(data, this.#limits);
+    [line.low, line.high] = whole ? [low, high] : [Math.min(line.low, low), Math.max(line.high, high)];
     if (whole) line.source.data = data;
     else line.source.stream(data);
     [line.edition, line.length] = [history.edition, history.length];
@@ -231,10 +254,20 @@ class Shades {
   }
 }
 
-function largest({ frame, ...data }, limits) {
-  let most = 0;
+/** The smallest and the largest number of some columns; of all but the frames if none are named. */
+function extent({ frame, ...data }, limits) {
+  let [low, high] = [Infinity, -Infinity];
   for (const name of limits ?? Object.keys(data)) {
-    for (const value of data[name]) if (Math.abs(value) > most) most = Math.abs(value);
+    for (const value of data[name]) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
   }
-  return most;
+  return [low, high];
+}
+
+/** Give an area or a line its colour. */
+function tint(glyph, colour) {
+  if ("fill_color" in glyph) glyph.fill_color = colour;
+  else glyph.line_color = colour;
 }

@@ -7,15 +7,15 @@ import { h, setText } from "../../shared/dom.js";
 import { onTheme, tokens } from "../../shared/theme.js";
 import { after, idle, throttle } from "../../shared/timing.js";
 import { curve } from "../history.js";
+import { samplers } from "../series.js";
 import { loadBokeh } from "./bokeh.js";
-import { KINDS } from "./plot_kinds.js";
-import { heading, reading } from "./plot_labels.js";
+import { KINDS } from "./kinds/kinds.js";
 
 const REDRAW_MS = 100;
 const PATIENCE_MS = 8000;
 /** In a narrower session the plots are a row of sparklines. */
 const WIDE_PX = 1000;
-const INKS = ["ink", "muted", "line", "lost", "hidden", "truth", "prediction", "observation"];
+const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
 
 /**
  * The scene goes first; then come the plots, into the place that is kept for them.
@@ -26,9 +26,10 @@ const INKS = ["ink", "muted", "line", "lost", "hidden", "truth", "prediction", "
 export async function plots(root, view) {
   const { store, scene, signal } = view;
   await declared(store);
-  const panels = store.session.plots.map((plot) => panel(root, plot, store.session));
+  const panels = store.session.plots.map((plot) => panel(root, new KINDS[plot.kind](plot, store.session)));
   const label = throttle(() => {
-    for (const each of panels) write(each, store);
+    const histories = store.branches.map(({ id }) => store.historyOf(id));
+    for (const each of panels) write(each, store, histories);
   }, REDRAW_MS, signal);
   store.on("session position history branches", label);
   label();
@@ -44,26 +45,30 @@ export async function plots(root, view) {
   }
   if (signal.aborted) return;
   const axis = new Bokeh.Range1d({ start: 0, end: 1 });
-  const drawings = panels.map(({ plot }) => new KINDS[plot.kind](Bokeh, axis, plot, store.session));
-  // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
-  for (const drawing of drawings) drawing.showsFrames = drawing === drawings.at(-1) || drawing.rows > 1;
-  await show(Bokeh, drawings, panels, signal);
-  if (!signal.aborted) keepDrawn(root, view, axis, drawings, panels);
+  for (const { plot } of panels) plot.build(Bokeh, axis);
+  await show(Bokeh, panels, signal);
+  if (!signal.aborted) keepDrawn(root, view, axis, panels);
 }
 
 /** Draw what is in sight whenever something of it changes. */
-function keepDrawn(root, { store, signal }, axis, drawings, panels) {
+function keepDrawn(root, { store, signal }, axis, panels) {
   const inSight = new Set();
   const draw = throttle(() => {
     if (document.hidden) return;
     axis.end = Math.max(1, store.session.frames - 1);
-    for (const drawing of inSight) drawing.draw(store);
+    for (const plot of inSight) plot.draw(store);
   }, REDRAW_MS, signal);
   const view = root.closest(".session-view");
   let isNarrow = view.clientWidth < WIDE_PX;
+  let last;
   const dress = () => {
-    const ink = tokens(...INKS);
-    for (const drawing of drawings) drawing.dress(ink, isNarrow);
+    const ink = tokens(...INKS, ...samplers(store.session).map(({ colour }) => colour));
+    last = lastOf(panels);
+    for (const each of panels) {
+      // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
+      each.plot.figure.showsFrames = each === last || each.plot.rows > 1;
+      each.plot.dress(ink, isNarrow);
+    }
   };
   store.on("session position history branches", draw);
   document.addEventListener("visibilitychange", draw, { signal });
@@ -78,10 +83,11 @@ function keepDrawn(root, { store, signal }, axis, drawings, panels) {
   // There may be more plots than there is room for; what is out of sight is drawn when it comes into sight.
   const sight = new IntersectionObserver((changes) => {
     for (const { target, isIntersecting } of changes) {
-      const drawing = drawings[panels.findIndex(({ place }) => place === target)];
-      if (isIntersecting) inSight.add(drawing);
-      else inSight.delete(drawing);
+      const { plot } = panels.find(({ place }) => place === target);
+      if (isIntersecting) inSight.add(plot);
+      else inSight.delete(plot);
     }
+    if (lastOf(panels) !== last) dress();
     draw();
   });
   for (const { place } of panels) sight.observe(place);
@@ -89,6 +95,11 @@ function keepDrawn(root, { store, signal }, axis, drawings, panels) {
     sizes.disconnect();
     sight.disconnect();
   });
+}
+
+/** The lowest panel that has something to draw. */
+function lastOf(panels) {
+  return panels.filter(({ section }) => !section.hidden).at(-1);
 }
 
 /** Resolves when it is known what there is to plot. */
@@ -100,34 +111,37 @@ function declared(store) {
   });
 }
 
-function panel(root, plot, session) {
+function panel(root, plot) {
   const title = h("span", {});
   const value = h("output", {});
-  const place = h("div", { class: "plot", role: "img", "aria-label": plot.description });
+  const place = h("div", { class: "plot", role: "img", "aria-label": plot.declared.description });
   const missing = h("p", { class: "missing", hidden: true }, "the truth is not known");
-  const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", { title: plot.description }, title, value), place, missing);
-  if (plot.kind === "features") {
+  const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", { title: plot.declared.description }, title, value), place, missing);
+  if (plot.rows > 1) {
     section.classList.add("tall");
-    section.style.setProperty("--rows", session.features.length);
+    section.style.setProperty("--rows", plot.rows);
   }
   root.append(section);
-  return { plot, title, value, place, missing };
+  return { plot, section, title, value, place, missing };
 }
 
-function write({ plot, title, value, missing }, { session, history }) {
-  setText(value, reading(plot, session, history));
-  const words = heading(plot, session, history);
+function write({ plot, section, title, value, missing }, store, histories) {
+  const { history } = store;
+  missing.hidden = !plot.declared.needs_truth || history.length === 0 || history.most(curve.error) !== null;
+  // What a method does not have is not drawn; where only the truth is missing, that is said.
+  section.hidden = history.length > 0 && missing.hidden && !plot.isMeasured(histories);
+  setText(value, plot.reading(store));
+  const words = plot.heading(store);
   const text = words.map((word) => (typeof word === "string" ? word : word.textContent)).join("");
   if (title.textContent !== text) title.replaceChildren(...words);
-  missing.hidden = !plot.needs_truth || history.length === 0 || history.most(curve.error) !== null;
 }
 
 /** Draw all figures as one document, since they share their axis of frames; each in its own panel. */
-async function show(Bokeh, drawings, panels, signal) {
+async function show(Bokeh, panels, signal) {
   const book = new Bokeh.Document();
   // They tell of a connection to a Bokeh server, which there is not, and would stay in the page.
   book.config.notifications = null;
-  for (const { model } of drawings) book.add_root(model);
+  for (const { plot } of panels) book.add_root(plot.figure.model);
   const views = await Bokeh.embed.add_document_standalone(book, document.body, panels.map(({ place }) => place));
   const close = () => {
     for (const view of [...views]) view.remove();

@@ -42,9 +42,10 @@ export class Axis {
  *
  * @param {CanvasRenderingContext2D} context Scaled to CSS px.
  * @param {Axis} axis
- * @param {object} view {lines: [{history, colour, active}], thresholds, bookmarks, marks, smallest, mixture}: `smallest`
- *     is the least that an axis spans; `mixture` is {label, share} of a row to the share of what is painted in the colour
- *     of the observation, null where there is none
+ * @param {object} view {lines: [{history, colour, active}], thresholds, bookmarks, marks, smallest, weight, mixture}:
+ *     `smallest` is the least that an axis spans; `weight` gives of a row the share of the particles that carry the
+ *     weight, and `mixture` is {label, shares}, of a row [colour, share] for each sampler; null where there is none;
+ *     `missing` are the rows that nothing is known for
  * @param {object} ink Colours by token.
  */
 export function paint(context, axis, view, ink) {
@@ -66,17 +67,18 @@ export function paint(context, axis, view, ink) {
   line(context, axis, "sigma", active, curve.sigma, sigmaTop, view.lines.find((line) => line.active).colour, 1.4);
   for (const { steps } of view.thresholds) threshold(context, axis, steps, sigmaTop, ink.ink);
 
-  strips(context, axis, active, view.mixture, ink);
+  strips(context, axis, active, view, ink);
   marks(context, axis, view.marks, ink);
   flags(context, axis, view.bookmarks, ink);
 }
 
 function labels(context, axis, view, ink) {
-  const own = { sigma: view.thresholds.length > 0 ? "sigma | gamma" : "sigma", proposal: view.mixture.label };
+  const own = { sigma: view.thresholds.length > 0 ? "sigma | threshold" : "sigma", proposal: view.mixture.label };
   context.font = "11px system-ui, sans-serif";
   context.textBaseline = "middle";
   context.textAlign = "right";
   for (const [name, [label, y, height]] of Object.entries(ROWS)) {
+    if (view.missing.includes(name)) continue;
     context.fillStyle = ink.muted;
     context.fillText(own[name] ?? label, axis.left - 12, y + height / 2);
     if (name === "flags" || name === "changes") continue;
@@ -164,28 +166,28 @@ function bands(context, axis, history, ink) {
   for (const span of history.spans(isGone)) band(span, y + 2, height - 4, ink.lost, 1);
 }
 
-function strips(context, axis, history, mixture, ink) {
+function strips(context, axis, history, { weight, mixture }, ink) {
   const [, essY, essHeight] = ROWS.ess;
   const [, y, height] = ROWS.proposal;
   const bucket = Math.max(1, Math.floor(history.length / axis.width));
   const step = (axis.width / (axis.frames - 1)) * bucket;
   for (let frame = 0; frame < history.length; frame += bucket) {
     const row = history.at(frame);
-    const total = curve.prediction(row) + curve.observation(row);
-    const share = mixture.share(row);
-    if (total === 0) continue;
     const left = Math.max(axis.left, axis.x(frame) - step / 2);
     const width = Math.min(axis.x(frame) + step / 2, axis.left + axis.width) - left + 0.3;
-    context.fillStyle = ink.ramp;
-    context.globalAlpha = Math.min(1, 0.08 + 0.92 * ((curve.ess(row) ?? 0) / total));
-    context.fillRect(left, essY, width, essHeight);
-    context.globalAlpha = 1;
-    if (share === null) continue;
-    const seen = share * height;
-    context.fillStyle = ink.prediction;
-    context.fillRect(left, y + seen, width, height - seen);
-    context.fillStyle = ink.observation;
-    context.fillRect(left, y, width, seen);
+    const carrying = weight(row);
+    if (carrying !== null) {
+      context.fillStyle = ink.ramp;
+      context.globalAlpha = Math.min(1, 0.08 + 0.92 * carrying);
+      context.fillRect(left, essY, width, essHeight);
+      context.globalAlpha = 1;
+    }
+    let bottom = y + height;
+    for (const [colour, share] of mixture.shares(row) ?? []) {
+      context.fillStyle = ink[colour];
+      context.fillRect(left, bottom - share * height, width, share * height);
+      bottom -= share * height;
+    }
   }
 }
 

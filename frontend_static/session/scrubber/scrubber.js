@@ -9,12 +9,13 @@ import { onTheme, tokens } from "../../shared/theme.js";
 import { coalesce, later, throttle } from "../../shared/timing.js";
 import { marks } from "../timeline.js";
 import { Axis, HEIGHT, ROWS, paint, playhead } from "./paint.js";
-import { describe, mixtureOf } from "./words.js";
+import { samplers } from "../series.js";
+import { describe, missingOf, mixtureOf, weightOf } from "./words.js";
 
 const REPAINT_MS = 100;
 const SETTLE_MS = 1000;
 const NEAR_PX = 7;
-const INKS = ["ink", "muted", "well", "surface", "accent", "ramp", "hidden", "lost", "prediction", "observation"];
+const INKS = ["ink", "muted", "well", "surface", "accent", "ramp", "hidden", "lost"];
 
 export class Scrubber {
   #view;
@@ -28,7 +29,8 @@ export class Scrubber {
   );
   /** All but the playhead, which moves more often than the rest changes. */
   #background = document.createElement("canvas");
-  #ink = tokens(...INKS);
+  /** The colours, once the session says which it has. */
+  #ink = null;
   #axis = new Axis(600, 2);
   #marks = [];
   /** The frame under the finger; then the one where it was let go, until the session is there. */
@@ -55,7 +57,7 @@ export class Scrubber {
     sizes.observe(this.#slider);
     view.signal.addEventListener("abort", () => sizes.disconnect());
     onTheme(() => {
-      this.#ink = tokens(...INKS);
+      this.#ink = null;
       this.#drawAll();
     }, view.signal);
     this.#listen();
@@ -116,7 +118,7 @@ export class Scrubber {
     const ratio = this.#canvas.width / (this.#slider.clientWidth || 1);
     context.scale(ratio, ratio);
     const position = this.#dragged ?? this.#settling ?? session.position;
-    playhead(context, this.#axis, position, session.computed, this.#ink);
+    playhead(context, this.#axis, position, session.computed, this.#inks(session));
     this.#slider.setAttribute("aria-valuemax", String(session.frames - 1));
     this.#slider.setAttribute("aria-valuenow", String(position));
     this.#slider.setAttribute("aria-valuetext", describe(store, position).join(", "));
@@ -135,8 +137,13 @@ export class Scrubber {
     this.#marks = marks(session);
     const context = this.#background.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    paint(context, this.#axis, this.#content(session), this.#ink);
+    paint(context, this.#axis, this.#content(session), this.#inks(session));
     this.#drawPlayhead();
+  }
+
+  #inks(session) {
+    this.#ink ??= tokens(...INKS, ...samplers(session).map(({ colour }) => colour));
+    return this.#ink;
   }
 
   #content(session) {
@@ -147,11 +154,13 @@ export class Scrubber {
         colour: branch.colour,
         active: branch.id === session.branch,
       })),
-      thresholds: session.thresholds,
+      thresholds: session.thresholds.filter(({ of }) => of === "sigma"),
       bookmarks: session.bookmarks.filter((mark) => !mark.branch || mark.branch === session.branch),
       marks: this.#marks,
       smallest: smallestSpan(unitOf(session)),
+      weight: weightOf(session),
       mixture: mixtureOf(session),
+      missing: missingOf(store),
     };
   }
 

@@ -1,7 +1,8 @@
-/** What the scrubber says of a frame, and which mixture it shows. */
+/** What the scrubber says of a frame, and what its strips show. */
 
 import { quantity, unitOf } from "../../shared/format.js";
 import { curve } from "../history.js";
+import { numberOf, ofRole, samplers, samplesOf } from "../series.js";
 
 /**
  * A frame in words.
@@ -23,18 +24,28 @@ export function describe({ session, history }, frame) {
   return told;
 }
 
-/** Which share of the particles is painted in the colour of the observation: as the experiment's plots have it. */
+/** Where the particles came from: the label, and of a row [colour, share] for each sampler, null where it has none. */
 export function mixtureOf(session) {
-  const features = session.plots.find(({ kind }) => kind === "features");
-  if (features === undefined) return { label: "proposal", share: (row) => ratio(curve.observation(row), curve.prediction(row)) };
-  return { label: features.id, share: (row) => mean(row?.series?.[features.series[0]]) };
+  const [series] = ofRole(session, "share");
+  const colours = samplers(session).map(({ colour }) => colour);
+  const shares = (row) => {
+    const samples = samplesOf(session, row);
+    const total = samples?.reduce((sum, count) => sum + count, 0) ?? 0;
+    return total > 0 ? samples.map((count, place) => [colours[place], count / total]) : null;
+  };
+  return { label: series?.title ?? "", shares };
 }
 
-function ratio(one, other) {
-  return one + other > 0 ? one / (one + other) : null;
+/** The strips that no frame has anything for. */
+export function missingOf({ session, history }) {
+  const roles = { ess: "ess", proposal: "share" };
+  return Object.keys(roles).filter((row) => !ofRole(session, roles[row]).some(({ name }) => history.measures(name)));
 }
 
-function mean(values) {
-  const known = values?.filter(Number.isFinite) ?? [];
-  return known.length > 0 ? known.reduce((sum, value) => sum + value, 0) / known.length : null;
+/** Which share of the particles carries the weight, of a row; null where there are none. */
+export function weightOf(session) {
+  return (row) => {
+    const [ess, particles] = ["ess", "particles"].map((role) => numberOf(session, role, row));
+    return ess !== null && particles > 0 ? ess / particles : null;
+  };
 }

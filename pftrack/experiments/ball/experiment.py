@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
-from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
 from pftrack.filters.fixed_lag import smoothed
 from pftrack.layer import Key, Layer
@@ -141,8 +141,9 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 def _caption(step: Step) -> str:
     row = step.diagnostics
     parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
-    if row.proposal != "none":
-        parts.append(f"{row.prediction_count} by prediction, {row.observation_count} by observation")
+    samples = row.vector("samples")
+    if samples is not None:
+        parts.append("{:g} by prediction, {:g} by observation".format(*samples))
     if row.error is not None:
         parts.append(f"error {row.error:.1f} px" + (", lost" if row.lost else ""))
     return " · ".join(parts)
@@ -210,4 +211,10 @@ EXPERIMENT = Experiment(
     error=_distance,
     lost=_lost,
     target="ball",
+    example_sweep=ExampleSweep(  # the coarse map of the document: 25 cells
+        {"occlusion_width_px": (5, 30, 55, 80, 100), "distracter_radius_px": (1, 6, 11, 16, 20)},
+        trackers=("h-spf", "s-spf", "pc-pf"),
+        trials=20,
+        frames=60,
+    ),
 )

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
-from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.recording import on_video
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
 from pftrack.experiments.head.truth import POSES
-from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
+from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_measure, pose_series
 from pftrack.experiments.pose.sketch import (
     BY_PREDICTION,
     beside,
@@ -32,12 +32,12 @@ from pftrack.experiments.pose.sketch import (
     true_marks,
 )
 from pftrack.experiments.sketch import SECOND_RUN
-from pftrack.frame import Frame, Target
+from pftrack.frame import Target
 from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import wrapped
 from pftrack.layer import Key, Layer
-from pftrack.runs.diagnostics import Diagnostics, Series
+from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.head.parameters import HeadTrackerParameters
@@ -138,19 +138,9 @@ def _found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:
     for before in reversed(past[: row.frame]):
         if row.time_s - before.time_s > SAID_FOR_S:
             return False
-        if before.series["face"] == 0.0:
+        if before.searching:
             return True
     return False
-
-
-def series(frame: Frame, state: PoseState) -> Mapping[str, Series]:
-    """Return the series of a pose, and how well the features are recognised, and whether there is a face."""
-    memory: HeadMemory = state.memory
-    return {
-        **pose_series(frame, state),
-        "correlation": tuple(memory.correlations.tolist()),
-        "face": 0.0 if memory.lost else 1.0,
-    }
 
 
 def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
@@ -159,15 +149,15 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
     The errors are those of yaw, pitch and roll after both the estimate and the truth have been taken relative to the
     first frame whose truth is known. A frame counts as tracked if there is a face and it is not known to be lost.
     """
-    found = {name: [row.series[f"{name}_deg"] for row in rows] for name in ("yaw", "pitch", "roll")}
+    found = {name: [row.number(f"{name}_deg") for row in rows] for name in ("yaw", "pitch", "roll")}
     said: dict[str, Any] = {f"{name}_deg": values for name, values in found.items()}
-    said["tracked_share"] = float(np.mean([row.series["face"] == 1.0 and not row.lost for row in rows]))
+    said["tracked_share"] = float(np.mean([not row.gone for row in rows]))
     labelled = np.array([row.truth is not None for row in rows])
     said["mean_abs_error_deg"] = None
     if labelled.any():
         errors = {}
         for name, values in found.items():
-            truth = np.array([row.series[f"{name}_deg_true"] for row in rows])
+            truth = np.array([row.number(f"{name}_deg_true") for row in rows])
             off = (np.array(values) - truth)[labelled]
             errors[name] = float(np.abs(np.rad2deg(wrapped(np.deg2rad(off - off[0])))).mean())
         said["mean_abs_error_deg"] = errors
@@ -227,10 +217,18 @@ EXPERIMENT = Experiment(
     finder=FINDER,
     truth=POSES,
     scale=float(np.rad2deg(1.0)),
-    series=series,
+    series=pose_series(FEATURES),
+    measure=pose_measure,
     report=report,
     features=FEATURES,
     target="face",
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
+    # How fast may the driver turn, with how few particles?
+    example_sweep=ExampleSweep(
+        {"speed": (0.5, 1, 2, 3, 4), "sample_count": (10, 20, 50, 200)},
+        trackers=("pf-asd", "alpha-1", "alpha-0"),
+        trials=2,
+        frames=200,
+    ),
 )

@@ -19,7 +19,7 @@ from pftrack.experiments.head.start import first_face
 from pftrack.experiments.head.truth import PoseTable
 from pftrack.frame import Landmarks, Target
 from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
-from pftrack.likelihoods.template import EYE_DISTANCE_PX, luma
+from pftrack.likelihoods.template import luma
 from pftrack.marks import Box, Mark
 from pftrack.parameters import revise
 from pftrack.runs.recipe import Footage
@@ -29,6 +29,7 @@ from pftrack.sources.truth import Truth
 from pftrack.trackers.head.memory import around, eye_distance
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.step import camera_of
+from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 
 __all__ = ["RecordedHeadParameters", "on_video"]
 

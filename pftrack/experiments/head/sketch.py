@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import Colour, Links, Mesh
+from pftrack.experiments.pose.placing import placed
 from pftrack.experiments.pose.sketch import dashes
 from pftrack.geometry.face_model import FaceModel
 from pftrack.geometry.head_surface import grid_triangles, head_mesh
@@ -89,7 +90,7 @@ class PlacedHead:
 
     def _drawn(self, points_mm: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return where points (n, 3) of the model are drawn, (n, 3) px."""
-        places = self.state.drawn(points_mm @ self._memory.turn.T, self.theta)
+        places = placed(self.state, points_mm @ self._memory.turn.T, self.theta)
         places[:, :2] += self.shift_px
         return places.astype(np.float32)
 

@@ -1,9 +1,9 @@
-"""What is written down of every frame in which a pose is estimated, beside error and estimate.
+"""What an experiment measures of every frame in which a pose is estimated, beside error and estimate.
 
 The pose is given as yaw, pitch and roll of the face (`geometry.gaze`), in degrees, each with its standard deviation
-and, where it is known, the truth. Of each feature: alpha, whether it was recognised, its distance from the truth and
-its standard deviation. Whether the truth lies in the central 50 % and 95 % of the posterior is written down for each
-angle, in the order (theta_x, theta_y, theta_z): over many frames it should, as often as that.
+and, where it is known, the truth. Of each feature: its distance from the truth, and whether it is hidden. Whether the
+truth lies in the central 50 % and 95 % of the posterior is written down for each angle, in the order (theta_x, theta_y,
+theta_z): over many frames it should, as often as that.
 """
 
 from collections.abc import Mapping
@@ -15,15 +15,16 @@ from pftrack.frame import Frame
 from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import wrapped
 from pftrack.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
-from pftrack.runs.diagnostics import Series
+from pftrack.series import Series, SeriesValue
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["POSE_PLOTS", "POSE_READINGS", "mean_error_deg", "pose_series"]
+__all__ = ["POSE_PLOTS", "POSE_READINGS", "mean_error_deg", "pose_measure", "pose_series"]
 
 HALF, MOST = 0.674490, 1.959964
 """Half widths of the central 50 % and 95 % of a Gaussian, in standard deviations."""
 
 ANGLES = ("yaw", "pitch", "roll")
+THETA = ("theta_x", "theta_y", "theta_z")
 
 POSE_PLOTS = (
     Plot(
@@ -52,7 +53,7 @@ POSE_PLOTS = (
     Plot(
         "calibration",
         "truth in the band of",
-        "share",
+        "frequency",
         "How often so far the true angles lay in the central 50 % and 95 % of the posterior: so often, if honest.",
         series=("within_50", "within_95"),
         levels=(0.5, 0.95),
@@ -72,32 +73,43 @@ POSE_READINGS = (
 """The readings of the same."""
 
 
-def pose_series(frame: Frame, state: PoseState) -> Mapping[str, Series]:
-    """Return the series of a frame by name."""
+def pose_series(features: tuple[str, ...]) -> tuple[Series, ...]:
+    """Return what `pose_measure` measures of a solid whose features have these names."""
+    return (
+        *(
+            Series(f"{angle}_deg{suffix}", f"{words}{angle}", "°")
+            for angle in ANGLES
+            for suffix, words in (("", ""), ("_sd", "standard deviation of the "), ("_true", "true "))
+        ),
+        Series("feature_visible", "visible", shape="vector", role="flag", components=features),
+        Series("feature_error_px", "distance from the truth", "px", "vector", components=features),
+        *(
+            Series(name, f"truth in the central {share} %", shape="vector", role="flag", components=THETA)
+            for name, share in (("within_50", 50), ("within_95", 95))
+        ),
+    )
+
+
+def pose_measure(frame: Frame, state: PoseState) -> Mapping[str, SeriesValue]:
+    """Return the measurements of a frame by name; without a truth, those of the estimate alone."""
     found, spread = np.rad2deg(gaze(state.estimate)), np.rad2deg(_gaze_sd(state))
-    known = frame.target
-    truth = np.rad2deg(gaze(known.position)) if known else np.full(3, np.nan)
-    off = np.abs(wrapped(state.estimate - known.position)) / state.sigma if known else np.full(3, np.nan)
-    landmarks = known.landmarks if known else None
-    apart, shown = np.full((2, len(state.feature_means)), np.nan)
-    if landmarks is not None:
-        apart = np.hypot(*(state.feature_means - landmarks.points_px).T)
-        shown = landmarks.visible.astype(np.float64)
-    series: dict[str, Series] = {}
+    values: dict[str, SeriesValue] = {}
     for place, angle in enumerate(ANGLES):
-        name = f"{angle}_deg"
-        series[name] = float(found[place])
-        series[f"{name}_sd"] = float(spread[place])
-        series[f"{name}_true"] = float(truth[place])
-    return series | {
-        "alpha": _numbers(state.ratios),
-        "feature_recognised": _numbers(state.recognised),
-        "feature_visible": _numbers(shown),
-        "feature_error_px": _numbers(apart),
-        "feature_sd_px": _numbers(np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2) / 2.0)),
-        "within_50": _numbers(np.where(np.isnan(off), np.nan, off <= HALF)),
-        "within_95": _numbers(np.where(np.isnan(off), np.nan, off <= MOST)),
-    }
+        values[f"{angle}_deg"] = float(found[place])
+        values[f"{angle}_deg_sd"] = float(spread[place])
+    known = frame.target
+    if known is None:
+        return values
+    truth = np.rad2deg(gaze(known.position))
+    off = np.abs(wrapped(state.estimate - known.position)) / state.sigma
+    for place, angle in enumerate(ANGLES):
+        values[f"{angle}_deg_true"] = float(truth[place])
+    values |= {"within_50": _numbers(off <= HALF), "within_95": _numbers(off <= MOST)}
+    landmarks = known.landmarks
+    if landmarks is not None:
+        values["feature_visible"] = _numbers(landmarks.visible)
+        values["feature_error_px"] = _numbers(np.hypot(*(state.feature_means - landmarks.points_px).T))
+    return values
 
 
 def mean_error_deg(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> NDArray[np.float64]:

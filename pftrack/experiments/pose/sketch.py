@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Axes, Colour, Frustum, Links, Points, Primitive, Text
+from pftrack.experiments.pose.placing import placed
 from pftrack.experiments.sketch import at_height, uncertainty
 from pftrack.frame import Landmarks
 from pftrack.layer import Key
@@ -42,13 +43,13 @@ BY_PREDICTION = (
 
 def feature_clouds(state: PoseState, size: float) -> dict[str, Primitive]:
     """Draw the particles of all features, coloured by which prediction they came from, lifted by weight."""
-    positions = state.positions
+    positions = state.belief.positions
     features, count, _ = positions.shape
     stride = max(1, -(-features * count // MOST_DRAWN))
     chosen = np.arange(0, count, stride)
-    log_weights = np.broadcast_to(state.log_weights, (features, count))[:, chosen]
+    log_weights = np.broadcast_to(state.belief.log_weights, (features, count))[:, chosen]
     relative = np.exp(log_weights - log_weights.max(axis=1, keepdims=True))
-    colours = np.where((chosen < state.upper_counts[:, None])[:, :, None], UPPER, LOWER).astype(np.uint8)
+    colours = np.where((chosen < state.belief.upper_counts[:, None])[:, :, None], UPPER, LOWER).astype(np.uint8)
     raised = at_height(positions[:, chosen].reshape(-1, 2), 1.0 + 10.0 * relative.ravel())
     return {"particles": Points(raised, colours.reshape(-1, 3), size, "particles by prediction")}
 
@@ -95,7 +96,7 @@ def _colours(state: PoseState) -> list[Colour]:
 
 def model_points(state: PoseState, size: float) -> dict[str, Primitive]:
     """Draw the solid's points in its estimated pose, and the ways to where they are tracked in the picture."""
-    points = state.drawn(state.solid.points_mm)
+    points = placed(state, state.solid.points_mm)
     arms = size * np.array([[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]])
     crosses = (points[:, None, None] + arms).reshape(-1, 2, 3).astype(np.float32)
     ways = np.stack([at_height(state.feature_means, 1.0), points.astype(np.float32)], axis=1)
@@ -131,7 +132,7 @@ def pose_axes(state: PoseState, origin_mm: NDArray[np.float64], length_mm: float
     The axes that lie in the picture then are named; a third name would cover the others whenever the solid is turned.
     """
     directions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]])
-    ends = state.drawn(origin_mm + length_mm * directions).astype(np.float32)
+    ends = placed(state, origin_mm + length_mm * directions).astype(np.float32)
     length = length_mm * state.solid.scale
     axes = (ends[1:] - ends[0]).T / np.float32(length)
     colour = COLOURS["estimate"]

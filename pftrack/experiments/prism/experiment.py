@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
-from pftrack.experiment import Experiment, Preset, Setup, Step
-from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.pose.placing import heights, placed
+from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_measure, pose_series
 from pftrack.experiments.pose.sketch import (
     BY_PREDICTION,
     beside,
@@ -99,15 +100,15 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _placed(state: PoseState, theta: NDArray[np.float64]) -> Placed:
     """Return the solid where it is believed to be, at these angles."""
-    return state.drawn(VERTICES_MM, theta), visible_faces(theta, state.translation_mm)
+    return placed(state, VERTICES_MM, theta), visible_faces(theta, state.translation_mm)
 
 
 def _true(state: PoseState, target: PrismTarget) -> Placed:
     """Return the solid where it is, over the same picture."""
-    placed = VERTICES_MM @ rotation(target.position).T + target.translation_mm
-    pixels = pinhole(placed, state.solid.focal_px) + PRINCIPAL_PX
+    corners = VERTICES_MM @ rotation(target.position).T + target.translation_mm
+    pixels = pinhole(corners, state.solid.focal_px) + PRINCIPAL_PX
     seen = visible_faces(target.position, target.translation_mm)
-    return np.column_stack([pixels, state.height(placed[:, 2])]), seen
+    return np.column_stack([pixels, heights(state, corners[:, 2])]), seen
 
 
 def _edges(name: str, placed: Placed, colour: Colour, width: float, layer: str) -> dict[str, Primitive]:
@@ -174,9 +175,17 @@ EXPERIMENT = Experiment(
     error=mean_error_deg,
     lost=_lost,
     scale=float(np.rad2deg(1.0)),
-    series=pose_series,
+    series=pose_series(NAMES),
+    measure=pose_measure,
     features=NAMES,
     target="prism",
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
+    # Where the affine camera's error and the corners' noise decide which prediction is worth more.
+    example_sweep=ExampleSweep(
+        {"distance_mm": (70, 80, 100, 150, 300), "noise_px": (1, 3, 10, 20, 40)},
+        trackers=("pf-asd", "alpha-1", "alpha-0"),
+        trials=5,
+        frames=200,
+    ),
 )

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
-from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
 from pftrack.layer import Key, Layer
 from pftrack.runs.diagnostics import Diagnostics
@@ -58,7 +58,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     for name, sign in (("upper", 2.0), ("lower", -2.0)):
         band = _curve(frames, estimates + sign * sigmas)
         primitives[name] = Polyline(band, COLOURS["observation"], 1.0, "uncertainty")
-    references = [past_row.reference for past_row in rows]
+    references = [past_row.vector("exact") for past_row in rows]
     exact = np.array([reference[0] for reference in references if reference])
     if len(exact) == len(frames):
         primitives["exact"] = Polyline(_curve(frames, exact), COLOURS["second"], 2.0, "exact (Kalman)")
@@ -139,4 +139,10 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=_mean_distance,
     target="signal",
+    example_sweep=ExampleSweep(
+        {"sample_count": (10, 30, 100, 300, 1000), "dimension": (1, 2, 3, 4, 5)},
+        trackers=("condensation", "kalman"),
+        trials=10,
+        frames=120,
+    ),
 )

@@ -16,6 +16,7 @@ from pftrack.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.batch import outcomes
+from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.run import Change, Run
 from pftrack.sources.ball import BallSource
 
@@ -231,6 +232,12 @@ def _survivors(trials: ClutterTrials) -> int:
     return sum((outcome.lost_frames or 0) <= CLUTTER_LOST for (outcome,) in rows)
 
 
+def _observes(row: Diagnostics) -> bool:
+    """Whether any particle came from the observation."""
+    samples = row.vector("samples")
+    return samples is not None and samples[1] > 0
+
+
 def _course(work: tuple[str, int]) -> Course:
     tracker, seed = work
     experiment = find("ball")
@@ -255,7 +262,7 @@ def _course(work: tuple[str, int]) -> Course:
     return Course(
         np.array([np.mean([max(row.sigma) for row in cycle]) for cycle in cycles]),
         np.array(periods),
-        np.array([sum(row.observation_count > 0 for row in cycle) for cycle in cycles], dtype=np.float64),
+        np.array([sum(map(_observes, cycle)) for cycle in cycles], dtype=np.float64),
         float(learner.theta[0, 0]),
         float(learner.theta[0, 2]),
     )

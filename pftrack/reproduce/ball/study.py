@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
@@ -65,7 +64,7 @@ class Tally:
         runs: How many.
         successes: How many of them succeeded.
         error: Mean error of those, px; NaN if there are none.
-        observation_share: Mean share of the particles from the observation sampler.
+        observation_share: Mean share of the particles from the observation sampler; NaN where there is none.
         errors: Of each successful run, px.
     """
 
@@ -96,9 +95,17 @@ def tally(table: pa.Table, **which: Value) -> Tally:
         len(table),
         len(succeeded),
         float(succeeded.mean()) if len(succeeded) else float("nan"),
-        float(np.mean(table["observation_share"].to_numpy())),
+        _share(table),
         tuple(succeeded.tolist()),
     )
+
+
+def _share(table: pa.Table) -> float:
+    """Return the mean share by observation; NaN where the trackers draw no particles by observation."""
+    if "observation_share" not in table.column_names:
+        return float("nan")
+    known = table["observation_share"].drop_null().to_numpy()
+    return float(known.mean()) if len(known) else float("nan")
 
 
 def _piece(plan: Plan, chunks: Chunks, number: int) -> pa.Table:

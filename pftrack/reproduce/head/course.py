@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from pftrack.frame import Frame
 from pftrack.geometry.face_model import fit_similarity, mean_model, person
 from pftrack.geometry.rotation import wrapped
-from pftrack.likelihoods.template import EYE_DISTANCE_PX
 from pftrack.parameters import revise
 from pftrack.random import Purpose, Stream
 from pftrack.sources.head import HeadSceneParameters, HeadSource
@@ -24,6 +23,7 @@ from pftrack.sources.source import History
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import eye_distance
 from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 from pftrack.trackers.pose.methods import Method
 
 __all__ = ["Course", "Drive", "Model", "Trial", "distance_mm", "drive"]
@@ -136,7 +136,8 @@ class _Run:
 
     def step(self, frame: Frame) -> None:
         """Take a picture and note how far off the tracker is."""
-        self._ratios.append(self._state.ratios)
+        missing = (np.nan,) * len(self._state.recognised)
+        self._ratios.append(np.asarray(self._state.belief.measured().get("alpha", missing), dtype=np.float64))
         rng = Stream(self._trial.seed, frame.index, Purpose.TRACK)
         self._state = head.step(self._trial.method, self._state, frame, self._parameters, rng)
         self._errors.append(np.abs(wrapped(self._state.estimate - _angles(frame))))

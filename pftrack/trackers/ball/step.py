@@ -5,6 +5,7 @@ next frame is sampled. Those that draw by prediction or by observation share one
 in the rule by which it chooses. Whether the dynamics are learned and the path smoothed is the same for all.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
 
@@ -18,6 +19,8 @@ from pftrack.likelihoods import chromaticity
 from pftrack.particles import ParticleSet
 from pftrack.random import Generator, Purpose, Stream
 from pftrack.resampling import RESAMPLERS
+from pftrack.series import SeriesValue
+from pftrack.trackers import reports
 from pftrack.trackers.ball import motion
 from pftrack.trackers.ball.loop import Colour, Loop, Motion, Rule, Scheme, loop
 from pftrack.trackers.ball.motion import TRACKED, begin_learning, learned, noise, with_learner
@@ -72,12 +75,17 @@ def fold_loop(
     if parameters.learn_dynamics:
         return None
     result = _loop(rule, state, pictures_rgb, parameters, seed, first_frame)
-    alert = result.alert if state.alert is None else np.append(state.alert, result.alert)
+    observed = result.observation_counts
+    # The first step of all has no earlier one to differ from.
+    before = result.alert[0] if state.alert is None else state.alert
+    switched = result.alert != np.append(before, result.alert[:-1])
     return Fold(
         _last(result, state),
         result.estimates,
-        result.observation_counts / parameters.sample_count,
-        int(np.count_nonzero(alert[1:] != alert[:-1])),
+        {
+            "samples": np.column_stack([parameters.sample_count - observed, observed]).astype(np.float64),
+            "switched": switched.astype(np.float64),
+        },
     )
 
 
@@ -104,7 +112,6 @@ def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParam
         posterior.particles,
         log_evidence=posterior.log_evidence,
         resampled=posterior.resampled,
-        switched=state.alert is True,
         alert=False,
         learner=state.learner,
         lineage=_lineage(state, particles, posterior.particles, parameters),
@@ -126,6 +133,24 @@ def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParamete
         predicted, log_evidence = kalman.update(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
     tracked = PointState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
     return learned(tracked, parameters, size)
+
+
+def measure_particles(state: PointState) -> Mapping[str, SeriesValue]:
+    """Report the particles."""
+    return {} if state.particles is None else reports.cloud(state.particles, resampled=state.resampled)
+
+
+def measure_loop(state: PointState) -> Mapping[str, SeriesValue]:
+    """Report the particles, and from which sampler they came."""
+    if state.particles is None:
+        return {}
+    predicted = len(state.particles) - state.observation_count
+    return {**measure_particles(state), "samples": (float(predicted), float(state.observation_count))}
+
+
+def measure_switching(state: PointState) -> Mapping[str, SeriesValue]:
+    """Report the same, and whether another sampler or another noise was used than in the frame before."""
+    return {**measure_loop(state), "switched": float(state.switched)}
 
 
 def _loop(
@@ -226,7 +251,17 @@ def _lineage(
 
 
 def _loop_tracker(name: str, title: str, description: str, rule: Rule) -> Tracker:
-    return Tracker(name, title, description, start, partial(step_loop, rule), partial(fold_loop, rule))
+    alert = (reports.ALERT,) if rule in {Rule.HARD, Rule.SOFT, Rule.NOISE} else ()
+    return Tracker(
+        name,
+        title,
+        description,
+        start,
+        partial(step_loop, rule),
+        partial(fold_loop, rule),
+        series=(*reports.CLOUD, reports.SAMPLERS, *alert),
+        measure=measure_switching if alert else measure_loop,
+    )
 
 
 TRACKERS: dict[str, Tracker] = {
@@ -262,6 +297,8 @@ TRACKERS: dict[str, Tracker] = {
             "Draws every particle towards the colour centroid of the whole picture.",
             start,
             step_unscented,
+            series=reports.CLOUD,
+            measure=measure_particles,
         ),
         _loop_tracker(
             "pc-pf",

@@ -17,8 +17,9 @@ from pftrack.detection.cascades import Box
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.likelihoods import template
-from pftrack.likelihoods.template import Templates, scaled_sizes
+from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
+from pftrack.trackers.head.templates import template_sizes
 
 __all__ = ["SEARCH_EVERY", "FirstSight", "Form", "HeadMemory", "around", "eye_distance", "widened"]
 
@@ -56,7 +57,7 @@ class FirstSight:
         Raises:
             ValueError: A feature is not within the picture.
         """
-        sizes = scaled_sizes(FEATURES, eye_distance(self.points_px), factor)
+        sizes = template_sizes(FEATURES, eye_distance(self.points_px), factor)
         return template.cut(self.grey, self.points_px, sizes)
 
 

@@ -19,17 +19,20 @@ from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.frame import Frame, Target
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import affine_fit
-from pftrack.geometry.face_model import FaceModel, fit_similarity, mean_model
+from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.likelihoods import template
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
 from pftrack.random import Purpose, Stream
+from pftrack.series import Series
 from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, Form, HeadMemory, around, widened
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.methods import METHODS, Method
-from pftrack.trackers.pose.state import PoseState, Solid
+from pftrack.trackers.pose.reports import measurement, reported
+from pftrack.trackers.pose.solid import Solid
+from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "camera_of"]
@@ -236,8 +239,23 @@ def _grey(frame: Frame) -> NDArray[np.uint8]:
     return template.luma(frame.image_rgb)
 
 
-TRACKERS: dict[str, Tracker] = {
-    method: Tracker(method, title, description, partial(start, method), partial(step, method))
-    for method, (title, description) in METHODS.items()
-}
+CORRELATION = Series("correlation", "correlation with its template", shape="vector", components=FEATURES)
+
+
+def _tracker(method: Method, title: str, description: str) -> Tracker:
+    series = reported(method, FEATURES)
+    layers = measurement(series)
+    return Tracker(
+        method,
+        title,
+        description,
+        partial(start, method),
+        partial(step, method),
+        series=(*series, CORRELATION),
+        measure=lambda state: {**layers(state), CORRELATION.name: tuple(_memory(state).correlations.tolist())},
+        searching=lambda state: _memory(state).lost,
+    )
+
+
+TRACKERS: dict[str, Tracker] = {method: _tracker(method, *words) for method, words in METHODS.items()}
 """The trackers of a head, by name, in the order in which they are shown."""

@@ -16,20 +16,20 @@ from pftrack.filters import rao_blackwell
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
-from pftrack.filters.rao_blackwell import RaoBlackwell
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import rotation
 from pftrack.learning import mixture_em
 from pftrack.random import Generator
 from pftrack.trackers.pose import layered
+from pftrack.trackers.pose.beliefs import AffineLayers, Belief, JointParticles, Layers, PerspectiveLayers
 from pftrack.trackers.pose.layered import FeatureLikelihood, Layered
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
-from pftrack.trackers.pose.state import PoseState, Solid
+from pftrack.trackers.pose.solid import Solid
+from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["METHODS", "Belief", "Method", "advance", "begin", "switched", "transferred", "translation"]
+__all__ = ["METHODS", "Method", "advance", "begin", "switched", "transferred", "translation"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
-Belief: TypeAlias = Layered[Any] | RaoBlackwell
 
 RATIOS: dict[Method, float] = {"pf-asd": 0.5, "alpha-1": 1.0, "alpha-0": 0.0}
 
@@ -73,15 +73,7 @@ def begin(
     pose = theta or Gaussian(np.zeros(3), sd**2 * np.eye(3))
     if method == "rb-pf":
         return _joint(solid, parameters, positions, np.zeros((len(positions), 2, 2)), pose)
-    return layered.begin(
-        _layer(solid, parameters),
-        _upper(solid, parameters, positions, pose),
-        positions,
-        _settings(parameters, method),
-        rng,
-        ratio=RATIOS[method],
-        spread_px=parameters.initial_sd_px if spread_px is None else spread_px,
-    )
+    return _begun(solid, positions, parameters, method, rng, pose, spread_px)
 
 
 def advance(
@@ -94,19 +86,18 @@ def advance(
     """Take one observation, given its likelihood."""
     belief = state.belief
     if method == "rb-pf":
-        if not isinstance(belief, RaoBlackwell):
-            means, covariances = state.feature_means, state.feature_covariances
-            belief = _joint(state.solid, parameters, means, covariances, belief.pose)
+        if not isinstance(belief, JointParticles):
+            belief = _joint(state.solid, parameters, belief.means, belief.covariances, belief.pose)
         layer = _affine(state.solid, parameters)
-        return rao_blackwell.step(belief, layer, log_likelihood, rng, count=parameters.joint_sample_count)
-    if isinstance(belief, RaoBlackwell):
-        belief = begin(state.solid, state.feature_means, parameters, method, rng, theta=belief.pose)
-    apart: Layered[Any] = belief  # type: ignore[assignment] # `begin` gives no joint particles to these methods
-    if isinstance(apart.upper, AffineBelief) != (parameters.upper_layer == "affine"):
-        apart = replace(apart, upper=_upper(state.solid, parameters, apart.features.means, apart.pose))
+        count = parameters.joint_sample_count
+        return JointParticles(rao_blackwell.step(belief.particles, layer, log_likelihood, rng, count=count))
+    if isinstance(belief, Layers):
+        apart = _under(belief, state.solid, parameters)
+    else:
+        apart = _begun(state.solid, belief.means, parameters, method, rng, belief.pose).layers
     apart = replace(apart, mixture=_steered(apart.mixture, parameters, method))
     settings = _settings(parameters, method)
-    return layered.step(apart, _layer(state.solid, parameters), log_likelihood, settings, rng)
+    return _layers(layered.step(apart, _layer(state.solid, parameters), log_likelihood, settings, rng), parameters)
 
 
 def transferred(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
@@ -116,21 +107,22 @@ def transferred(state: PoseState, solid: Solid, parameters: PoseTrackerParameter
     """
     belief, before = state.belief, state.solid
     same = np.array_equal(before.points_mm, solid.points_mm) and np.array_equal(before.reference, solid.reference)
-    if isinstance(belief, RaoBlackwell):
-        if not same:
-            belief = _joint(solid, parameters, belief.feature_means, belief.feature_covariances, belief.pose)
-        return replace(state, solid=solid, belief=belief)
-    if same and isinstance(belief.upper, AffineBelief) and parameters.upper_layer == "affine":
-        return replace(state, solid=solid)
-    upper = _upper(solid, parameters, belief.features.means, belief.pose)
-    return replace(state, solid=solid, belief=replace(belief, upper=upper))
+    if not isinstance(belief, Layers):
+        kept = belief if same else _joint(solid, parameters, belief.means, belief.covariances, belief.pose)
+    elif same and belief.kind == parameters.upper_layer == "affine":
+        kept = belief
+    else:
+        upper = _upper(solid, parameters, belief.means, belief.pose)
+        kept = _layers(replace(belief.layers, upper=upper), parameters)
+    return replace(state, solid=solid, belief=kept)
 
 
 def switched(before: Belief, after: Belief) -> bool:
     """Return whether a feature went over from trusting one prediction more to trusting the other."""
-    if isinstance(before, RaoBlackwell) or isinstance(after, RaoBlackwell):
-        return type(before) is not type(after)
-    return bool(((before.mixture.ratios > 0.5) != (after.mixture.ratios > 0.5)).any())
+    one, other = before.follows_solid, after.follows_solid
+    if one is None or other is None:
+        return one is not other
+    return bool((one != other).any())
 
 
 def translation(
@@ -155,6 +147,40 @@ def translation(
         slopes[rows, 2] = -seen[:, axis]
         wanted[rows] = seen[:, axis] * turned_mm[:, 2] - focal_px * turned_mm[:, axis]
     return np.asarray(np.linalg.lstsq(slopes, wanted, rcond=None)[0], dtype=np.float64)
+
+
+def _begun(
+    solid: Solid,
+    positions: NDArray[np.float64],
+    parameters: PoseTrackerParameters,
+    method: Method,
+    rng: Generator,
+    pose: Gaussian,
+    spread_px: float | None = None,
+) -> Layers[Any]:
+    """Return layers in a solid of this pose whose features are here."""
+    begun = layered.begin(
+        _layer(solid, parameters),
+        _upper(solid, parameters, positions, pose),
+        positions,
+        _settings(parameters, method),
+        rng,
+        ratio=RATIOS[method],
+        spread_px=parameters.initial_sd_px if spread_px is None else spread_px,
+    )
+    return _layers(begun, parameters)
+
+
+def _layers(apart: Layered[Any], parameters: PoseTrackerParameters) -> Layers[Any]:
+    """Return layers as the belief of their kind."""
+    return AffineLayers(apart) if parameters.upper_layer == "affine" else PerspectiveLayers(apart)
+
+
+def _under(belief: Layers[Any], solid: Solid, parameters: PoseTrackerParameters) -> Layered[Any]:
+    """Return layers of which the upper one is of the kind that is asked for."""
+    if belief.kind == parameters.upper_layer:
+        return belief.layers
+    return replace(belief.layers, upper=_upper(solid, parameters, belief.means, belief.pose))
 
 
 def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Settings:
@@ -210,11 +236,11 @@ def _joint(
     positions: NDArray[np.float64],
     covariances: NDArray[np.float64],
     pose: Gaussian,
-) -> RaoBlackwell:
+) -> JointParticles:
     """Return joint particles of a solid of this pose whose features are here, all of them at one place."""
     count = parameters.joint_sample_count
     camera = np.tile(_camera(solid, positions, pose.mean), 2)
-    return replace(
+    particles = replace(
         rao_blackwell.begin(_affine(solid, parameters), count),
         cameras=np.repeat(camera[:, :, None], count, axis=2),
         coordinates=np.repeat(positions.T[:, :, None], count, axis=2),
@@ -222,6 +248,7 @@ def _joint(
         feature_covariances=covariances,
         pose=pose,
     )
+    return JointParticles(particles)
 
 
 def _camera(solid: Solid, positions: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,72 @@
+/** A row a component of a vector, each from 0 at its bottom to 1 at its top; of the active branch alone. */
+
+import { number } from "../../../shared/format.js";
+import { declared, valueOf } from "../../series.js";
+import { Plot } from "./plot.js";
+import { key } from "./samplers.js";
+
+/** Within its row a line leaves this free above and below. */
+const FREE = 0.12;
+
+export class FeaturesPlot extends Plot {
+  #lines;
+  #heights;
+  #seen = {};
+
+  constructor(plot, session) {
+    super(plot, session);
+    this.features = declared(session, plot.series[0])?.components ?? [];
+    this.rows = this.features.length;
+  }
+
+  heading({ history }) {
+    const { title, visible } = this.declared;
+    return [`${title} `, history.measures(visible) ? key("hidden", "hidden") : key("lost", "not recognised")];
+  }
+
+  reading({ session, history }) {
+    const row = history.at(session.position);
+    const values = this.features.map((_, place) => valueOf(row, this.declared.series[0], place));
+    const mean = number(values.reduce((sum, value) => sum + value, 0) / values.length, 2);
+    return mean === number(null) ? mean : `mean ${mean}`;
+  }
+
+  build(Bokeh, frames) {
+    const { features, declared: plot } = this;
+    super.build(Bokeh, frames, { ticks: features.map((_, place) => place + 0.5) });
+    const { model, range } = this.figure;
+    const [yaxis] = model.yaxes;
+    yaxis.major_label_overrides = new Map(features.map((name, place) => [place + 0.5, name]));
+    yaxis.major_tick_out = 0;
+    model.ygrid.ticker = new Bokeh.FixedTicker({ ticks: features.map((_, place) => place) });
+    [range.start, range.end] = [features.length, 0];
+    // One glyph for all rows: eleven take BokehJS three times as long.
+    const source = this.figure.source({ xs: [], ys: [] });
+    this.#lines = model.multi_line({ field: "xs" }, { field: "ys" }, { source, line_width: 1.5, line_join: "round", name: this.id });
+    const seen = (row, place) => valueOf(row, plot.visible, place);
+    this.figure.shade("hidden", 0.2, (row, place) => seen(row, place) === 0, features.length);
+    // Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
+    const missed = (row, place) => Number.isNaN(seen(row, place)) && valueOf(row, plot.recognised, place) === 0;
+    this.figure.shade("lost", 0.16, missed, features.length);
+  }
+
+  draw(store) {
+    super.draw(store);
+    const { history, activeBranch: branch } = store;
+    const { id, edition, length } = this.#seen;
+    if (id !== branch.id) this.#lines.glyph.line_color = branch.colour;
+    const grown = id === branch.id && edition === history.edition && length <= history.length;
+    if (grown && length === history.length) return;
+    if (!grown) this.#heights = Array.from({ length: this.rows }, () => []);
+    for (let frame = grown ? length : 0; frame < history.length; frame += 1) {
+      this.#heights.forEach((row, place) => row.push(this.#height(history.at(frame), place)));
+    }
+    this.#seen = { id: branch.id, edition: history.edition, length: history.length };
+    const frames = [...this.#heights[0].keys()];
+    this.#lines.data_source.data = { xs: this.#heights.map(() => frames), ys: this.#heights.map((row) => row.slice()) };
+  }
+
+  #height(row, place) {
+    return place + 1 - FREE - (1 - 2 * FREE) * valueOf(row, this.declared.series[0], place);
+  }
+}

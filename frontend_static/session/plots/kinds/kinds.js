@@ -1,0 +1,20 @@
+/** The kinds of plots that an experiment can declare. */
+
+import { BandPlot, IntervalPlot } from "./band.js";
+import { ErrorPlot, SampleSizePlot, SigmaPlot } from "./curve.js";
+import { FeaturesPlot } from "./features.js";
+import { FrequencyPlot } from "./frequency.js";
+import { HypothesesPlot } from "./hypotheses.js";
+import { SamplersPlot } from "./samplers.js";
+
+export const KINDS = {
+  error: ErrorPlot,
+  sigma: SigmaPlot,
+  "sample size": SampleSizePlot,
+  samplers: SamplersPlot,
+  band: BandPlot,
+  interval: IntervalPlot,
+  features: FeaturesPlot,
+  frequency: FrequencyPlot,
+  hypotheses: HypothesesPlot,
+};

@@ -1,0 +1,68 @@
+/**
+ * What a kind of plot is: the words above it, known from the start, and its figure, made when BokehJS is there.
+ */
+
+import { Figure } from "../figure.js";
+
+export class Plot {
+  /** How many rows it has, one above the other. */
+  rows = 1;
+  /** @type {Figure} */
+  figure;
+
+  /**
+   * @param {object} declared As the experiment declares it.
+   * @param {object} session
+   */
+  constructor(declared, session) {
+    this.declared = declared;
+    this.session = session;
+    this.id = declared.id;
+  }
+
+  /** Names of series of which at least one has to be measured for there to be something to draw; none if it is always. */
+  get needs() {
+    return this.declared.series;
+  }
+
+  /** Whether any branch has something to draw. */
+  isMeasured(histories) {
+    return this.needs.length === 0 || histories.some((history) => this.needs.some((name) => history.measures(name)));
+  }
+
+  /**
+   * The title.
+   *
+   * @returns {(string|Node)[]}
+   */
+  heading() {
+    return [`${this.declared.title} ${this.declared.unit}`.trim()];
+  }
+
+  /** The figures of the frame that is shown. */
+  reading() {
+    return "";
+  }
+
+  /** Make the figure. */
+  build(Bokeh, frames, axis) {
+    this.figure = new Figure(Bokeh, frames, axis);
+  }
+
+  /** Take over the colours of the theme. */
+  dress(ink, sparkline) {
+    this.figure.dress(ink, sparkline);
+  }
+
+  draw(store) {
+    this.figure.draw(store);
+  }
+}
+
+/** The data of the frames from one on, a column for each function of a row. */
+export function columns(history, from, values) {
+  const data = { frame: [] };
+  for (let frame = from; frame < history.length; frame += 1) data.frame.push(frame);
+  for (const [name, value] of Object.entries(values)) data[name] = data.frame.map((frame) => value(history.at(frame)) ?? NaN);
+  return data;
+}

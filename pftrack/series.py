@@ -1,0 +1,265 @@
+"""Series: what is measured of every frame, declared as data.
+
+Whoever measures something declares it: a tracker what it reports of its own belief, an experiment what it compares with
+the truth. Plots, readings, columns of sweeps and of saved files come from the declarations, and general code knows
+shapes and roles, never a name. What a method does not have, it neither declares nor reports: a frame of a Kalman filter
+has no effective sample size, not one of 0.
+
+The shapes, and what a value of each is in Python, in JSON and in the columns of a file of L frames:
+
+| shape | Python | JSON | columns |
+|---|---|---|---|
+| number | float | number | (L,) |
+| vector | tuple of floats | list | (L, d) |
+| interval | `Interval` | [low, high] | (L, 2) |
+| hypotheses | `Hypotheses` | {"values": K lists of d, "weights": list} | (L, K, d), and (L, K) as `NAME_weights` |
+
+A number that is not known is NaN in Python and in columns, and null in JSON. The number K of hypotheses, and the length
+d of a vector, may vary from frame to frame; columns are then as wide as the widest, the rest of them NaN.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Hypotheses",
+    "Interval",
+    "Reduction",
+    "Series",
+    "SeriesRole",
+    "SeriesShape",
+    "SeriesValue",
+    "check_value",
+    "columns",
+    "from_json",
+    "joined",
+    "reduced",
+    "to_json",
+]
+
+SeriesShape: TypeAlias = Literal["number", "vector", "interval", "hypotheses"]
+
+SeriesRole: TypeAlias = Literal["", "particles", "ess", "share", "flag"]
+"""What general code may do with a series without knowing its name.
+
+- "particles": a number, how many particles there are.
+- "ess": a number, the effective sample size of these particles.
+- "share": a vector, how many particles came from each sampler; the components are stacked.
+- "flag": a number, or a vector of such, that is 1 where something holds and 0 where not.
+"""
+
+
+class Interval(NamedTuple):
+    """Where something lies, both ends included, in the unit of its series."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hypotheses:
+    """K possibilities of d numbers each, and how probable each is.
+
+    Attributes:
+        values: K tuples of d numbers, in the unit of the series.
+        weights: K probabilities that sum to 1.
+    """
+
+    values: tuple[tuple[float, ...], ...]
+    weights: tuple[float, ...]
+
+
+SeriesValue: TypeAlias = float | tuple[float, ...] | Interval | Hypotheses
+
+
+@dataclass(frozen=True, slots=True)
+class Reduction:
+    """One number that is kept of a series over a whole run, such as a column of a sweep.
+
+    Frame 0, in which a tracker only begins, does not count.
+
+    Attributes:
+        name: Of the column.
+        title: What it is, a few words.
+        how: "mean" over the frames; "share", the mean over the frames of what part of a vector's sum one component is;
+            "count" of the frames in which a flag is set.
+        component: Of a "share", the component's name.
+    """
+
+    name: str
+    title: str
+    how: Literal["mean", "share", "count"]
+    component: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """The declaration of something measured in every frame.
+
+    Attributes:
+        name: Key among the measurements of a frame.
+        title: What it is, a few words.
+        unit: Of its numbers; empty for pure numbers.
+        shape: Of its values.
+        role: What general code may do with it.
+        components: Names of a vector's numbers, or of the d numbers of a hypothesis; empty where their number varies.
+        colours: Names in the palette of the components of a "share", in their order.
+        reductions: What is kept of it over a whole run.
+    """
+
+    name: str
+    title: str
+    unit: str = ""
+    shape: SeriesShape = "number"
+    role: SeriesRole = ""
+    components: tuple[str, ...] = ()
+    colours: tuple[str, ...] = ()
+    reductions: tuple[Reduction, ...] = ()
+
+
+def joined(*declared: Iterable[Series]) -> tuple[Series, ...]:
+    """Return all series that several declare, each once, in the order in which they come first.
+
+    Raises:
+        ValueError: Two different series have one name, or two reductions have.
+    """
+    known: dict[str, Series] = {}
+    kept: set[str] = set()
+    for series in (one for some in declared for one in some):
+        if known.setdefault(series.name, series) != series:
+            raise ValueError(f"two different series are called {series.name!r}")
+    for series in known.values():
+        for reduction in series.reductions:
+            if reduction.name in kept:
+                raise ValueError(f"two reductions are called {reduction.name!r}")
+            kept.add(reduction.name)
+    return tuple(known.values())
+
+
+def check_value(series: Series, value: SeriesValue) -> None:
+    """Refuse a value that is not of the declared shape.
+
+    Raises:
+        ValueError: It is of another shape, or has another number of components than the declaration.
+    """
+    match series.shape:
+        case "number":
+            fits = isinstance(value, int | float)
+        case "vector":
+            fits = _is_vector(value, series.components)
+        case "interval":
+            fits = isinstance(value, Interval) and not value.low > value.high
+        case "hypotheses":
+            fits = (
+                isinstance(value, Hypotheses)
+                and len(value.values) == len(value.weights)
+                and all(_is_vector(one, series.components) for one in value.values)
+                and math.isclose(sum(value.weights), 1.0, abs_tol=1e-6)
+            )
+    if not fits:
+        of = f" of {', '.join(series.components)}" if series.components else ""
+        raise ValueError(f"{series.name} is declared as {series.shape}{of}, got {value!r}")
+
+
+def to_json(value: SeriesValue) -> Any:  # noqa: ANN401 - JSON
+    """Return a value as JSON has it; numbers that are not finite become None."""
+    if isinstance(value, Hypotheses):
+        return {"values": [to_json(one) for one in value.values], "weights": to_json(value.weights)}
+    if isinstance(value, tuple):
+        return [to_json(number) for number in value]
+    return value if math.isfinite(value) else None
+
+
+def from_json(series: Series, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
+    """Return the value that `to_json` made, with NaN for None.
+
+    Raises:
+        ValueError: It is no value of the declared shape.
+    """
+    try:
+        value = _read(series.shape, raw)
+    except (KeyError, TypeError, ValueError):
+        raise ValueError(f"{series.name} is declared as {series.shape}, got {raw!r}") from None
+    check_value(series, value)
+    return value
+
+
+def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, NDArray[np.float64]]:
+    """Return the values of a series over L frames as arrays by name, None where a frame has no such measurement."""
+    if series.shape != "hypotheses":
+        return {series.name: _padded([math.nan if value is None else value for value in values])}
+    known = [value for value in values if isinstance(value, Hypotheses)]
+    count = max((len(value.weights) for value in known), default=0)
+    width = max((len(one) for value in known for one in value.values), default=len(series.components))
+    places = np.full((len(values), count, width), np.nan)
+    weights = np.full((len(values), count), np.nan)
+    for frame, value in enumerate(values):
+        if isinstance(value, Hypotheses):
+            weights[frame, : len(value.weights)] = value.weights
+            for place, one in enumerate(value.values):
+                places[frame, place, : len(one)] = one
+    return {series.name: places, f"{series.name}_weights": weights}
+
+
+def reduced(series: Series, column: NDArray[np.float64]) -> dict[str, float | int | None]:
+    """Return what is kept of a series over a whole run, by the reductions' names.
+
+    Args:
+        series: A number or a vector.
+        column: (L,) or (L, d) values of the frames after the first, NaN where there are none.
+
+    Returns:
+        A number each; None where no frame has a value.
+    """
+    known = column[~np.isnan(column).reshape(len(column), -1).any(axis=1)] if len(column) else column
+    return {reduction.name: _reduced(series, reduction, known) for reduction in series.reductions}
+
+
+def _reduced(series: Series, reduction: Reduction, known: NDArray[np.float64]) -> float | int | None:
+    if not len(known):
+        return None
+    match reduction.how:
+        case "mean":
+            return float(known.mean())
+        case "share":
+            return float((known[:, series.components.index(reduction.component)] / known.sum(axis=1)).mean())
+        case "count":
+            return int(np.count_nonzero(known))
+
+
+def _is_vector(value: object, components: tuple[str, ...]) -> bool:
+    return (
+        isinstance(value, tuple)
+        and not isinstance(value, Interval)
+        and len(value) == (len(components) or len(value))
+        and all(isinstance(number, int | float) for number in value)
+    )
+
+
+def _read(shape: SeriesShape, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
+    if shape == "hypotheses":
+        return Hypotheses(tuple(_numbers(one) for one in raw["values"]), _numbers(raw["weights"]))
+    if shape == "interval":
+        return Interval(*_numbers(raw))
+    return _numbers(raw) if shape == "vector" else _numbers([raw])[0]
+
+
+def _numbers(raw: Iterable[Any]) -> tuple[float, ...]:
+    return tuple(math.nan if number is None else float(number) for number in raw)
+
+
+def _padded(values: Sequence[Any]) -> NDArray[np.float64]:
+    """Return numbers as (L,), or vectors as (L, the longest), the rest NaN."""
+    width = max((len(value) for value in values if isinstance(value, tuple)), default=None)
+    if width is None:
+        return np.array(values, dtype=np.float64)
+    padded = np.full((len(values), width), np.nan)
+    for frame, value in enumerate(values):
+        if isinstance(value, tuple):
+            padded[frame, : len(value)] = value
+    return padded

@@ -1,0 +1,32 @@
+"""What is known beforehand of a solid that is tracked by its points, and of the camera before which it is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Solid"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """A rigid object with F points, and the camera before which it is.
+
+    Attributes:
+        points_mm: (F, 3) in its own frame.
+        reference: (2, 4) the affine camera that sees it at theta = 0.
+        focal_px: Focal length of the pinhole.
+        principal_px: (2,) its principal point.
+        translation_mm: (3,) where the origin of its frame was at the start, in the camera's frame.
+    """
+
+    points_mm: NDArray[np.float64]
+    reference: NDArray[np.float64]
+    focal_px: float
+    principal_px: NDArray[np.float64]
+    translation_mm: NDArray[np.float64]
+
+    @property
+    def scale(self) -> float:
+        """How large a mm of it is at the start, px."""
+        return float(np.sqrt(abs(np.linalg.det(self.reference[:, :2]))))

@@ -1,0 +1,46 @@
+"""What particle filters report beside their estimate: the series that several families of trackers declare alike."""
+
+from collections.abc import Mapping
+
+from pftrack.particles import ParticleSet
+from pftrack.series import Reduction, Series, SeriesValue
+
+__all__ = ["ALERT", "CLOUD", "SAMPLERS", "cloud"]
+
+CLOUD = (
+    Series("ess", "ESS", role="ess"),
+    Series("particles", "particles", role="particles"),
+    Series("resampled", "resampled", role="flag"),
+    Series("unique_ancestors", "different parents"),
+)
+"""Of every particle filter: effective sample size, number of particles, whether parents were drawn in this frame, and
+how many different parents the particles have."""
+
+SAMPLERS = Series(
+    "samples",
+    "proposals",
+    shape="vector",
+    role="share",
+    components=("prediction", "observation"),
+    colours=("prediction", "observation"),
+    reductions=(Reduction("observation_share", "share of particles by observation", "share", "observation"),),
+)
+"""Of filters that draw by prediction or by observation: how many particles came from which."""
+
+ALERT = Series(
+    "switched",
+    "switched",
+    role="flag",
+    reductions=(Reduction("switches", "switches between samplers or noises", "count"),),
+)
+"""Whether another sampler, or another process noise, was used than in the frame before."""
+
+
+def cloud(particles: ParticleSet, *, resampled: bool) -> Mapping[str, SeriesValue]:
+    """Return the values of `CLOUD`."""
+    return {
+        "ess": particles.effective_sample_size,
+        "particles": float(len(particles)),
+        "resampled": float(resampled),
+        "unique_ancestors": float(particles.unique_ancestors),
+    }

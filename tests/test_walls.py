@@ -1,0 +1,109 @@
+"""No room outside an experiment's own knows its name, its parameters' names, or what it tracks."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.ball.experiment import RecordedBallParameters
+from pftrack.experiments.head.recording import RecordedHeadParameters
+from pftrack.parameters import declarations
+
+ROOT = Path(__file__).parents[1]
+
+HOMES = {
+    "pftrack/experiments/": "the experiments themselves",
+    "pftrack/trackers/": "a package for each family of trackers",
+    "pftrack/reproduce/": "the published results of single experiments",
+    "pftrack/sources/head/": "a scene",
+    "pftrack/sources/ball.py": "a scene",
+    "pftrack/sources/overlay.py": "what is painted over a scene or a recording",
+    "pftrack/sources/recording.py": "a recording with that painted over it",
+    "pftrack/sources/prism.py": "a scene",
+    "pftrack/sources/signal.py": "a scene",
+    "pftrack/detection/": "finding faces",
+    "pftrack/geometry/": "the face's model, beside mathematics in its own terms",
+    "pftrack/learning/": "mathematics in its own terms, after which parameters are named",
+}
+"""Rooms in which names and words of an experiment may stand, and why."""
+
+HOMONYMS = {
+    "speed": "how fast a session plays, too",
+    "frame_rate_hz": "every sequence of pictures has one",
+}
+"""Names of parameters that are names of something general as well."""
+
+PLACES = {
+    ("server/store/database.py", "head"): "Alembic's word for the newest migration",
+    ("server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
+}
+"""Single places where a name means something else."""
+
+SIMULATED = [type(experiment.simulate().parameters) for experiment in EXPERIMENTS.values()]
+MODELS = [*SIMULATED, RecordedBallParameters, RecordedHeadParameters]
+PARAMETERS = {declaration.name for model in MODELS for declaration in declarations(model)} - HOMONYMS.keys()
+WORDS = re.compile(r"\b(face|faces|ball|balls|prism|prisms)\b(?!-)")
+JS_STRING = re.compile(r"\"(?:[^\"\\]|\\.)*\"|`(?:[^`\\]|\\.)*`")
+
+
+def general(room: str, ending: str) -> list[Path]:
+    """The files of a room, without the homes of experiments."""
+    files = sorted((ROOT / room).rglob(f"*{ending}"))
+    return [path for path in files if not str(path.relative_to(ROOT)).startswith(tuple(HOMES))]
+
+
+def python_leaks(path: Path) -> Iterator[str]:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}  # docstrings
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr in PARAMETERS:
+            yield node.attr
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in prose:
+            if node.value in PARAMETERS or node.value in EXPERIMENTS:
+                yield node.value
+            yield from WORDS.findall(node.value)
+
+
+def script_leaks(path: Path) -> Iterator[str]:
+    text = re.sub(r"/\*.*?\*/|^\s*//.*?$", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    for string in JS_STRING.findall(text):
+        if string[1:-1] in PARAMETERS or string[1:-1] in EXPERIMENTS:
+            yield string
+        yield from WORDS.findall(string)
+    yield from (name for name in re.findall(r"\.([a-z_0-9]+)\b", text) if name in PARAMETERS)
+
+
+@pytest.mark.parametrize("room", ["pftrack", "server"])
+def test_no_experiment_leaks_into_the_program(room: str) -> None:
+    """No general module has an experiment's name, a parameter's name or what is tracked as a string or an attribute."""
+    leaks = [(str(path.relative_to(ROOT)), name) for path in general(room, ".py") for name in python_leaks(path)]
+    assert [leak for leak in leaks if leak not in PLACES] == []
+
+
+def test_no_experiment_leaks_into_the_pages() -> None:
+    """No module of the pages has an experiment's name, a parameter's name or what is tracked."""
+    leaks = [
+        (str(path.relative_to(ROOT)), name) for path in general("frontend_static", ".js") for name in script_leaks(path)
+    ]
+    assert [leak for leak in leaks if leak not in PLACES] == []
+
+
+def test_exceptions_are_needed() -> None:
+    """Every home exists, every homonym is a parameter, and every single place holds what it is excused for."""
+    assert [home for home in HOMES if not (ROOT / home).exists()] == []
+    known = {declaration.name for model in MODELS for declaration in declarations(model)}
+    assert HOMONYMS.keys() <= known
+    assert [place for place in PLACES if place[1] not in python_leaks(ROOT / place[0])] == []
+
+
+def test_a_leak_is_found(tmp_path: Path) -> None:
+    """The search itself finds strings, attributes and words, and passes over prose."""
+    python = tmp_path / "leak.py"
+    python.write_text('"""A ball."""\nif kind == "ball": x = values["gamma_px"], p.gamma_px, "a face", f"{x} balls"\n')
+    assert sorted(python_leaks(python)) == ["ball", "ball", "balls", "face", "gamma_px", "gamma_px"]
+    script = tmp_path / "leak.js"
+    script.write_text('// a face\nconst a = `face ${p.gamma_px}`; /* "ball" */ if (id === "ball") a["gamma_px"] = 1;\n')
+    assert sorted(script_leaks(script)) == ['"ball"', '"gamma_px"', "ball", "face", "gamma_px"]
