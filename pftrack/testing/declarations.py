@@ -2,12 +2,14 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import find
 from pftrack.parameters import Declaration, ParameterError, Parameters, declarations, revise
+from pftrack.plot import Plot
 from pftrack.runs.run import Change
+from pftrack.series import SeriesShape
 from pftrack.testing.check import Check, CheckError, begun, demand, named
 
 __all__ = ["checks"]
@@ -16,6 +18,15 @@ UNITS = ("_px", "_mm", "_deg", "_rad", "_hz", "_s", "_ms", "_frames")
 """Endings of names that state a unit; the declaration then has to state it as well."""
 
 NUMBERS = ("integer", "number")
+
+SHAPES: Mapping[str, tuple[SeriesShape, ...]] = {
+    "band": ("number",),
+    "interval": ("interval",),
+    "features": ("vector",),
+    "frequency": ("number", "vector"),
+    "hypotheses": ("hypotheses",),
+}
+"""The shapes of series that the kinds of plot draw which read series by name."""
 
 
 def checks(experiment: Experiment) -> Iterator[Check]:
@@ -128,9 +139,34 @@ def _presets_run(experiment: Experiment) -> None:
 def _declares_plots(experiment: Experiment) -> None:
     _demand_unique((plot.id for plot in experiment.plots), "plots")
     demand(experiment.readings, "an experiment needs a reading at least: a line of figures for each frame")
+    declared = {series.name: series for series in experiment.declared()}
     for plot in experiment.plots:
         demand(plot.title, f"the plot {plot.id} must have a title")
         _demand_end(plot.description, ".", f"the description of the plot {plot.id}")
+        shapes = SHAPES.get(plot.kind, ())
+        needs = "series by name" if shapes else "no series by name"
+        demand(bool(plot.series) == bool(shapes), f"the plot {plot.id} of the kind {plot.kind!r} needs {needs}")
+        for name in plot.series:
+            shape = declared[name].shape
+            demand(
+                shape in shapes,
+                f"the plot {plot.id} of the kind {plot.kind!r} draws {' or '.join(shapes)}, and {name} is {shape}",
+            )
+        _demand_parts(plot)
+
+
+def _demand_parts(plot: Plot) -> None:
+    """Go on if a plot has what its kind needs beside its series."""
+    wanted = {
+        "a level for each series": (len(plot.levels) == len(plot.series), plot.kind == "frequency"),
+        "the series of standard deviations": (bool(plot.sd), plot.kind == "band"),
+        "the series of what is visible and what was recognised": (
+            bool(plot.visible and plot.recognised),
+            plot.kind == "features",
+        ),
+    }
+    for part, (is_there, needed) in wanted.items():
+        demand(is_there or not needed, f"the plot {plot.id} of the kind {plot.kind!r} needs {part}")
 
 
 def _demand_end(text: str, end: str, what: str) -> None:
