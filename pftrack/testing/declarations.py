@@ -10,6 +10,7 @@ from pftrack.parameters import Declaration, ParameterError, Parameters, declarat
 from pftrack.plot import Plot
 from pftrack.runs.run import Change
 from pftrack.series import SeriesShape
+from pftrack.sweep import Axis, Plan, SweepError
 from pftrack.testing.check import Check, CheckError, begun, demand, named
 
 __all__ = ["checks"]
@@ -39,6 +40,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
             ("its parameters are declared whole", _declares_parameters),
             ("bad values are refused with their field", _refuses_bad_values),
             ("its presets run", _presets_run),
+            ("its example sweep is a plan", _example_sweep_is_a_plan),
             ("its plots and readings are complete", _declares_plots),
         ],
     )
@@ -134,6 +136,16 @@ def _presets_run(experiment: Experiment) -> None:
             begun(experiment, preset.tracker, seed=preset.seed, timeline=timeline).seek(2)
         except ParameterError as error:
             raise CheckError(f"the preset {preset.name} does not fit the experiment: {error}") from None
+
+
+def _example_sweep_is_a_plan(experiment: Experiment) -> None:
+    example = experiment.example_sweep
+    if example is not None:
+        axes = tuple(Axis(name, tuple(values)) for name, values in example.axes.items())
+        try:
+            Plan(experiment.id, axes, example.trackers, example.trials, frames=example.frames)
+        except (SweepError, ParameterError) as error:
+            raise CheckError(f"the example sweep does not fit the experiment: {error}") from None
 
 
 def _declares_plots(experiment: Experiment) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.experiment import Experiment, Preset, Step
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.frame import Frame
@@ -169,6 +169,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "its presets run": (
         lambda: replace(SOUND, presets=(Preset("few", "few", "kalman", {"sample_count": 0}),)),
         "the preset few does not fit the experiment: sample_count must be",
+    ),
+    "its example sweep is a plan": (
+        lambda: replace(SOUND, example_sweep=ExampleSweep({"sample_count": (0,)}, ("kalman",), 1, 5)),
+        "the example sweep does not fit the experiment: sample_count",
     ),
     "its plots and readings are complete": (plots_of_one_name, "plots must have names of their own, got twice error"),
     "estimates are finite and as long as positions are": (
