@@ -37,6 +37,7 @@ HOMONYMS = {
 """Names of parameters that are names of something general as well."""
 
 PLACES = {
+    ("pftrack/runs/migrate.py", "head"): "a key of sessions that exist",
     ("server/store/database.py", "head"): "Alembic's word for the newest migration",
     ("server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
 }
