@@ -40,7 +40,7 @@ def register(app: typer.Typer) -> None:
 def run(
     experiment: Annotated[
         str,
-        typer.Argument(metavar="EXPERIMENT", help="An experiment's name, as `list` prints it, or a recipe, FILE.json."),
+        typer.Argument(help="An experiment's name, as `list` prints it, or a recipe, FILE.json."),
     ],
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     video: Annotated[Path | None, typer.Option(help="A video, an animated GIF or a folder of pictures.")] = None,

@@ -1,27 +1,21 @@
 """The command line: one JSON value on standard output, one clear line on failure, an exit status that says which."""
 
-import csv
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from pftrack import __version__
 from pftrack.cli.app import main
 from pftrack.experiments import EXPERIMENTS
-from pftrack.film import FilmWriter
+from tests.cli.commands import FRAMES, Call, refused
 
-Call = Callable[..., tuple[int, str, str]]
-
-FRAMES = 12
 KEYS = {
     "experiment",
     "tracker",
@@ -44,49 +38,8 @@ def process(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100, **options)
 
 
-@pytest.fixture
-def call(capfd: pytest.CaptureFixture[str]) -> Call:
-    """Run the command line in this process, which is quicker; give status, standard output and standard error."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        out, err = capfd.readouterr()
-        assert isinstance(ended.value.code, int)
-        return ended.value.code, out, err
-
-    return run
-
-
-@pytest.fixture(scope="session")
-def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A film of a red square that moves two pixels a frame, with its table of boxes beside it."""
-    folder = tmp_path_factory.mktemp("clip")
-    boxes = [(20 + 2 * frame, 30, 10, 8) for frame in range(FRAMES)]
-    with FilmWriter(folder / "clip.mp4", 25.0) as film:
-        for x, y, w, h in boxes:
-            picture = np.full((80, 120, 3), 100, np.uint8)
-            picture[y : y + h, x : x + w] = (200, 40, 40)
-            film.write(picture)
-    with (folder / "truth.csv").open("w", newline="") as file:
-        csv.writer(file).writerows(
-            [("frame", "x", "y", "w", "h", "state"), *((i, *box, "") for i, box in enumerate(boxes))]
-        )
-    return folder / "clip.mp4"
-
-
 def on_clip(clip: Path, *more: object) -> tuple[object, ...]:
     return "run", "ball", "--video", clip, "--box", "20,30,10,8", *more
-
-
-def refused(result: tuple[int, str, str], status: int, *parts: str) -> None:
-    """Check a failure: its status, nothing on standard output, one line without a traceback on standard error."""
-    code, out, err = result
-    assert (code, out) == (status, ""), err
-    assert err.startswith("pftrack: ")
-    assert err.count("\n") == 1, err
-    for part in parts:
-        assert part in err
 
 
 # ---------------------------------------------------------------- what there is
@@ -308,7 +261,7 @@ def test_an_impossible_box_is_refused(call: Call, clip: Path, box: str, message:
 def test_a_start_behind_the_end_is_refused(call: Call, clip: Path) -> None:
     """The message names the number of frames that there are."""
     refused(
-        call(*on_clip(clip, "--start", 500)), 2, f"--start must be a whole number between 0 and {FRAMES - 1}, got '500'"
+        call(*on_clip(clip, "--start", 500)), 2, f"start must be a frame of the recording, 0 to {FRAMES - 1}, got 500"
     )
     refused(call(*on_clip(clip, "--frames", 500)), 2, f"frames must be a whole number between 1 and {FRAMES}, got 500")
 

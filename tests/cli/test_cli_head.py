@@ -2,35 +2,20 @@
 
 import csv
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from pftrack.cli.app import main
 from pftrack.film import FilmWriter
 from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.rotation import rotation
+from tests.cli.commands import Call
 from tests.experiments.heads import empty, pictures, simulated
-
-Call = Callable[..., tuple[int, str, str]]
 
 COUNT, WIDTH = 60, 320
 CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
-
-
-@pytest.fixture
-def call(capfd: pytest.CaptureFixture[str]) -> Call:
-    def run(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        out, err = capfd.readouterr()
-        assert isinstance(ended.value.code, int)
-        return ended.value.code, out, err
-
-    return run
 
 
 def film(place: Path, shown: list[Any]) -> Path:

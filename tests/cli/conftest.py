@@ -1,0 +1,42 @@
+"""Fixtures of the command line: calls in this process, and a small clip."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pftrack.cli.app import main
+from pftrack.film import FilmWriter
+from tests.cli.commands import FRAMES, Call
+
+
+@pytest.fixture
+def call(capfd: pytest.CaptureFixture[str]) -> Call:
+    """Run the command line in this process, which is quicker; give status, standard output and standard error."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        out, err = capfd.readouterr()
+        assert isinstance(ended.value.code, int)
+        return ended.value.code, out, err
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A film of a red square that moves two pixels a frame, with its table of boxes beside it."""
+    folder = tmp_path_factory.mktemp("clip")
+    boxes = [(20 + 2 * frame, 30, 10, 8) for frame in range(FRAMES)]
+    with FilmWriter(folder / "clip.mp4", 25.0) as film:
+        for x, y, w, h in boxes:
+            picture = np.full((80, 120, 3), 100, np.uint8)
+            picture[y : y + h, x : x + w] = (200, 40, 40)
+            film.write(picture)
+    with (folder / "truth.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(
+            [("frame", "x", "y", "w", "h", "state"), *((i, *box, "") for i, box in enumerate(boxes))]
+        )
+    return folder / "clip.mp4"
