@@ -206,7 +206,8 @@ def _first(error: RequestValidationError) -> dict[str, Any]:
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, ParameterError):
         return shape(str(cause), field=cause.field, bound=cause.bound, value=cause.value)
-    where = [str(part) for part in first["loc"] if part not in {"body", "query", "path"}]
+    # The fields of a recipe have the names that the library's own refusals give them.
+    where = [str(part) for part in first["loc"] if part not in {"body", "query", "path", "recipe"}]
     field = ".".join(where) or None
     said = str(first["msg"]).removeprefix("Value error, ")
     bound = said.removeprefix("Input should be ").removeprefix("String should ")

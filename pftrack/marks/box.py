@@ -82,9 +82,9 @@ class Box(Mark):
     @classmethod
     def editor(cls) -> Editor:
         """Return its four numbers."""
-        named = {"x": "Left edge", "y": "Upper edge", "width": "Width", "height": "Height"}
+        named = {"x": ("Left edge", 0), "y": ("Upper edge", 0), "width": ("Width", 40), "height": ("Height", 40)}
         numbers = [
-            MarkNumber(name=name, title=title, unit="px", minimum=0, maximum=LARGEST_PX, step=1, default=0)
-            for name, title in named.items()
+            MarkNumber(name=name, title=title, unit="px", minimum=0, maximum=LARGEST_PX, step=1, default=default)
+            for name, (title, default) in named.items()
         ]
         return cls.described(numbers=tuple(numbers))

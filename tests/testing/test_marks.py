@@ -1,0 +1,104 @@
+"""The checks of marks pass for a kind of one's own, and fail for one that breaks what they are about."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import ClassVar, Literal
+
+import numpy as np
+import pytest
+
+from pftrack.drawing import Ellipse, Primitive
+from pftrack.experiments import find
+from pftrack.marks import Box, Editor, Handle, Mark, MarkNumber
+from pftrack.parameters import ParameterError
+from pftrack.testing import CheckError, marks
+
+BALL = find("ball")
+
+
+class Disc(Mark):
+    """A kind that the project does not have."""
+
+    title: ClassVar[str] = "Disc"
+    instruction: ClassVar[str] = "Put the disc on the target."
+
+    kind: Literal["disc"] = "disc"
+    centre: tuple[float, float]
+    radius_px: float
+
+    def check(self, size: tuple[int, int]) -> None:
+        if any(place > extent - 1 for place, extent in zip(self.centre, size, strict=True)) or size[0] < self.radius_px:
+            raise ParameterError("mark.centre", self.centre, f"within the picture of {size[0]} x {size[1]} px")
+
+    def draw(self) -> Mapping[str, Primitive]:
+        axes = np.diag([self.radius_px, self.radius_px]).astype(np.float32)
+        return {"disc": Ellipse(np.array([*self.centre, 1.0], np.float32), axes, (0, 114, 178), 2.0, "mark")}
+
+    @classmethod
+    def editor(cls) -> Editor:
+        radius = MarkNumber(
+            name="radius_px", title="Radius", unit="px", minimum=1, maximum=200, step=1, default=20, about="centre"
+        )
+        return cls.described(handles=(Handle(name="centre", title="Centre"),), numbers=(radius,))
+
+
+class Elsewhere(Disc):
+    """Drawn on another layer."""
+
+    def draw(self) -> Mapping[str, Primitive]:
+        return {"disc": replace(super().draw()["disc"], layer="picture")}
+
+
+class Anywhere(Disc):
+    """Fits every picture."""
+
+    def check(self, size: tuple[int, int]) -> None:
+        del size
+
+
+class Undescribed(Disc):
+    """Has a field of which the editor is not told."""
+
+    @classmethod
+    def editor(cls) -> Editor:
+        return cls.described(handles=(Handle(name="centre", title="Centre"),))
+
+
+def run(*kinds: type[Mark]) -> None:
+    for check in marks.checks(replace(BALL, marks=kinds)):
+        check()
+
+
+def test_a_kind_of_one_s_own_is_sound() -> None:
+    """A disc of a handle and a radius does all that is asked of a kind, beside a box."""
+    run(Disc, Box)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "message"),
+    [
+        ((), "must take a kind of mark"),
+        ((Disc, Elsewhere), "different names"),
+        ((Elsewhere,), 'in the layer "mark"'),
+        ((Anywhere,), "must not fit a picture of 1 x 1 px"),
+    ],
+)
+def test_what_is_wrong_with_a_kind_is_said(kinds: tuple[type[Mark], ...], message: str) -> None:
+    """Each check fails for a kind that breaks what it is about."""
+    with pytest.raises(CheckError, match=message):
+        run(*kinds)
+
+
+def test_a_field_that_no_editor_knows_is_missing() -> None:
+    """A description that does not make a whole mark is refused by the field that it lacks."""
+    with pytest.raises(ParameterError, match=r"mark\.radius_px"):
+        run(Undescribed)
+
+
+@pytest.mark.parametrize("parse", [Disc.parse, Disc.read])
+def test_it_is_read_from_json(parse: Callable[..., Disc]) -> None:
+    """A kind without a form of text of its own is read from JSON on the command line as well."""
+    raw = {"centre": [4, 5], "radius_px": 3}
+    assert parse('{"centre": [4, 5], "radius_px": 3}' if parse == Disc.parse else raw).centre == (4, 5)
+    with pytest.raises(ValueError, match="there is no file"):
+        Disc.parse("no file")
