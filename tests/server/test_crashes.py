@@ -52,7 +52,7 @@ class TestKilledWorkers:
             resumed = client.post(f"/api/v1/sessions/{victim['id']}/resume").json()
             assert (resumed["state"], resumed["position"], resumed["computed"]) == ("ready", 50, 60)
             hello = until(socket, lambda message: message["type"] == "hello")[-1]
-            assert hello["session"]["recipe"]["timeline"] == [
+            assert hello["session"]["timeline"] == [
                 {"frame": 31, "values": {"sample_count": 200}, "before": {"sample_count": 800}}
             ]
         assert diagnostics(client, victim["id"]) == before
