@@ -111,7 +111,7 @@ export class Panel {
     const { connection, isAwake } = this.#store;
     const session = this.#session;
     /** @type {Record<string, Value>} */
-    const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.seed };
+    const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.recipe.seed };
     for (const [name, control] of this.#controls) {
       if (!this.#proposals.holds(name) && name in inForce) control.show(inForce[name]);
     }
