@@ -88,6 +88,30 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
     context.close()
 
 
+def test_a_flat_view_finds_a_restarted_server(own_server: Server, chromium: Any) -> None:
+    """The canvas keeps its picture while the server is away, and goes on with the run afterwards, without a reload."""
+    session = own_server.start_session()
+    own_server.seek(session["id"], 20)
+    context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=own_server.url)
+    page = context.new_page()
+    page.set_default_timeout(60_000)
+    page.goto(f"{session['page']}?view=flat")
+    shown = SessionPage(page, own_server)
+    painted = "document.querySelector('.flat-canvas')?.dataset.frame"
+    shown.until(lambda: page.evaluate(painted) == "20", "the frame is painted")
+    page.evaluate("window.notReloaded = true")
+    own_server.stop()
+    page.locator(".bar-lost").wait_for()
+    assert page.evaluate(painted) == "20"
+    own_server.start()
+    page.locator(".bar-lost").wait_for(state="hidden")
+    shown.until(lambda: page.locator(".play").is_enabled(), "the play button can be pressed")
+    shown.press("ArrowRight")
+    shown.until(lambda: page.evaluate(painted) == "21", "the next frame is painted")
+    assert page.evaluate("window.notReloaded")
+    context.close()
+
+
 def test_without_a_session_nothing_can_be_pressed(page: Any, complaints: Any) -> None:
     """Where there is no session the transport and the tools are switched off, and no empty plots are drawn."""
     complaints.expected = ("the server responded with a status of 404",)
