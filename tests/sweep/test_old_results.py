@@ -1,0 +1,73 @@
+"""Results of the first format: they open, compute to the same numbers, and go on where they stopped."""
+
+import csv
+import io
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from pftrack.sweep import begin, carry_out, cells, csv_pieces, partial_of, read_result, rows_of
+from pftrack.sweep.chunks import Chunks
+from pftrack.sweep.journal import metadata
+from pftrack.sweep.report import write_report
+from pftrack.sweep.table import TIMING, schema
+
+PLACE = Path(__file__).parents[1] / "data" / "format_1" / "sweeps"
+OLD_ONLY = {"ball": set(), "sine": {"observation_share", "switches"}}
+COMPUTED = ("run", "tracker", "trial", "seed", "success", "mean_error", "lost_frames", "estimates_sha256")
+
+
+@pytest.mark.parametrize("name", OLD_ONLY)
+def test_an_old_result_opens_with_the_columns_of_today(name: str) -> None:
+    """A column that nobody declares any more is left out; all others are as they were written."""
+    path = PLACE / f"{name}.parquet"
+    result, written = read_result(path), pq.read_table(path)
+    table = result.table
+    assert table.column_names == schema(result.plan).names
+    assert set(written.column_names) - set(table.column_names) == OLD_ONLY[name]
+    assert table.to_pylist() == written.select(table.column_names).to_pylist()
+    header, *lines = csv.reader(io.StringIO(b"".join(csv_pieces(result)).decode()))
+    assert header == table.column_names
+    assert {len(line) for line in lines} == {len(header)}
+    assert len(rows_of(result, {"tracker": "kalman"})) == len(table) / 2
+
+
+@pytest.mark.parametrize("name", OLD_ONLY)
+def test_an_old_result_computes_to_the_same_numbers(name: str, tmp_path: Path) -> None:
+    """The same plan gives the same rows today, but for what a tracker does not have: that was written as 0."""
+    old = read_result(PLACE / f"{name}.parquet")
+    new = carry_out(old.plan, tmp_path / "again.parquet", jobs=1)
+    assert new.table.select(COMPUTED) == old.table.select(COMPUTED)
+    for before, after in zip(old.table.to_pylist(), new.table.to_pylist(), strict=True):
+        differing = {column for column in after if column != TIMING and before[column] != after[column]}
+        if after["tracker"] == "kalman" and name == "ball":
+            assert differing == {"observation_share", "switches"}
+            assert all(before[column] == 0 and after[column] is None for column in differing)
+        else:
+            assert not differing
+
+
+@pytest.mark.parametrize("name", OLD_ONLY)
+def test_an_old_result_is_reported(name: str, tmp_path: Path) -> None:
+    """Its report has the figures of its cells."""
+    result = read_result(PLACE / f"{name}.parquet")
+    report = write_report(result, tmp_path / "report")
+    assert [row[0] for row in report.tables[0].rows] == list(result.plan.trackers)
+    assert cells(result).keys() == set(result.plan.trackers)
+
+
+@pytest.mark.parametrize("name", OLD_ONLY)
+def test_an_old_sweep_goes_on_where_it_stopped(name: str, tmp_path: Path) -> None:
+    """Chunks that were kept with the old columns are put together with those that are computed now."""
+    path, out = PLACE / f"{name}.parquet", tmp_path / "half.parquet"
+    plan = read_result(path).plan
+    journal = begin(plan, out)
+    chunks = Chunks(plan, 1, plan.trials)
+    journal.cut(chunks)
+    kept = pq.read_table(path).slice(0, chunks[0].runs).replace_schema_metadata(metadata(plan))
+    pq.write_table(kept, partial_of(out) / "000000.parquet", write_page_checksum=True)
+    result = carry_out(None, out, jobs=1)
+    assert result.complete
+    assert result.table.select(COMPUTED) == read_result(path).table.select(COMPUTED)
+    assert pq.read_schema(out).names == schema(plan).names
