@@ -219,6 +219,7 @@ def _relative(video: Path, out: Path) -> str:
 def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
     from pftrack.film import FilmWriter
     from pftrack.rendering import render
+    from pftrack.runs.scoring import reductions
 
     with ExitStack() as stack:
         film = stack.enter_context(FilmWriter(video_out, run.source.frame_rate_hz)) if video_out else None
@@ -229,7 +230,9 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
     said = run.experiment.report(run.diagnostics) if run.experiment.report else {}
-    return {**run.summary().as_dict(), **said}
+    kept = reductions(run.experiment.declared(), run.diagnostics[1:])
+    known = {name: value for name, value in kept.items() if value is not None}
+    return {**run.summary().as_dict(), **known, **said}
 
 
 def _print(summary: Mapping[str, object], *, json: bool) -> None:

@@ -11,14 +11,18 @@ from typing import Any
 
 import httpx
 
+from tests.installing import environment
+
 START_S = 60.0
 
 
 class Server:
     """`pftrack serve` on a free port; a second start serves the same data at the same place."""
 
-    def __init__(self, data: Path) -> None:
+    def __init__(self, data: Path, installed: Path | None = None) -> None:
+        """Start it on a folder of data, beside what is installed in another folder."""
         self._data = data
+        self._environment = {**(environment(installed) if installed else os.environ), "PYTHONUNBUFFERED": "1"}
         self._port = 0
         self._born: dict[str, set[int]] = {}
         self._process: subprocess.Popen[str] | None = None
@@ -34,7 +38,7 @@ class Server:
         command = [sys.executable, "-m", "pftrack", "serve", "--port", str(self._port), "--data-dir", str(self._data)]
         with self.log.open("a") as log:
             self._process = subprocess.Popen(
-                command, stdout=subprocess.PIPE, stderr=log, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+                command, stdout=subprocess.PIPE, stderr=log, text=True, env=self._environment
             )
         assert self._process.stdout is not None
         line = self._process.stdout.readline()

@@ -8,6 +8,11 @@ import { Plot, columns } from "./plot.js";
 
 /** One line a branch: the first of the values, functions of a row. The axis reaches to all of them. */
 class CurvePlot extends Plot {
+  /** @returns {string[]|null} */
+  get needs() {
+    return null;
+  }
+
   /** @returns {Record<string, (row: object) => number|null>} */
   values() {
     return {};

@@ -20,14 +20,19 @@ export class Plot {
     this.id = declared.id;
   }
 
-  /** Names of series of which at least one has to be measured for there to be something to draw; none if it is always. */
+  /**
+   * Names of series of which at least one has to be measured for there to be something to draw; null if it needs none.
+   *
+   * @returns {string[]|null}
+   */
   get needs() {
     return this.declared.series;
   }
 
   /** Whether any branch has something to draw. */
   isMeasured(histories) {
-    return this.needs.length === 0 || histories.some((history) => this.needs.some((name) => history.measures(name)));
+    const { needs } = this;
+    return needs === null || histories.some((history) => needs.some((name) => history.measures(name)));
   }
 
   /**

@@ -1,0 +1,153 @@
+"""An experiment with several hypotheses, with an interval, and with a method that reports nothing at all.
+
+A signal is followed by three possibilities: where it is, its mirror image, and in every third frame that it stands
+still. The test that installs it compares what the page draws with what it wrote down.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import Drawing, Polyline
+from pftrack.experiment import Experiment, Setup, Step
+from pftrack.frame import Frame, Target
+from pftrack.layer import Layer
+from pftrack.parameters import parameter
+from pftrack.plot import SAMPLE_SIZE, SAMPLERS, SIGMA, STEP_TIME, Plot, Reading
+from pftrack.random import Generator
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.series import Hypotheses, Interval, Series, SeriesValue
+from pftrack.sources.signal import SignalParameters, SignalSource
+from pftrack.trackers import Tracker
+
+GAIN = 0.4
+
+
+class BankParameters(SignalParameters):
+    """The signal, and a limit that is drawn."""
+
+    doubt: float = parameter(
+        0.3,
+        "Doubt",
+        "A standard deviation above this is drawn as doubtful.",
+        ge=0.01,
+        le=1,
+        step=0.01,
+        group="Bank",
+        role="threshold",
+        threshold_of="sigma",
+    )
+
+
+@dataclass(frozen=True)
+class Bank:
+    """Possibilities (K, 1) and their weights (K,)."""
+
+    places: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    log_evidence: float = 0.0
+
+    @property
+    def estimate(self) -> NDArray[np.float64]:
+        best: NDArray[np.float64] = self.places[int(self.weights.argmax())]
+        return best
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        return np.array([0.1 + 0.1 * float(1.0 - self.weights.max())])
+
+    @property
+    def nbytes(self) -> int:
+        return 1024
+
+    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+        return {"places": self.places, "weights": self.weights}
+
+
+def start(target: Target, frame: Frame, parameters: BankParameters, rng: Generator) -> Bank:
+    del frame, parameters, rng
+    return Bank(np.stack([target.position, -target.position]), np.array([0.5, 0.5]))
+
+
+def step(state: Bank, frame: Frame, parameters: BankParameters, rng: Generator) -> Bank:
+    del parameters, rng
+    assert frame.signal is not None
+    place = state.places[0] + GAIN * (frame.signal - state.places[0])
+    places = [place, -place, state.places[0]][: 3 if frame.index % 3 == 0 else 2]
+    raw = np.array([0.6 + 0.01 * (frame.index % 10), 0.3, 0.1])[: len(places)]
+    return Bank(np.stack(places), raw / raw.sum())
+
+
+def measure(state: Bank) -> Mapping[str, SeriesValue]:
+    mean, sd = float(state.estimate[0]), float(state.sigma[0])
+    return {
+        "bank": Hypotheses(tuple((float(place),) for (place,) in state.places), tuple(state.weights.tolist())),
+        "range": Interval(mean - 2 * sd, mean + 2 * sd),
+    }
+
+
+def true_value(frame: Frame, state: Bank) -> Mapping[str, SeriesValue]:
+    del state
+    return {"truth": float(frame.target.position[0])} if frame.target else {}
+
+
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    del past, other
+    x = 100.0 + 80.0 * float(step.state.estimate[0])
+    line = np.array([[x, 10.0, 1.0], [x, 90.0, 1.0]], np.float32)
+    return Drawing(200, 100, {"estimate": Polyline(line, (0, 114, 178), 3.0, "estimate")}, f"frame {step.frame.index}")
+
+
+TRACKERS = (
+    Tracker(
+        "bank",
+        "Bank",
+        "Keeps two or three possibilities.",
+        start,
+        step,
+        series=(
+            Series("bank", "possibilities", shape="hypotheses", components=("value",)),
+            Series("range", "range", shape="interval"),
+        ),
+        measure=measure,
+    ),
+    Tracker("plain", "Plain", "Reports nothing beside its estimate.", start, step),
+)
+
+EXPERIMENT = Experiment(
+    id="bank",
+    interface=1,
+    title="A bank of possibilities",
+    question="Which of them is it?",
+    document="The tests",
+    description="A signal and its mirror image.",
+    unit="",
+    trackers={tracker.id: tracker for tracker in TRACKERS},
+    default_tracker="bank",
+    frames=60,
+    presets=(),
+    layers=(Layer("estimate"),),
+    simulate=lambda: Setup(SignalSource, BankParameters(), {"kind": "simulated"}),
+    draw=draw,
+    error=lambda estimates, truths: np.abs(estimates - truths).mean(axis=-1),
+    target="signal",
+    series=(Series("truth", "truth"),),
+    measure=true_value,
+    plots=(
+        Plot("hypotheses", "possibilities", "hypotheses", "What it may be.", series=("bank",), truth="truth"),
+        Plot("range", "range", "interval", "Where it should be.", series=("range",), truth="truth"),
+        SIGMA,
+        SAMPLE_SIZE,
+        SAMPLERS,
+    ),
+    readings=(
+        Reading("estimate", "estimate"),
+        Reading("particles", "particles"),
+        Reading("proposal", "samplers"),
+        Reading("most probable", "hypotheses", series="bank"),
+        Reading("range", "interval", series="range"),
+        STEP_TIME,
+    ),
+)

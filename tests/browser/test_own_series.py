@@ -1,0 +1,98 @@
+"""Series of an experiment that the project does not know, on the page.
+
+Hypotheses and intervals are drawn, and nothing that a method does not have.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import SessionPage
+from tests.installing import install
+
+FAINTEST = 0.06
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server beside which a package with an experiment of its own is installed."""
+    place = tmp_path_factory.mktemp("installed")
+    install(place, "bank", (Path(__file__).parent / "bank.py").read_text(), "bank = bank:EXPERIMENT")
+    server = Server(tmp_path_factory.mktemp("served"), installed=place)
+    yield server
+    server.stop()
+
+
+def opened(page: Any, server: Server, **wish: Any) -> SessionPage:
+    session = server.start_session(experiment="bank", frames=40, **wish)
+    page.goto(session["page"])
+    shown = SessionPage(page, server)
+    shown.until(lambda: shown.position is not None, "the frame counter shows a number")
+    shown.until(lambda: page.locator(".play").is_enabled(), "the play button can be pressed")
+    return shown
+
+
+def panels(shown: SessionPage) -> list[str]:
+    return [panel.get_attribute("data-plot") for panel in shown.page.locator(".panel:visible").all()]
+
+
+def readings(shown: SessionPage) -> list[str]:
+    return [title.inner_text() for title in shown.page.locator(".readout dt:visible").all()]
+
+
+def test_hypotheses_and_intervals_are_drawn_as_they_were_written_down(page: Any, server: Server) -> None:
+    """Each possibility leads from place to place, the more opaque the more probable; intervals have both ends."""
+    shown = opened(page, server)
+    shown.play_to_the_end()
+    rows = server.column(shown.id, "series")
+    count = sum(len(row["bank"]["weights"]) for row in rows)
+    shown.until(lambda: len((shown.glyph("hypotheses") or {"y1": []})["y1"]) == count, "all possibilities are drawn")
+    drawn = shown.glyph("hypotheses")
+    assert drawn is not None
+    assert drawn["y1"] == [value for row in rows for (value,) in row["bank"]["values"]]
+    weights = np.array([weight for row in rows for weight in row["bank"]["weights"]])
+    assert np.allclose(drawn["alpha"], FAINTEST + (1 - FAINTEST) * weights)
+    # The third possibility is there in every third frame only, and so begins anew each time.
+    new = np.array(drawn["x1"]) - np.array(drawn["frame"]) == 0.5
+    assert new.sum() == 2 + 13
+    branch = shown.session["branch"]
+    shown.until(lambda: shown.lines.get(f"range {branch} low 0") == 40, "the interval is drawn")
+    found = shown.glyph(f"range {branch} high 0")
+    assert found is not None
+    assert list(zip(found["low 0"], found["high 0"], strict=True)) == [tuple(row["range"]) for row in rows]
+    assert found["truth"] == [row["truth"] for row in rows]
+    best = max(rows[-1]["bank"]["weights"])
+    panel = page.locator("[data-plot=hypotheses]")
+    shown.until(lambda: f"{100 * best:.0f} %, one of" in panel.inner_text(), "the heading says how probable it is")
+
+
+def test_what_a_method_does_not_have_is_not_shown(page: Any, server: Server) -> None:
+    """Without particles there is no panel of their number and no line of it; the threshold is found by its role."""
+    shown = opened(page, server)
+    shown.play_to_the_end()
+    shown.until(lambda: panels(shown) == ["hypotheses", "range", "sigma"], "only these panels are there")
+    assert readings(shown) == ["estimate", "most probable", "range", "step"]
+    assert "threshold" in page.locator("[data-plot=sigma] h2").inner_text()
+    assert "0.300" in page.locator("[data-plot=sigma] h2").inner_text()
+
+
+def test_a_method_may_take_over_that_reports_something_else(page: Any, server: Server) -> None:
+    """What a method does not report is left out of its frames; the curves of the frames before stay."""
+    shown = opened(page, server, tracker="plain")
+    shown.until(lambda: panels(shown) == ["sigma"], "a method that reports nothing has what all have")
+    assert readings(shown) == ["estimate", "step"]
+    server.seek(shown.id, 10)
+    server.patch(f"sessions/{shown.id}/parameters", {"tracker": "bank"})
+    shown.play_to_the_end()
+    shown.until(lambda: panels(shown) == ["hypotheses", "range", "sigma"], "now there is more to see")
+    rows = server.column(shown.id, "series")
+    assert ["bank" in row for row in rows] == [False] * 11 + [True] * 29
+    branch = shown.session["branch"]
+    shown.until(lambda: shown.lines.get(f"range {branch} low 0") == 40, "the interval is drawn")
+    found = shown.glyph(f"range {branch} low 0")
+    assert found is not None
+    assert np.isnan(np.array(found["low 0"], dtype=np.float64)).tolist() == [True] * 11 + [False] * 29
