@@ -4,7 +4,6 @@ A film is written under another name beside its place and renamed when it is who
 leaves either the old file or none, never half of one.
 """
 
-import os
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
@@ -13,6 +12,8 @@ from typing import Self
 import av
 import numpy as np
 from numpy.typing import NDArray
+
+from pftrack.files import part_of, settle
 
 __all__ = ["FilmWriter"]
 
@@ -35,7 +36,7 @@ class FilmWriter:
             OSError: The file cannot be written there.
         """
         self._path = path
-        self._part = path.with_name(f".{path.name}.{os.getpid()}.part")
+        self._part = part_of(path)
         self._part.touch()
         self._container = av.open(self._part, "w", format="mp4", options={"movflags": "+faststart"})
         self._rate = Fraction(frame_rate_hz).limit_denominator(1001)
@@ -64,7 +65,7 @@ class FilmWriter:
             if kind is None and self._stream is not None:
                 self._container.mux(self._stream.encode(None))
                 self._container.close()
-                self._part.replace(self._path)
+                settle(self._part, self._path)
             else:
                 self._container.close()
         finally:

@@ -101,9 +101,7 @@ export const api = {
   unbookmark: (id, bookmark) => request("DELETE", session(id, `/bookmarks/${encodeURIComponent(bookmark)}`)),
   frameAddress: (id) => `${ROOT}${session(id, "/frame.png")}`,
 
-  uploads: () => request("GET", "uploads"),
   upload: (id) => request("GET", `uploads/${encodeURIComponent(id)}`),
-  removeUpload: (id) => request("DELETE", `uploads/${encodeURIComponent(id)}`),
   mark: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/mark?${new URLSearchParams(question)}`),
   truth: (id, experiment) => request("GET", truthPath(id, experiment)),
   giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,

@@ -641,7 +641,6 @@ export interface SweepPublic {
   id: string;
   title: string;
   experiment: string;
-  experiment_title: string;
   unit: string;
   judged: boolean;
   axes: AxisPublic[];

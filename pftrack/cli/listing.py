@@ -31,7 +31,7 @@ def experiment_named(name: str) -> "Experiment":
     try:
         return find(name)
     except LookupError as error:
-        raise wrong_use(str(error.args[0]) if error.args else f"there is no experiment {name!r}") from None
+        raise wrong_use(str(error.args[0])) from None
 
 
 def list_(json: Json = False) -> None:

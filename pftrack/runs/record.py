@@ -8,7 +8,6 @@ one, never half of one. Files of earlier formats are read as well, see `pftrack.
 
 import io
 import json
-import os
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -20,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pftrack import __version__, series
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
+from pftrack.files import part_of, settle
 from pftrack.parameters import ParameterError
 from pftrack.runs import migrate
 from pftrack.runs.recipe import EARLIER, Footage, Recipe
@@ -89,14 +89,14 @@ def save(run: Run, path: Path, *, states: bool = False, footage_path: str | None
     Raises:
         OSError: The file cannot be written; what was there before is still there.
     """
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part = part_of(path)
     try:
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr("run.json", describe(run, path=footage_path).model_dump_json(indent=1))
             archive.writestr("diagnostics.npz", _packed(_columns(run)))
             if states:
                 archive.writestr("states.npz", _packed(_states(run)))
-        part.replace(path)
+        settle(part, path)
     finally:
         part.unlink(missing_ok=True)
 

@@ -17,6 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pftrack import __version__
+from pftrack.files import write_whole
 from pftrack.sweep.chunks import Chunk, Chunks
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.plan import Plan
@@ -100,11 +101,11 @@ class Journal:
 
     def cut(self, chunks: Chunks) -> None:
         """Write down how the plan is cut; this holds from now on."""
-        _write(self.folder / CUT, json.dumps({"conditions": chunks.conditions, "trials": chunks.trials}).encode())
+        write_whole(self.folder / CUT, json.dumps({"conditions": chunks.conditions, "trials": chunks.trials}).encode())
 
     def keep(self, chunk: Chunk, data: bytes) -> None:
         """Keep a finished chunk: the bytes of its Parquet file."""
-        _write(self.folder / f"{chunk.number:06d}.parquet", data)
+        write_whole(self.folder / f"{chunk.number:06d}.parquet", data)
 
     def kept(self, chunks: Chunks) -> set[int]:
         """Return the numbers of the chunks that are there; one that is damaged is not.
@@ -167,7 +168,7 @@ def begin(plan: Plan, out: Path) -> Journal:
     if journal.folder.exists():
         raise SweepError(f"{out} was begun already; go on with --resume {out}, or remove {journal.folder}")
     journal.folder.mkdir()
-    _write(journal.folder / PLAN, json.dumps(_described(plan), indent=1).encode())
+    write_whole(journal.folder / PLAN, json.dumps(_described(plan), indent=1).encode())
     return journal
 
 
@@ -266,9 +267,3 @@ def _plan(raw: Any, path: Path) -> Plan:  # noqa: ANN401 - JSON of anybody
 
 def _described(plan: Plan) -> dict[str, object]:
     return {"format": FORMAT, "version": VERSION, "pftrack": __version__, "plan": plan.as_dict()}
-
-
-def _write(path: Path, data: bytes) -> None:
-    part = path.with_suffix(".part")
-    part.write_bytes(data)
-    part.replace(path)

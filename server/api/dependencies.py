@@ -6,8 +6,8 @@ from fastapi import Depends, Path
 from starlette.requests import HTTPConnection
 
 from pftrack.experiment import Experiment
-from pftrack.experiments import EXPERIMENTS
-from server.errors import NotFoundError
+from server.errors import NotFoundError, RefusedError
+from server.experiments import asked_for
 from server.services import Services
 from server.sessions.manager import Manager
 from server.sessions.session import Session
@@ -69,9 +69,10 @@ TheTasks = Annotated[ChildTasks, Depends(_errands)]
 
 
 def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:
-    if experiment not in EXPERIMENTS:
-        raise NotFoundError(f"There is no such experiment; there are {', '.join(EXPERIMENTS)}.")
-    return EXPERIMENTS[experiment]
+    try:
+        return asked_for(experiment)
+    except RefusedError as error:
+        raise NotFoundError(str(error)) from None
 
 
 async def _session(session: Annotated[str, Path(max_length=64)], manager: AManager) -> Session:

@@ -8,10 +8,10 @@ from starlette.responses import Response
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
+from pftrack.files import write_whole
 from pftrack.parameters import declarations
 from server.api.dependencies import AnExperiment, AStore, TheTasks
 from server.schemas.rest import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
-from server.store.files import write_whole
 from server.tasks.functions import draw_experiment
 
 __all__ = ["plugins", "router"]

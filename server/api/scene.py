@@ -5,12 +5,11 @@ from starlette.responses import RedirectResponse, Response
 
 from server.api.dependencies import ASession, TheServices
 from server.errors import NotFoundError
+from server.stream.duplex import GONE
 
 __all__ = ["router", "warm"]
 
 router = APIRouter(prefix="/viz", include_in_schema=False)
-
-GONE = 4404
 
 
 def warm() -> None:

@@ -2,16 +2,21 @@
 
 import time
 from http import HTTPStatus
+from typing import get_args
 
 from prometheus_client import CollectorRegistry, Counter, Histogram, generate_latest
 from prometheus_client.core import GaugeMetricFamily
 from prometheus_client.registry import Collector
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from server.schemas.messages import Phase
 from server.sessions.manager import Manager
 from server.sweeps.manager import Sweeps
+from server.sweeps.views import State
 
 __all__ = ["Metrics", "Stopwatch"]
+
+METHODS = {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE"}
 
 
 class Metrics:
@@ -40,7 +45,7 @@ class _Sessions(Collector):
         """Count sessions and visitors at the moment of asking."""
         states = GaugeMetricFamily("pftrack_sessions", "Sessions by state", labels=["state"])
         found = [session.phase for session in self._manager.all]
-        for state in ("starting", "ready", "playing", "ended", "suspended", "crashed"):
+        for state in get_args(Phase):
             states.add_metric([state], found.count(state))
         visitors = GaugeMetricFamily("pftrack_visitors", "Connections that look on or listen")
         visitors.add_metric([], sum(session.visitors for session in self._manager.all))
@@ -57,7 +62,7 @@ class _Sweeps(Collector):
         """Count sweeps, runs and visitors at the moment of asking."""
         states = GaugeMetricFamily("pftrack_sweeps", "Sweeps by state", labels=["state"])
         found = [sweep.state for sweep in self._sweeps.all]
-        for state in ("running", "stopped", "done"):
+        for state in get_args(State):
             states.add_metric([state], found.count(state))
         runs = GaugeMetricFamily("pftrack_sweep_runs", "Runs that are there of all sweeps kept")
         runs.add_metric([], sum(sweep.done for sweep in self._sweeps.all))
@@ -91,6 +96,6 @@ class Stopwatch:
             await self._app(scope, receive, note)
         finally:
             # What a client made up as its method must not become a label of its own.
-            method = scope["method"] if scope["method"] in {"GET", "POST", "PATCH", "DELETE"} else "other"
+            method = scope["method"] if scope["method"] in METHODS else "other"
             self._metrics.requests.labels(method, str(status)).inc()
             self._metrics.seconds.observe(time.perf_counter() - began)

@@ -5,6 +5,8 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+from pftrack.files import settle
+from pftrack.runs.recipe import EARLIER
 from pftrack.runs.record import Record
 from server.errors import ConflictError
 from server.schemas.spec import FIRST, Bookmark, SessionSpec
@@ -53,8 +55,12 @@ async def bring_in(store: Store, tasks: ChildTasks, settings: Settings, folder: 
         RefusedError: It is no record, or one that cannot be opened here.
     """
     try:
-        found = await tasks.run(weigh_record, str(received.paths[0]), await _videos(store), limits_of(settings))
-        saved, summary = Record.model_validate(found["record"]), found["summary"]
+        path = str(received.paths[0])
+        # A seed of earlier times is refused with a sentence when the run is computed.
+        saved = Record.model_validate(await tasks.run(read_record, path), context=EARLIER)
+        video = await asyncio.to_thread(_video, store, saved)
+        found = await tasks.run(weigh_record, path, video, limits_of(settings))
+        summary = found["summary"]
         row = RunRow(
             id=new_name(),
             title=received.names[0].removesuffix(".pft") or found["title"],
@@ -69,7 +75,7 @@ async def bring_in(store: Store, tasks: ChildTasks, settings: Settings, folder: 
             bookmarks=[],
             created=now(),
         )
-        received.paths[0].replace(store.files.record(row.id))
+        await asyncio.to_thread(settle, received.paths[0], store.files.record(row.id))
         await asyncio.to_thread(store.add_run, row, found["thumbnail"])
         return row
     finally:
@@ -111,5 +117,8 @@ def outcome(summary: dict[str, Any]) -> str:
     return f"Lost in {lost} of {frames} frames, first in frame {summary['first_lost_frame']}"
 
 
-async def _videos(store: Store) -> dict[str, tuple[str, str | None]]:
-    return await asyncio.to_thread(store.videos)
+def _video(store: Store, record: Record) -> tuple[str, str | None] | None:
+    """Return path and index of the upload that a run was made on, if it is here."""
+    footage = record.recipe.footage
+    upload = store.upload_of(footage.sha256) if footage and footage.sha256 else None
+    return (str(store.files.upload(upload.id)), store.files.index(upload.id)) if upload else None

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from pftrack.experiment import Experiment
-from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import ParameterError
 from pftrack.runs.recipe import Footage, Recipe
 from server.errors import RefusedError
+from server.experiments import asked_for
 from server.schemas.rest import SessionCreate
 from server.schemas.spec import FIRST, Bookmark, BranchSpec, SessionSpec
 from server.store import Store
@@ -26,9 +26,7 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
         RefusedError: There is no such upload.
     """
     recipe = body.recipe
-    if recipe.experiment not in EXPERIMENTS:
-        raise ParameterError("experiment", recipe.experiment, f"one of {', '.join(EXPERIMENTS)}")
-    experiment = EXPERIMENTS[recipe.experiment]
+    experiment = asked_for(recipe.experiment)
     upload = _upload(body, store)
     if upload is None:
         return new_spec(recipe, position=body.position)
@@ -66,7 +64,7 @@ def new_spec(
         id=FIRST,
         title="Main",
         recipe=recipe.with_footage(truth=None),
-        tracker=recipe.tracker or EXPERIMENTS[recipe.experiment].default_tracker,
+        tracker=recipe.tracker or asked_for(recipe.experiment).default_tracker,
         computed=position if computed is None else computed,
         position=position,
     )

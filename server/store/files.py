@@ -11,7 +11,9 @@ import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 
-__all__ = ["DataDirectory", "is_name", "new_name", "now", "settle", "write_whole"]
+from pftrack.files import write_whole
+
+__all__ = ["DataDirectory", "is_name", "new_name", "now"]
 
 MOST_PREVIEWS = 300
 NAME = re.compile(r"[a-z0-9]{12,32}")
@@ -123,22 +125,6 @@ class DataDirectory:
                 shutil.rmtree(path, ignore_errors=True)
             else:
                 path.unlink(missing_ok=True)
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file so that whoever looks sees all of it or nothing, even after a crash."""
-    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    with part.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    part.replace(path)
-
-
-def settle(path: Path) -> None:
-    """Make sure that a file is on the disk, not only on its way there."""
-    with path.open("rb") as file:
-        os.fsync(file.fileno())
 
 
 def _checked(name: str) -> str:

@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 from sqlalchemy import delete, func, select, text
 from sqlalchemy.orm import sessionmaker
 
+from pftrack.files import write_whole
 from server.settings import Settings
 from server.store.database import connect
-from server.store.files import DataDirectory, now, settle, write_whole
+from server.store.files import DataDirectory, now
 from server.store.tables import Base, RunRow, SessionRow, SweepRow, UploadRow
 
 __all__ = ["Store"]
@@ -65,11 +66,6 @@ class Store:
         self._remove(UploadRow, name)
         self.files.remove_upload(name)
 
-    def videos(self) -> dict[str, tuple[str, str | None]]:
-        """Return path and index of all uploads by their sha256."""
-        rows = reversed(self.uploads())
-        return {row.sha256: (str(self.files.upload(row.id)), self.files.index(row.id)) for row in rows}
-
     def upload_of(self, sha256: str) -> UploadRow | None:
         """Return the newest upload with this content."""
         newest = select(UploadRow).where(UploadRow.sha256 == sha256).order_by(UploadRow.created.desc()).limit(1)
@@ -79,9 +75,8 @@ class Store:
     # ------------------------------------------------------------ runs
 
     def add_run(self, row: RunRow, thumbnail: bytes) -> None:
-        """Keep a run whose record is in place."""
+        """Keep a run whose record is in place and on the disk."""
         try:
-            settle(self.files.record(row.id))
             write_whole(self.files.thumbnail(row.id), thumbnail)
             self._add(row)
         except BaseException:

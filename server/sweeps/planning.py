@@ -6,11 +6,11 @@ from math import prod
 from typing import TypeVar
 
 from pftrack.experiment import Experiment
-from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import ParameterError, declarations, flat, limit_particles, with_role
 from pftrack.sweep import Axis, Plan, SweepError, parse_axis
 from pftrack.sweep.axis import TRACKER, checked
 from server.errors import RefusedError
+from server.experiments import asked_for
 from server.schemas.sweeps import SweepAxis, SweepCreate
 from server.settings import Settings
 
@@ -31,9 +31,7 @@ def as_plan(body: SweepCreate, settings: Settings) -> Plan:
     Raises:
         RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
     """
-    if body.experiment not in EXPERIMENTS:
-        raise ParameterError("experiment", body.experiment, f"one of {', '.join(EXPERIMENTS)}")
-    experiment = EXPERIMENTS[body.experiment]
+    experiment = asked_for(body.experiment)
     axes = tuple(_axis(experiment, index, axis) for index, axis in enumerate(body.axes))
     if not axes:
         raise RefusedError("A sweep needs at least one axis.", field="axes")

@@ -114,7 +114,6 @@ class Sweep:
             id=self.id,
             title=self.title,
             experiment=plan.experiment,
-            experiment_title=experiment.title,
             unit=experiment.unit,
             judged=self.judged,
             axes=self._axes,

@@ -75,7 +75,6 @@ class SweepPublic(BaseModel):
     id: str
     title: str
     experiment: str
-    experiment_title: str
     unit: str
     judged: bool
     axes: list[AxisPublic]

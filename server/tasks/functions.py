@@ -188,22 +188,21 @@ def read_record(path: str) -> dict[str, Any]:
     return _record(path).model_dump(mode="json")
 
 
-def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: Limits) -> dict[str, Any]:
+def weigh_record(path: str, video: tuple[str, str | None] | None, limits: Limits) -> dict[str, Any]:
     """Compute the run of a record as far as it was computed, and return what came of it.
 
     Args:
         path: The record.
-        videos: Path and index of the uploads by their sha256.
+        video: Path and index of the upload that it was made on, if that is here.
         limits: How large their frames may be.
     """
 
     def reopen(footage: Footage) -> FrameSequence:
-        known = videos.get(footage.sha256 or "")
-        if known is None:
+        if video is None:
             name = footage.name or "a recording"
             raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
-        index = FrameIndex.from_json(known[1]) if known[1] else None
-        return open_sequence(Path(known[0]), limits, index=index)
+        index = FrameIndex.from_json(video[1]) if video[1] else None
+        return open_sequence(Path(video[0]), limits, index=index)
 
     found = _record(path)
     recipe = found.recipe
@@ -216,7 +215,6 @@ def weigh_record(path: str, videos: dict[str, tuple[str, str | None]], limits: L
     run.seek(min(max(found.computed, 1), run.frames) - 1)
     drawing = run.experiment.draw(run.current, run.diagnostics)
     return {
-        "record": found.model_dump(mode="json"),
         "title": run.experiment.title,
         "summary": {**run.summary().as_dict(), "reproduced": run.estimates_sha256 == found.estimates_sha256},
         "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),

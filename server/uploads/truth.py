@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.experiment import Experiment
+from pftrack.files import write_whole
 from server.errors import ConflictError
 from server.schemas.rest import TruthPublic
 from server.store import Store
-from server.store.files import write_whole
 from server.store.tables import UploadRow
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.functions import read_truth

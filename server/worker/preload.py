@@ -25,7 +25,7 @@ from pftrack.runs.run import Run
 
 __all__ = ["assert_preloaded"]
 
-PRELOADED = (cv2, numba, np, pftrack, server.worker)
+PRELOADED = (cv2, numba, np, pftrack, server.worker)  # imported to be there, and named so that they stay imported
 PRELOADED_IN = os.getpid()
 
 WARM_FRAMES = 4

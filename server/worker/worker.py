@@ -88,7 +88,7 @@ def _made(pipe: WorkerEnd, config: WorkerConfig) -> "Worker | None":
         _farewell(pipe, Failed(str(error), error))
     except LookupError as error:
         # A session of an older version, whose experiment is no more.
-        _farewell(pipe, Failed(str(error.args[0]) if error.args else "There is no such experiment"))
+        _farewell(pipe, Failed(str(error.args[0])))
     return None
 
 

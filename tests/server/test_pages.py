@@ -8,6 +8,7 @@ import pytest
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import declarations
+from server.middleware.metrics import METHODS
 from tests.server.host import begin, steer
 
 
@@ -84,6 +85,18 @@ def test_metrics(client: httpx.Client) -> None:
     assert 'pftrack_sessions{state="ready"} 1.0' in text
     assert "pftrack_frames 10.0" in text
     assert 'pftrack_requests_total{method="POST",status="201"}' in text
+
+
+def test_metrics_name_the_methods_that_are_served(client: httpx.Client) -> None:
+    """Requests are counted by the methods that are served; one that a client makes up has no label of its own."""
+    client.put("/api/v1/uploads/nothing/truth/nothing")
+    client.request("PROPFIND", "/healthz")
+    text = client.get("/metrics").text
+    served = {method.upper() for path in client.get("/openapi.json").json()["paths"].values() for method in path}
+    assert served <= METHODS
+    assert 'pftrack_requests_total{method="PUT"' in text
+    assert 'pftrack_requests_total{method="other"' in text
+    assert "PROPFIND" not in text
 
 
 def test_openapi(client: httpx.Client) -> None:

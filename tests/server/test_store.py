@@ -9,8 +9,8 @@ from alembic.migration import MigrationContext
 from server.settings import Settings
 from server.store import Store
 from server.store.database import connect
-from server.store.files import DataDirectory, is_name, new_name, write_whole
-from server.store.tables import Base
+from server.store.files import DataDirectory, is_name, new_name
+from server.store.tables import Base, UploadRow
 
 
 def test_migrations_make_the_tables(tmp_path: Path) -> None:
@@ -56,18 +56,21 @@ def test_owner_only(tmp_path: Path) -> None:
     assert (tmp_path / "new").stat().st_mode & 0o077 == 0
 
 
-def test_whole_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file that could not be written whole leaves the old one as it was."""
-    path = tmp_path / "x"
-    write_whole(path, b"old")
-
-    def full(*_: object) -> None:
-        raise OSError("disk full")
-
-    monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(OSError, match="disk full"):
-        write_whole(path, b"new")
-    assert path.read_bytes() == b"old"
+def test_uploads_are_found_by_their_content(tmp_path: Path) -> None:
+    """Of several uploads with one content the newest is found, through the index on it; of none, none."""
+    store = Store(Settings(data_dir=tmp_path))
+    try:
+        for number, sha256 in enumerate(("a", "b", "a")):
+            shape = {"frames": 2, "width": 4, "height": 4, "frame_rate_hz": 25.0, "duration_s": 1.0, "size_bytes": 9}
+            made = {"id": f"{number}" * 16, "name": f"{number}.mp4", "created": f"2026-0{number + 1}"}
+            store.add_upload(UploadRow(kind="video", sha256=sha256, warnings=[], **shape, **made))
+        found = [store.upload_of(sha256) for sha256 in "abc"]
+        assert [row and row.name for row in found] == ["2.mp4", "1.mp4", None]
+        with store._engine.connect() as database:
+            plan = database.exec_driver_sql("EXPLAIN QUERY PLAN SELECT * FROM uploads WHERE sha256 = 'a'").fetchall()
+        assert "USING INDEX" in str(plan)
+    finally:
+        store.close()
 
 
 def test_what_was_coming_is_cleared(tmp_path: Path) -> None:

@@ -62,7 +62,6 @@ class HeadSource:
             parameters: In force at frame 0.
         """
         self._seed = seed
-        self._initial = parameters
         width = parameters.image_width_px
         self.size = (width, 3 * width // 4)
         self.frame_rate_hz = FRAME_RATE_HZ
