@@ -1,8 +1,8 @@
 """The face as eleven named points: its mean and its spread over people, persons drawn from them, and the mean model.
 
-A face model is rigid: eleven points in the head's own frame, in mm, with the origin midway between the corneas, x to
-the right of the picture (the person's left), y down and z away from the camera (document 1, ch. 4 section 4). Names
-begin with `l` for the person's left, which is the right of the picture.
+A face model is rigid: points, the eleven features or others, in the head's own frame, in mm, with the origin midway
+between the corneas, x to the right of the picture (the person's left), y down and z away from the camera (document 1,
+ch. 4 section 4). Names begin with `l` for the person's left, which is the right of the picture.
 
 No one's own face is known when a video begins. So a tracker uses the mean of thirteen measured people, the driver not
 among them; here people are drawn from published means and standard deviations of adult faces. What varies is mostly
@@ -81,25 +81,39 @@ ALIGNMENT_ROUNDS = 5
 
 @dataclass(frozen=True, eq=False)
 class FaceModel:
-    """Eleven points of one face.
+    """Named points of one face; two models of the same names and points are equal.
 
     Attributes:
-        points_mm: (11, 3) in the head's frame, in the order of `FEATURES`, read-only.
+        points_mm: (F, 3) in the head's frame, in the order of the names, read-only.
+        names: (F,) of the points; the eleven features if not given.
     """
 
     points_mm: NDArray[np.float64]
+    names: tuple[str, ...] = FEATURES
 
     def __post_init__(self) -> None:
         """Keep an own read-only copy, and refuse what is no face model."""
         points = np.array(self.points_mm, dtype=np.float64)
-        if points.shape != (len(FEATURES), 3) or not np.isfinite(points).all():
-            raise ValueError(f"expected {len(FEATURES)} finite points (x, y, z) in mm, got shape {points.shape}")
+        if points.shape != (len(self.names), 3) or not np.isfinite(points).all():
+            raise ValueError(f"expected {len(self.names)} finite points (x, y, z) in mm, got shape {points.shape}")
+        if len(set(self.names)) < len(self.names):
+            raise ValueError(f"expected a name for each point, got {', '.join(self.names)}")
         points.flags.writeable = False
         object.__setattr__(self, "points_mm", points)
 
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, FaceModel)
+            and self.names == other.names
+            and np.array_equal(self.points_mm, other.points_mm)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.names, self.points_mm.tobytes()))
+
     def __getitem__(self, feature: str) -> NDArray[np.float64]:
         """Return the point (3,) of a feature by name, mm."""
-        point: NDArray[np.float64] = self.points_mm[FEATURES.index(feature)]
+        point: NDArray[np.float64] = self.points_mm[self.names.index(feature)]
         return point
 
 
@@ -141,17 +155,17 @@ def mean_model(people: int = PEOPLE, seed: int = PEOPLE_SEED) -> FaceModel:
 
 
 def average(models: list[FaceModel]) -> FaceModel:
-    """Return the mean face: each is aligned to the running mean by a similarity, the mean is taken anew, five times.
+    """Return the mean face: five times each is aligned to the mean by a similarity, and the mean taken again.
 
     Args:
-        models: At least one.
+        models: At least one, all of the same names.
     """
     shapes = [model.points_mm for model in models]
     # Beginning with one person would give the mean that person's tilt, and a tilted model mixes yaw with roll.
     mean = np.mean(shapes, axis=0)
     for _ in range(ALIGNMENT_ROUNDS):
         mean = np.mean([fit_similarity(shape, mean)(shape) for shape in shapes], axis=0)
-    return FaceModel(mean)
+    return FaceModel(mean, models[0].names)
 
 
 def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> Similarity:
@@ -186,7 +200,7 @@ def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> 
 
 
 def place(model: FaceModel, found: Mapping[str, tuple[float, float]]) -> NDArray[np.float64]:
-    """Return where all points (11, 2) of a frontal face lie in the picture, px, given some of them.
+    """Return where all points (F, 2) of a frontal face lie in the picture, px, given some of them.
 
     The model's x and y are mapped by the similarity that fits the given points best; the two eye centres suffice.
 
@@ -197,9 +211,9 @@ def place(model: FaceModel, found: Mapping[str, tuple[float, float]]) -> NDArray
     Raises:
         ValueError: A name is unknown, there are fewer than two, or they are all at one place.
     """
-    unknown = sorted(set(found) - set(FEATURES))
+    unknown = sorted(set(found) - set(model.names))
     if unknown or len(found) < 2:
-        raise ValueError(f"expected at least two of {', '.join(FEATURES)}, got {', '.join(found) or 'none'}")
+        raise ValueError(f"expected at least two of {', '.join(model.names)}, got {', '.join(found) or 'none'}")
     known = np.array([model[name][:2] for name in found])
     return fit_similarity(known, np.array(list(found.values()), dtype=np.float64))(model.points_mm[:, :2])
 

@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
 from pftrack.experiments import find
+from pftrack.experiments.head.sketch import _front
 from pftrack.experiments.pose.placing import heights, placed
 from pftrack.experiments.pose.sketch import beside, dashes
 from pftrack.geometry.camera import pinhole
+from pftrack.geometry.face_model import FaceModel, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import VERTICES_MM
@@ -256,3 +258,11 @@ def test_a_lost_face_is_said_and_seen_and_so_is_its_return() -> None:
 def drawn_at(run: Run, frame: int) -> Drawing:
     run.seek(frame)
     return drawn(run)
+
+
+def test_a_face_that_is_built_again_is_not_meshed_again() -> None:
+    """A model with the points that it had costs no second surface, as where each frame brings a model of its own."""
+    points = mean_model().points_mm
+    before = _front(FaceModel(points))
+    assert _front(FaceModel(points.copy())) is before
+    assert _front(FaceModel(points + 0.5)) is not before

@@ -107,3 +107,30 @@ def test_a_face_has_eleven_finite_points() -> None:
             FaceModel(wrong)
     with pytest.raises(ValueError, match="read-only"):
         mean_model().points_mm[0] = 0
+
+
+def test_a_face_may_have_other_points() -> None:
+    """A model that has grown beyond the features is fitted and placed by all its points, under their own names."""
+    mean = mean_model()
+    grown = FaceModel(np.vstack([mean.points_mm, [[0.0, 90.0, 10.0]]]), (*FEATURES, "chin"))
+    assert grown["chin"].tolist() == [0.0, 90.0, 10.0]
+    assert grown["nose"].tolist() == mean["nose"].tolist()
+    placed = place(grown, {"leye": (10.0, 0.0), "chin": (0.0, 20.0)})
+    assert placed.shape == (12, 2)
+    assert np.allclose(placed[-1], (0.0, 20.0))
+    with pytest.raises(ValueError, match=r"expected at least two of .*, chin, got brow"):
+        place(grown, {"brow": (0.0, 0.0)})
+    assert average([grown, grown]).names == grown.names
+    with pytest.raises(ValueError, match="a name for each point"):
+        FaceModel(mean.points_mm[:2], ("nose", "nose"))
+
+
+def test_equal_faces_are_one_key() -> None:
+    """Models of the same points are equal and find each other in caches; another point or name makes another face."""
+    mean = mean_model()
+    again = FaceModel(mean.points_mm.copy())
+    assert again == mean
+    assert hash(again) == hash(mean)
+    assert {mean: 1}[again] == 1
+    assert FaceModel(mean.points_mm + 1e-9) != mean
+    assert FaceModel(mean.points_mm, tuple(reversed(FEATURES))) != mean

@@ -10,9 +10,10 @@ from pftrack.particles import ParticleSet
 from pftrack.random import Purpose, Stream
 from pftrack.resampling import RESAMPLERS
 from pftrack.sources.overlay import paint_disc
+from pftrack.trackers.ball.likelihood import colour_model
 from pftrack.trackers.ball.motion import dynamics as model_of
 from pftrack.trackers.ball.parameters import BallTrackerParameters
-from pftrack.trackers.ball.step import TRACKERS, colour_model
+from pftrack.trackers.ball.step import TRACKERS
 from pftrack.trackers.point_state import PointState
 
 PICTURE = np.full((120, 160, 3), 100, np.uint8)

@@ -1,13 +1,16 @@
 """The inner loop of the trackers that draw by prediction and by observation, compiled as a whole.
 
-One pass is one frame: choose the samplers by the last posterior, draw parents, move them, weigh them by the colour of
-the pixel under them (document 1, sections 5.1-5.6). It calls the very functions that the filters are made of, and only
-spares the interpreter between them. A live step is a loop over one frame; a batch gives it many, and therefore comes to
-the same numbers.
+One pass is one frame: choose the samplers by the last posterior, draw parents, move them, weigh them by a likelihood of
+the picture, such as the colour of the pixel under them (document 1, sections 5.1-5.6). It calls the very functions that
+the filters are made of, and only spares the interpreter between them. A live step is a loop over one frame; a batch
+gives it many, and therefore comes to the same numbers.
 """
 
+from collections.abc import Callable
 from enum import IntEnum
-from typing import NamedTuple
+from functools import cache
+from types import FunctionType
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +20,13 @@ from pftrack.dynamics import diffuse, predict
 from pftrack.elementary import exponentials
 from pftrack.filters.auxiliary import correction
 from pftrack.filters.switching import exceeds, hard, soft
-from pftrack.likelihoods.chromaticity import log_kernel
 from pftrack.particles import moments, normalise
 from pftrack.random import standard_normals
 from pftrack.resampling import parents
 
-__all__ = ["Colour", "Loop", "Motion", "Rule", "Scheme", "loop"]
+__all__ = ["LogLikelihood", "Loop", "Motion", "Rule", "Scheme", "loop_with"]
+
+LogLikelihood: TypeAlias = Callable[[NDArray[np.uint8], NDArray[np.float64], Any], NDArray[np.float64]]
 
 TRACK = 1
 """Purpose.TRACK, as compiled code needs it."""
@@ -61,14 +65,6 @@ class Motion(NamedTuple):
     large_noise: NDArray[np.float64]
 
 
-class Colour(NamedTuple):
-    """What the target looks like, as `chromaticity.log_kernel` takes it."""
-
-    mean: tuple[float, float]
-    precision: tuple[float, float]
-    background_level: float
-
-
 class Loop(NamedTuple):
     """What comes of L frames, and the particles of the last.
 
@@ -97,14 +93,20 @@ class Loop(NamedTuple):
     alert: NDArray[np.bool_]
 
 
-@compiled
-def loop(
+def _log_likelihood(
+    picture_rgb: NDArray[np.uint8], states: NDArray[np.float64], likelihood: tuple[Any, ...]
+) -> NDArray[np.float64]:
+    """Return log p(z | x) (N,); `loop_with` puts a compiled likelihood in this place."""
+    raise NotImplementedError
+
+
+def _loop(
     pictures_rgb: NDArray[np.uint8],
     coordinates: NDArray[np.float64],
     log_weights: NDArray[np.float64],
     sigma: NDArray[np.float64],
     motion: Motion,
-    colour: Colour,
+    likelihood: tuple[Any, ...],
     scheme: Scheme,
     seed: int,
     first_frame: int,
@@ -117,7 +119,7 @@ def loop(
         log_weights: (N,) of them.
         sigma: (2,) posterior standard deviations of the frame before, px.
         motion: p(x_t | x_{t-1}).
-        colour: p(z_t | x_t).
+        likelihood: Packed parameters of p(z_t | x_t).
         scheme: How to draw.
         seed: Of the run.
         first_frame: Index of the first picture within the run.
@@ -137,7 +139,7 @@ def loop(
         centres = predict(states, motion.transition, motion.offset)
         first_stage, log_g, log_mean_g = log_weights, log_weights, 0.0
         if by_observation > 0:
-            log_g = log_kernel(picture, centres, colour.mean, colour.precision, colour.background_level)
+            log_g = _log_likelihood(picture, centres, likelihood)
             first_stage, log_mean_g = normalise(log_weights + log_g)
             if log_mean_g == -np.inf:
                 by_observation = 0
@@ -149,7 +151,7 @@ def loop(
             ancestors = np.arange(scheme.sample_count)
         normals = standard_normals(*place, TRACK, draws, scheme.sample_count * noise.shape[1])
         states = diffuse(centres, ancestors, noise, normals.reshape(noise.shape[1], scheme.sample_count))
-        scores = log_kernel(picture, states, colour.mean, colour.precision, colour.background_level)
+        scores = _log_likelihood(picture, states, likelihood)
         if by_observation > 0 and scheme.corrected:
             scores += correction(log_g[ancestors], log_mean_g, scheme.sample_count - by_observation, scheme.balanced)
         if not resampled[t]:
@@ -173,6 +175,23 @@ def loop(
         resampled,
         alert,
     )
+
+
+@cache
+def loop_with(log_likelihood: LogLikelihood) -> Callable[..., Loop]:
+    """Return the loop, to be compiled around a likelihood when it runs first.
+
+    A compiled function calls another one as fast as its own lines only if it knows it when it is compiled; and what is
+    compiled is kept on disk by the name of the function. So each likelihood has a copy of the loop, of its own name,
+    in which the global `_log_likelihood` is that likelihood.
+
+    Args:
+        log_likelihood: (picture, states (N, d), packed parameters) -> (N,); compiled, of a module.
+    """
+    own = FunctionType(_loop.__code__, {**globals(), _log_likelihood.__name__: log_likelihood}, _loop.__name__)
+    own.__annotations__ = _loop.__annotations__
+    own.__qualname__ = "loop_" + f"{log_likelihood.__module__}_{log_likelihood.__qualname__}".replace(".", "_")
+    return compiled(own)
 
 
 @compiled

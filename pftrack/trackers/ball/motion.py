@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.gaussian import Gaussian
 from pftrack.learning import online_em
-from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.point_state import PointState
 
 __all__ = ["TRACKED", "begin_learning", "dynamics", "learned", "noise", "with_learner"]
@@ -29,7 +29,7 @@ def noise(process_noise_px: float) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=64)
-def initial_dynamics(parameters: BallTrackerParameters, size: tuple[int, int]) -> LinearDynamics:
+def initial_dynamics(parameters: LoopParameters, size: tuple[int, int]) -> LinearDynamics:
     """Return x_{t+1} = x_t + retention (x_t - x_{t-1}) + noise, or the swing of the assumed period about the middle."""
     one, retention = np.eye(TRACKED), parameters.velocity_retention
     spread = parameters.process_noise_px * one
@@ -39,7 +39,7 @@ def initial_dynamics(parameters: BallTrackerParameters, size: tuple[int, int]) -
     return autoregression(turn * one, -one, (2 - turn) * np.array(size) / 2, spread)
 
 
-def dynamics(state: PointState, parameters: BallTrackerParameters, size: tuple[int, int]) -> LinearDynamics:
+def dynamics(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> LinearDynamics:
     """Return the model in force: what was learned, or the initial one.
 
     Args:
@@ -52,13 +52,13 @@ def dynamics(state: PointState, parameters: BallTrackerParameters, size: tuple[i
     return initial_dynamics(parameters, size)
 
 
-def begin_learning(known: Gaussian, size: tuple[int, int], parameters: BallTrackerParameters) -> online_em.Learner:
+def begin_learning(known: Gaussian, size: tuple[int, int], parameters: LoopParameters) -> online_em.Learner:
     """Begin with the initial model and the position (2,) as it is known, px."""
     initial = initial_dynamics(parameters, size)
     return online_em.begin(initial, known.mean, float(known.standard_deviations.max()), size)
 
 
-def with_learner(state: PointState, size: tuple[int, int], parameters: BallTrackerParameters) -> PointState:
+def with_learner(state: PointState, size: tuple[int, int], parameters: LoopParameters) -> PointState:
     """Begin or end learning when it has been switched on or off."""
     if parameters.learn_dynamics == (state.learner is not None):
         return state
@@ -68,7 +68,7 @@ def with_learner(state: PointState, size: tuple[int, int], parameters: BallTrack
     return replace(state, learner=begin_learning(known, size, parameters))
 
 
-def learned(state: PointState, parameters: BallTrackerParameters, size: tuple[int, int]) -> PointState:
+def learned(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> PointState:
     """Return the state with what its estimate teaches, if it is to learn."""
     if state.learner is None:
         return state

@@ -1,13 +1,26 @@
-"""The parameters that all trackers of a ball share; each field names those that read it."""
+"""The parameters that all trackers of a ball share; each field names those that read it.
 
-from typing import Literal
+They are declared in parts, so that another family of trackers takes those that it shares: one that follows something
+else than a colour, through the same loop, takes `LoopParameters`. A model has the fields of its last base first.
+"""
+
+from typing import Literal, Self
 
 from pydantic import model_validator
 
 from pftrack.filters.auxiliary import WeightRule
 from pftrack.parameters import ParameterError, Parameters, parameter
 
-__all__ = ["BallTrackerParameters"]
+__all__ = [
+    "BallTrackerParameters",
+    "ColourParameters",
+    "LearningParameters",
+    "LoopParameters",
+    "MotionParameters",
+    "SamplingParameters",
+    "ScoringParameters",
+    "SwitchingParameters",
+]
 
 PARTICLE = ("condensation", "apf", "upf", "pc-pf", "h-spf", "s-spf")
 OBSERVING = ("apf", "h-spf", "s-spf")
@@ -20,8 +33,8 @@ COLOUR = "Colour model"
 SCORING = "Scoring"
 
 
-class BallTrackerParameters(Parameters):
-    """Everything that can be turned on the trackers of a ball."""
+class SamplingParameters(Parameters):
+    """How particles are drawn."""
 
     sample_count: int = parameter(
         800,
@@ -55,6 +68,11 @@ class BallTrackerParameters(Parameters):
         group=SAMPLING,
         trackers=("condensation", "pc-pf", "h-spf", "s-spf"),
     )
+
+
+class SwitchingParameters(Parameters):
+    """When another sampler, or another process noise, is used."""
+
     gamma_px: float = parameter(
         5,
         "Threshold gamma",
@@ -94,6 +112,17 @@ class BallTrackerParameters(Parameters):
         role="threshold",
         threshold_of="sigma",
     )
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.gamma_min_px > self.gamma_max_px:
+            raise ParameterError("gamma_min_px", self.gamma_min_px, f"at most gamma_max_px ({self.gamma_max_px:g} px)")
+        return self
+
+
+class MotionParameters(Parameters):
+    """How the target is expected to move."""
+
     process_noise_px: float = parameter(
         3,
         "Process noise",
@@ -146,17 +175,11 @@ class BallTrackerParameters(Parameters):
         live=False,
         group=MODEL,
     )
-    measurement_noise_px: float = parameter(
-        20,
-        "Measurement noise",
-        "Standard deviation attributed to the colour centroid as a measurement of the position.",
-        unit="px",
-        ge=0.1,
-        le=1000,
-        step=1,
-        group=MODEL,
-        trackers=MEASURING,
-    )
+
+
+class LearningParameters(Parameters):
+    """How the motion is learned, and the path looked back at."""
+
     learn_dynamics: bool = parameter(
         False, "Learn the motion", "Estimate the motion model while tracking, by online EM.", group="Learning"
     )
@@ -208,6 +231,22 @@ class BallTrackerParameters(Parameters):
         group=SAMPLING,
         trackers=PARTICLE,
     )
+
+
+class ColourParameters(Parameters):
+    """What the target looks like."""
+
+    measurement_noise_px: float = parameter(
+        20,
+        "Measurement noise",
+        "Standard deviation attributed to the colour centroid as a measurement of the position.",
+        unit="px",
+        ge=0.1,
+        le=1000,
+        step=1,
+        group=MODEL,
+        trackers=MEASURING,
+    )
     background_level: float = parameter(
         0.1,
         "Background level rho",
@@ -235,6 +274,11 @@ class BallTrackerParameters(Parameters):
     green_spread: float = parameter(
         0.05, "Spread of green", "Standard deviation of the share of green.", ge=0.001, le=1, step=0.005, group=COLOUR
     )
+
+
+class ScoringParameters(Parameters):
+    """What counts as success."""
+
     lost_radii: float = parameter(
         3,
         "Success region",
@@ -256,8 +300,10 @@ class BallTrackerParameters(Parameters):
         role="loss_share",
     )
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "BallTrackerParameters":
-        if self.gamma_min_px > self.gamma_max_px:
-            raise ParameterError("gamma_min_px", self.gamma_min_px, f"at most gamma_max_px ({self.gamma_max_px:g} px)")
-        return self
+
+class LoopParameters(LearningParameters, MotionParameters, SwitchingParameters, SamplingParameters):
+    """What the trackers of the loop need, whatever they weigh particles by."""
+
+
+class BallTrackerParameters(ScoringParameters, ColourParameters, LoopParameters):
+    """Everything that can be turned on the trackers of a ball."""

@@ -22,24 +22,17 @@ from pftrack.resampling import RESAMPLERS
 from pftrack.series import SeriesValue
 from pftrack.trackers import reports
 from pftrack.trackers.ball import motion
-from pftrack.trackers.ball.loop import Colour, Loop, Motion, Rule, Scheme, loop
+from pftrack.trackers.ball.likelihood import CHROMATICITY, Likelihood, colour_model
+from pftrack.trackers.ball.loop import Loop, Motion, Rule, Scheme
 from pftrack.trackers.ball.motion import TRACKED, begin_learning, learned, noise, with_learner
-from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.ball.parameters import BallTrackerParameters, LoopParameters
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.tracker import Fold, Tracker
 
-__all__ = ["TRACKERS", "colour_model"]
+__all__ = ["TRACKERS", "fold_loop", "loop_trackers", "step_loop"]
 
 
-def colour_model(parameters: BallTrackerParameters) -> chromaticity.ColourModel:
-    """Return the colour that the parameters describe."""
-    green = parameters.green_spread if parameters.colour_model == "chromaticity" else np.inf
-    return chromaticity.ColourModel(
-        (parameters.target_red_share, parameters.target_green_share), (parameters.red_spread, green)
-    )
-
-
-def start(target: Target, frame: Frame, parameters: BallTrackerParameters, rng: Generator) -> PointState:
+def start(target: Target, frame: Frame, parameters: LoopParameters, rng: Generator) -> PointState:
     """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
     deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
     positions = target.position + deviations
@@ -50,31 +43,38 @@ def start(target: Target, frame: Frame, parameters: BallTrackerParameters, rng: 
 
 
 def step_loop(
-    rule: Rule, state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
+    likelihood: Likelihood,
+    rule: Rule,
+    state: PointState,
+    frame: Frame,
+    parameters: LoopParameters,
+    rng: Stream,
 ) -> PointState:
     """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
     image = _picture(frame)
     size = _size(image)
     state = with_learner(state, size, parameters)
     particles = _particles(state, parameters, rng)
-    result = _loop(rule, replace(state, particles=particles), image[None], parameters, rng.seed, rng.frame)
+    begun = replace(state, particles=particles)
+    result = _loop(likelihood, rule, begun, image[None], parameters, rng.seed, rng.frame)
     tracked = _last(result, state)
     lineage = _lineage(state, particles, tracked.particles, parameters)
     return learned(replace(tracked, learner=state.learner, lineage=lineage), parameters, size)
 
 
 def fold_loop(
+    likelihood: Likelihood,
     rule: Rule,
     state: PointState,
     pictures_rgb: NDArray[np.uint8],
-    parameters: BallTrackerParameters,
+    parameters: LoopParameters,
     seed: int,
     first_frame: int,
 ) -> Fold | None:
     """Take many frames at once, unless the dynamics are to be learned between them."""
     if parameters.learn_dynamics:
         return None
-    result = _loop(rule, state, pictures_rgb, parameters, seed, first_frame)
+    result = _loop(likelihood, rule, state, pictures_rgb, parameters, seed, first_frame)
     observed = result.observation_counts
     # The first step of all has no earlier one to differ from.
     before = result.alert[0] if state.alert is None else state.alert
@@ -154,10 +154,11 @@ def measure_switching(state: PointState) -> Mapping[str, SeriesValue]:
 
 
 def _loop(
+    likelihood: Likelihood,
     rule: Rule,
     state: PointState,
     pictures_rgb: NDArray[np.uint8],
-    parameters: BallTrackerParameters,
+    parameters: LoopParameters,
     seed: int,
     first_frame: int,
 ) -> Loop:
@@ -167,17 +168,18 @@ def _loop(
     # Compiled code tells arrays that may be written from those that may not, and would be compiled for each.
     pictures = pictures_rgb.view()
     pictures.flags.writeable = False
-    return loop(
+    result: Loop = likelihood.loop(
         pictures,
         np.ascontiguousarray(particles.states.T),
         particles.log_weights,
         state.sigma,
         _motion(state, parameters, _size(pictures_rgb[0])),
-        _colour(parameters),
+        likelihood.packed(parameters),
         _scheme(rule, parameters),
         seed,
         first_frame,
     )
+    return result
 
 
 def _last(result: Loop, before: PointState) -> PointState:
@@ -197,7 +199,7 @@ def _last(result: Loop, before: PointState) -> PointState:
 
 
 @lru_cache(maxsize=64)
-def _scheme(rule: Rule, parameters: BallTrackerParameters) -> Scheme:
+def _scheme(rule: Rule, parameters: LoopParameters) -> Scheme:
     return Scheme(
         rule.value,
         parameters.sample_count,
@@ -211,18 +213,12 @@ def _scheme(rule: Rule, parameters: BallTrackerParameters) -> Scheme:
     )
 
 
-@lru_cache(maxsize=64)
-def _colour(parameters: BallTrackerParameters) -> Colour:
-    model = colour_model(parameters)
-    return Colour(model.mean, model.precision, parameters.background_level)
-
-
-def _motion(state: PointState, parameters: BallTrackerParameters, size: tuple[int, int]) -> Motion:
+def _motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> Motion:
     dynamics = motion.dynamics(state, parameters, size)
     return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
 
 
-def _particles(state: PointState, parameters: BallTrackerParameters, rng: Stream) -> ParticleSet:
+def _particles(state: PointState, parameters: LoopParameters, rng: Stream) -> ParticleSet:
     """Return the particles, drawn from the posterior if a filter without particles was at work before."""
     if state.particles is not None:
         return state.particles
@@ -242,7 +238,7 @@ def _size(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
 
 
 def _lineage(
-    state: PointState, parents: ParticleSet, particles: ParticleSet | None, parameters: BallTrackerParameters
+    state: PointState, parents: ParticleSet, particles: ParticleSet | None, parameters: LoopParameters
 ) -> fixed_lag.Lineage | None:
     if parameters.smoothing_lag_frames == 0 or particles is None:
         return None
@@ -250,69 +246,80 @@ def _lineage(
     return fixed_lag.extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
 
 
-def _loop_tracker(name: str, title: str, description: str, rule: Rule) -> Tracker:
+def loop_trackers(likelihood: Likelihood) -> tuple[Tracker, ...]:
+    """Return the trackers that share the loop, weighing by a likelihood; their parameters are `LoopParameters`."""
+    return tuple(
+        _loop_tracker(likelihood, *declared)
+        for declared in (
+            (
+                "h-spf",
+                "Hard switching (h-SPF)",
+                "Draws by prediction while it is sure and wholly by observation when it is not.",
+                Rule.HARD,
+            ),
+            (
+                "s-spf",
+                "Soft switching (s-SPF)",
+                "Draws a share of the particles by observation that grows with its uncertainty.",
+                Rule.SOFT,
+            ),
+            (
+                "condensation",
+                "Condensation",
+                "Draws every particle by prediction: the bootstrap filter.",
+                Rule.PREDICTION,
+            ),
+            (
+                "apf",
+                "Auxiliary (APF)",
+                "Draws every parent with regard to the new picture.",
+                Rule.OBSERVATION,
+            ),
+            (
+                "pc-pf",
+                "Process-noise control (PC-PF)",
+                "Draws by prediction, with more process noise when it is unsure.",
+                Rule.NOISE,
+            ),
+        )
+    )
+
+
+def _loop_tracker(likelihood: Likelihood, name: str, title: str, description: str, rule: Rule) -> Tracker:
     alert = (reports.ALERT,) if rule in {Rule.HARD, Rule.SOFT, Rule.NOISE} else ()
     return Tracker(
         name,
         title,
         description,
         start,
-        partial(step_loop, rule),
-        partial(fold_loop, rule),
+        partial(step_loop, likelihood, rule),
+        partial(fold_loop, likelihood, rule),
         series=(*reports.CLOUD, reports.SAMPLERS, *alert),
         measure=measure_switching if alert else measure_loop,
     )
 
 
+UNSCENTED = Tracker(
+    "upf",
+    "Unscented (UPF)",
+    "Draws every particle towards the colour centroid of the whole picture.",
+    start,
+    step_unscented,
+    series=reports.CLOUD,
+    measure=measure_particles,
+)
+
+KALMAN = Tracker(
+    "kalman",
+    "Kalman filter",
+    "Follows the colour centroid of the whole picture with one Gaussian.",
+    start,
+    step_kalman,
+)
+
+_BY_NAME = {tracker.id: tracker for tracker in (*loop_trackers(CHROMATICITY), UNSCENTED, KALMAN)}
+
 TRACKERS: dict[str, Tracker] = {
-    tracker.id: tracker
-    for tracker in (
-        _loop_tracker(
-            "h-spf",
-            "Hard switching (h-SPF)",
-            "Draws by prediction while it is sure and wholly by observation when it is not.",
-            Rule.HARD,
-        ),
-        _loop_tracker(
-            "s-spf",
-            "Soft switching (s-SPF)",
-            "Draws a share of the particles by observation that grows with its uncertainty.",
-            Rule.SOFT,
-        ),
-        _loop_tracker(
-            "condensation",
-            "Condensation",
-            "Draws every particle by prediction: the bootstrap filter.",
-            Rule.PREDICTION,
-        ),
-        _loop_tracker(
-            "apf",
-            "Auxiliary (APF)",
-            "Draws every parent with regard to the new picture.",
-            Rule.OBSERVATION,
-        ),
-        Tracker(
-            "upf",
-            "Unscented (UPF)",
-            "Draws every particle towards the colour centroid of the whole picture.",
-            start,
-            step_unscented,
-            series=reports.CLOUD,
-            measure=measure_particles,
-        ),
-        _loop_tracker(
-            "pc-pf",
-            "Process-noise control (PC-PF)",
-            "Draws by prediction, with more process noise when it is unsure.",
-            Rule.NOISE,
-        ),
-        Tracker(
-            "kalman",
-            "Kalman filter",
-            "Follows the colour centroid of the whole picture with one Gaussian.",
-            start,
-            step_kalman,
-        ),
-    )
+    name: _BY_NAME[name] for name in ("h-spf", "s-spf", "condensation", "apf", "upf", "pc-pf", "kalman")
 }
 """The trackers of a ball, by name, in the order in which they are shown."""

@@ -60,7 +60,7 @@ def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerP
     landmarks = target.landmarks
     if landmarks is None:
         raise ValueError("a head is tracked by its features, got a target without any")
-    sight = FirstSight(_grey(frame), landmarks.points_px, FaceModel(landmarks.model_mm))
+    sight = FirstSight(_grey(frame), landmarks.points_px, FaceModel(landmarks.model_mm, landmarks.names))
     return _begun(method, sight, parameters, rng)
 
 
