@@ -40,6 +40,7 @@ PLACES = {
     ("pftrack/runs/migrate.py", "head"): "a key of sessions that exist",
     ("server/store/database.py", "head"): "Alembic's word for the newest migration",
     ("server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
+    ("server/store/migrations/versions/0003_computed.py", "head"): "what that column was called",
 }
 """Single places where a name means something else."""
 
