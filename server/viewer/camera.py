@@ -110,6 +110,7 @@ class _Watcher:
     client: viser.ClientHandle
     preset: str = "front"
     view: View | None = None
+    before: NDArray[np.float64] | None = None  # where the camera stood when it was told to go to the view
     aspect: float = 1.0
     tilt: float = 0.0
     arrived: bool = False
@@ -117,6 +118,10 @@ class _Watcher:
     def is_in_place(self, camera: viser.CameraHandle) -> bool:
         """Whether the camera stands where it was put."""
         return self.view is not None and _stands(camera, self.view, 0.01)
+
+    def is_on_its_way(self, camera: viser.CameraHandle) -> bool:
+        """Whether the browser has not yet heard where its camera is to stand."""
+        return not self.arrived and self.before is not None and np.allclose(camera.position, self.before)
 
 
 def _alike(before: float, now: float) -> bool:
@@ -201,7 +206,7 @@ class Cameras:
         if self._box is None:
             return
         camera = watcher.client.camera
-        watcher.aspect = camera.aspect
+        watcher.aspect, watcher.before = camera.aspect, np.array(camera.position)
         watcher.view = view = fit(PRESETS[watcher.preset], self._box, watcher.aspect)
         watcher.arrived = False
         with watcher.client.atomic():
@@ -228,7 +233,7 @@ class Cameras:
         watcher.arrived = watcher.arrived or there
         if overtaken or (resized and (there or not watcher.arrived)):
             self._point(watcher)
-        else:
+        elif not watcher.is_on_its_way(camera):
             self._tilt(watcher, camera.position, camera.look_at)
 
     def _tilt(self, watcher: _Watcher, position: NDArray[np.float64], target: NDArray[np.float64]) -> None:

@@ -118,5 +118,17 @@ def test_heights_appear_when_the_camera_is_tilted(session: Session, peer: Peer) 
     wait_for(lambda: heights(peer).max() < 5.0)
 
 
+def test_what_a_browser_says_before_it_has_heard_of_the_preset_raises_nothing(session: Session, peer: Peer) -> None:
+    """Its first camera stands somewhere aside; heights would flash up until the preset has reached it."""
+    session.viewer.show(drawing(), {"frame": 0})
+    wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
+    peer.look(wide=800, high=600)
+    peer.move("Particles", 42)  # taken up after the camera
+    wait_for(lambda: session.values["sample_count"] == 42)
+    assert session.viewer._cameras.relief == 0.0
+    peer.look(wide=800, high=600, position=(900.0, 300.0, 500.0))
+    wait_for(lambda: session.viewer._cameras.relief == 1.0)
+
+
 def heights(peer: Peer) -> np.ndarray:
     return np.frombuffer(peer.nodes["/particles"]["points"], dtype=np.float32).reshape(-1, 3)[:, 2]
