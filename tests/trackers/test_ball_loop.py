@@ -10,7 +10,7 @@ from pftrack.particles import ParticleSet
 from pftrack.random import Purpose, Stream
 from pftrack.resampling import RESAMPLERS
 from pftrack.sources.overlay import paint_disc
-from pftrack.trackers.ball.likelihood import colour_model
+from pftrack.trackers.ball.likelihood import CHROMATICITY, colour_model
 from pftrack.trackers.ball.motion import dynamics as model_of
 from pftrack.trackers.ball.parameters import BallTrackerParameters
 from pftrack.trackers.ball.step import TRACKERS
@@ -116,3 +116,14 @@ def test_an_observation_that_says_nothing_leaves_the_prediction() -> None:
     assert state.log_evidence == -np.inf
     assert state.particles is not None
     assert np.allclose(state.particles.weights, 1 / 50)
+
+
+def test_the_loop_is_compiled_once() -> None:
+    """Values from a person have the loop compiled no second time: in a live session that would take half a minute."""
+    for values in ({}, {"gamma_px": 6, "gamma_max_px": 21, "resampling_threshold": 1, "background_level": 0}):
+        parameters = (
+            revise(BallTrackerParameters(), {"sample_count": 50, **values}) if values else BallTrackerParameters()
+        )
+        state = begun(parameters, 1.0)
+        TRACKERS["h-spf"].step(state, Frame(1, 0.0, image_rgb=PICTURE), parameters, Stream(0, 1, Purpose.TRACK))
+    assert len(CHROMATICITY.loop.signatures) == 1

@@ -203,13 +203,14 @@ def _scheme(rule: Rule, parameters: LoopParameters) -> Scheme:
     return Scheme(
         rule.value,
         parameters.sample_count,
-        parameters.gamma_px,
-        parameters.gamma_min_px,
-        parameters.gamma_max_px,
+        # A default may be written as a whole number; compiled code would be compiled once more for that.
+        float(parameters.gamma_px),
+        float(parameters.gamma_min_px),
+        float(parameters.gamma_max_px),
         parameters.apf_weights != "sharpened",
         parameters.apf_weights == "balanced",
         list(RESAMPLERS).index(parameters.resampling),
-        parameters.resampling_threshold,
+        float(parameters.resampling_threshold),
     )
 
 
