@@ -28,7 +28,6 @@ const NO_GRAPHICS = "This browser offers no 3-D graphics (WebGL 2). Turning hard
 
 export class Scene {
   #root;
-  #signal;
   #fixed;
   #cover = h("div", { class: "cover", hidden: true });
   /** @type {FlatScene|SpatialScene|null} */
@@ -50,7 +49,6 @@ export class Scene {
    */
   constructor(root, signal, fixed) {
     this.#root = root;
-    this.#signal = signal;
     this.#fixed = fixed;
     fill(root, this.#cover);
     signal.addEventListener("abort", () => this.#endView.abort());
