@@ -40,7 +40,7 @@ def list_(json: Json = False) -> None:
 
     for plugin in EXPERIMENTS.plugins:
         if plugin.problem:
-            note(f"pftrack: {plugin.problem}")
+            note(f"pftrack: {plugin.report}")
     if json:
         emit([_about(experiment) for experiment in EXPERIMENTS.values()])
         return

@@ -10,9 +10,9 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
         check()
 
 - `declarations`: identity, parameters, presets, plots and readings are whole and consistent;
-- `marks`: what an editor makes by the description of a kind of mark is read, fits a picture and is drawn;
 - `numbers`: what a tracker says is finite, and as it declares it;
 - `repeatability`: seek, branch, file, process, batch and change of tracker come to the same numbers;
+- `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
 """
 
@@ -31,7 +31,7 @@ def experiment_checks(experiment: Experiment) -> Iterator[Check]:
     Args:
         experiment: As the registry has it: a saved run finds its experiment by its id.
     """
-    for family in (declarations, marks, numbers, repeatability, drawings):
+    for family in (declarations, numbers, repeatability, marks, drawings):
         yield from family.checks(experiment)
 
 

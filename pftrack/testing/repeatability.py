@@ -171,8 +171,13 @@ def _a_batch_agrees(experiment: Experiment) -> None:
         for tracker, outcome in zip(trackers, row, strict=True):
             live = begun(experiment, tracker, seed=seed)
             live.finish()
+            where = f"than a live run with the tracker {tracker}, seed {seed}"
             same = outcome.estimates_sha256 == live.estimates_sha256
-            demand(same, f"a batch comes to other estimates than a live run with the tracker {tracker}, seed {seed}")
+            demand(same, f"a batch comes to other estimates {where}")
+            verdict = live.summary().verdict
+            for name in ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames"):
+                pair = getattr(outcome, name), getattr(verdict, name)
+                demand(pair[0] == pair[1], f"a batch comes to another {name} {where}: {pair[0]} for {pair[1]}")
 
 
 def _trackers_take_over(experiment: Experiment) -> None:

@@ -1,19 +1,21 @@
 """Each check fails for an experiment that breaks what it is about, and says what is wrong."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pytest
 
+from pftrack.drawing import Points, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.frame import Frame
+from pftrack.marks import Editor, Handle, Mark
 from pftrack.parameters import parameter
 from pftrack.sources.signal import SignalSource
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
@@ -151,6 +153,27 @@ def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> An
     return replace(drawn, caption=f"{len(past)} frames")
 
 
+class Loose(Mark):
+    """A point that may be anywhere, and is drawn on a layer of its own."""
+
+    title: ClassVar[str] = "Point"
+    instruction: ClassVar[str] = "Drag it."
+
+    kind: Literal["loose"] = "loose"
+    at: tuple[float, float]
+
+    def check(self, size: tuple[int, int]) -> None:
+        del size
+
+    def draw(self) -> Mapping[str, Primitive]:
+        position = np.array([[*self.at, 1.0]], np.float32)
+        return {"point": Points(position, np.zeros((1, 3), np.uint8), 3.0, "points")}
+
+    @classmethod
+    def editor(cls) -> Editor:
+        return cls.described(handles=(Handle(name="at", title="Place"),))
+
+
 def plots_of_one_name() -> Experiment:
     return replace(SOUND, plots=(SOUND.plots[0], SOUND.plots[0]))
 
@@ -198,6 +221,18 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "seeking comes to the same numbers": (hidden_state, "a run that seeks to and fro must come to the same estimates"),
     "a branch shares the past and comes to the same numbers": (hidden_state, "a branch that changes nothing must come"),
     "a saved run comes to the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
+    "its kinds of mark describe themselves": (
+        lambda: replace(SOUND, marks=(Loose,)),
+        "the experiment takes no recordings, and has 1 kinds of mark",
+    ),
+    "bad marks are refused with their field": (
+        lambda: replace(SOUND, marks=(Loose,)),
+        r"at at \[-1000000000.0, 1.0\] must be refused in a picture of 320 x 240 px, and was accepted",
+    ),
+    "marks survive their JSON and can be drawn": (
+        lambda: replace(SOUND, marks=(Loose,)),
+        r"a loose must be drawn on the layer 'mark', got \['points'\]",
+    ),
     "drawings keep to the picture and to declared layers": (
         lambda: layered(lambda _: "secret"),
         "now is drawn on the layer 'secret', which is not declared",
