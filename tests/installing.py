@@ -25,6 +25,13 @@ def install(place: Path, name: str, source: str, entry_point: str, version: str 
     (metadata / "entry_points.txt").write_text(f"[pftrack.experiments]\n{entry_point}\n")
 
 
+def install_project(place: Path, project: Path) -> None:
+    """Install a package from its source into a folder, as pip does, without a network."""
+    options = ["--quiet", "--no-index", "--no-deps", "--no-build-isolation", "--disable-pip-version-check"]
+    command = [sys.executable, "-m", "pip", "install", *options, "--target", str(place), str(project)]
+    subprocess.run(command, check=True, capture_output=True, text=True)
+
+
 def environment(place: Path) -> dict[str, str]:
     """Return the environment of a process that finds the project and what is installed in a folder."""
     paths = [str(ROOT), str(place), *filter(None, [os.environ.get("PYTHONPATH")])]

@@ -16,8 +16,6 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
 """
 
-from collections.abc import Iterator
-
 from pftrack.experiment import Experiment
 from pftrack.testing import declarations, drawings, marks, numbers, repeatability
 from pftrack.testing.check import Check, CheckError
@@ -25,14 +23,14 @@ from pftrack.testing.check import Check, CheckError
 __all__ = ["Check", "CheckError", "check_experiment", "experiment_checks"]
 
 
-def experiment_checks(experiment: Experiment) -> Iterator[Check]:
-    """Yield all checks of an experiment, each with a name that says what should hold.
+def experiment_checks(experiment: Experiment) -> tuple[Check, ...]:
+    """Return all checks of an experiment, each with a name that says what should hold.
 
     Args:
         experiment: As the registry has it: a saved run finds its experiment by its id.
     """
-    for family in (declarations, numbers, repeatability, marks, drawings):
-        yield from family.checks(experiment)
+    families = declarations, numbers, repeatability, marks, drawings
+    return tuple(check for family in families for check in family.checks(experiment))
 
 
 def check_experiment(experiment: Experiment) -> None:

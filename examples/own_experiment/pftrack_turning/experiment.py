@@ -1,0 +1,98 @@
+"""The wiring: scene or upload, trackers, drawing, plots and an example sweep."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from pftrack.drawing import COLOURS, Drawing, Mesh, Picture
+from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.sketch import SECOND_RUN, at_height, circle
+from pftrack.layer import Layer
+from pftrack.marks import Mark
+from pftrack.parameters import ParameterError
+from pftrack.plot import ERROR, Plot, Reading
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.runs.recipe import Footage
+from pftrack.sources.recording import RecordingSource
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.truth import Truth
+from pftrack.trackers import Tracker
+from pftrack_turning.mark import Circle
+from pftrack_turning.scene import Scene
+from pftrack_turning.tracker import SERIES, Bank, BankParameters, measure, start, step
+
+
+def simulate() -> Setup:
+    """Wire the scene, with a strip in front of where the disc turns."""
+    return Setup(Scene, BankParameters(occlusion_width_px=40, occlusion_offset_px=75))
+
+
+def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+    """Wire a recording on which a person has drawn a circle."""
+    if not isinstance(mark, Circle):
+        raise ParameterError("mark", mark and mark.kind, "a circle around the target")
+    mark.check(sequence.size)
+    (x, y), r = mark.centre, mark.radius
+    source = RecordingSource(sequence, (x - r, y - r, 2 * r + 1, 2 * r + 1), start, truth.at if truth else None)
+    return Setup(lambda _seed, _parameters: source, BankParameters(), Footage.of(sequence, mark, start, truth))
+
+
+def draw(step: Step, _past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw truth, estimate, and an arrow for each hypothesis."""
+    state, image, target = step.state, step.frame.image_rgb, step.frame.target
+    drawn = {"picture": Picture(image), "hypotheses": arrows(state)}
+    if target is not None:
+        drawn["truth"] = circle(target.position, target.size / 2, COLOURS["truth"], "truth")
+    drawn["estimate"] = circle(state.estimate, state.radius_px, COLOURS["estimate"], "estimate")
+    if other is not None:
+        drawn["second"] = circle(np.array(other.estimate), state.radius_px, COLOURS["second"], "second run")
+    height, width, _ = image.shape
+    return Drawing(width, height, drawn, f"frame {step.diagnostics.frame} · {len(state.parts)} hypotheses")
+
+
+def arrows(state: Bank) -> Mesh:
+    """Return a triangle for each hypothesis: where it is, whither it goes, and the more opaque the more probable."""
+    x, y, vx, vy = np.array([part.mean for part in state.parts]).T[:, :, None]
+    corners = x + 1j * y + np.exp(1j * np.arctan2(vy, vx)) * state.radius_px * np.array([2, -1 + 1j, -1 - 1j])
+    vertices = at_height(np.stack([corners.real, corners.imag], axis=-1).reshape(-1, 2), 2.0)
+    faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+    colours = np.tile([COLOURS["lost"], COLOURS["prediction"], COLOURS["prediction"]], (len(faces), 1))
+    return Mesh(vertices, faces, colours.astype(np.uint8), np.repeat(state.weights, 3).astype(np.float32), "hypotheses")
+
+
+TRACKERS = {
+    name: Tracker(name, title, text, partial(start, several), partial(step, several), None, SERIES, measure)
+    for name, title, text, several in (
+        ("bank", "Bank of turns", "Weighs several rates of turn.", True),
+        ("straight", "Straight on", "Expects no turn.", False),
+    )
+}
+EXPERIMENT = Experiment(
+    id="turning",
+    title="A turn out of sight",
+    question="Which way did it turn while nobody could see it?",
+    document="Blom and Bar-Shalom, The interacting multiple model algorithm, 1988",
+    description="A disc turns behind a strip. A filter that goes straight on misses it where it comes out; a bank of "
+    "filters, each with a rate of turn of its own, has been there before.",
+    unit="px",
+    trackers=TRACKERS,
+    default_tracker="bank",
+    frames=240,
+    presets=(Preset("works", "works", "bank"), Preset("straight", "breaks: expects no turn", "straight")),
+    layers=(Layer("picture"), Layer("hypotheses"), Layer("truth"), Layer("estimate"), SECOND_RUN),
+    simulate=simulate,
+    on_video=on_video,
+    marks=(Circle,),
+    draw=draw,
+    error=lambda estimates, truths: np.linalg.norm(estimates - truths, axis=-1),
+    target="disc",
+    plots=(
+        ERROR,
+        Plot("places", "x", "hypotheses", "Where the hypotheses are.", "px", ("places",)),
+        Plot("turn", "turn", "interval", "The rates of turn that remain probable.", "deg", ("turn",)),
+    ),
+    readings=(Reading("estimate", "estimate"), Reading("likeliest", "hypotheses", "px", "places")),
+    example_sweep=ExampleSweep({"occlusion_width_px": (0, 20, 40, 60, 80)}, ("bank", "straight"), 4, 120),
+    interface=1,
+)

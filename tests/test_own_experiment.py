@@ -1,0 +1,63 @@
+"""The example of an experiment from outside, installed beside the project, works on the command line."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.installing import ROOT, environment, install_project, python
+
+EXAMPLE = ROOT / "examples" / "own_experiment"
+NAME = "turning"
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("installed")
+    install_project(place, EXAMPLE)
+    return place
+
+
+def test_it_is_small_and_nobody_names_it() -> None:
+    """It has less than 300 lines, and neither library nor server nor pages know its name or its package's."""
+    files = [EXAMPLE / "pyproject.toml", *EXAMPLE.rglob("*.py")]
+    assert sum(bool(line.strip()) for file in files for line in file.read_text().splitlines()) < 300
+    names = re.compile(rf"pftrack.turning|[\"'`]{NAME}[\"'`]")
+    for room in ("pftrack", "server", "frontend_static"):
+        for file in (ROOT / room).rglob("*"):
+            if file.suffix in {".py", ".js", ".html"}:
+                assert not names.search(file.read_text()), file
+
+
+def test_its_own_tests_pass(place: Path) -> None:
+    """Its tests, with all checks of `pftrack.testing`, pass where it is installed."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(EXAMPLE / "test_turning.py")]
+    done = subprocess.run(
+        command, cwd=place, env=environment(place), capture_output=True, text=True, check=False, timeout=110
+    )
+    assert done.returncode == 0, done.stdout[-3000:]
+
+
+def test_every_command_takes_it(place: Path, tmp_path: Path) -> None:
+    """It is listed, shown, run, replayed and swept over, and the doctor knows whose it is."""
+
+    def said(*arguments: str) -> str:
+        done = python(place, "-m", "pftrack", *arguments)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert NAME in [entry["id"] for entry in json.loads(said("list", "--json"))]
+    shown = json.loads(said("show", NAME, "--json"))
+    assert "hypothesis_count" in [entry["name"] for entry in shown["declarations"]]
+    run = json.loads(said("run", NAME, "--frames", "60", "--out", str(tmp_path / "a.pft"), "--json"))
+    assert run["mean_error"] < 3
+    replayed = json.loads(said("replay", str(tmp_path / "a.pft"), "--json"))
+    assert replayed["estimates_sha256"] == run["estimates_sha256"]
+    swept = said(
+        *("sweep", NAME, "--axis", "occlusion_width_px=0,60", "--trackers", "bank,straight", "--trials", "2"),
+        *("--frames", "60", "--jobs", "1", "--out", str(tmp_path / "sweep.parquet"), "--json"),
+    )
+    assert json.loads(swept)
