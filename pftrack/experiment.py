@@ -227,7 +227,6 @@ class Experiment:
         series: What it measures of every frame beside what its trackers report, such as distances from the truth.
         measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
         report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
-        features: Names of the target's points, in the order in which series have one number for each.
         target: What is tracked, one word.
         plots: What is drawn of a run over its frames, in the order in which it is shown.
         readings: What is written of the frame that is shown, in that order.
@@ -260,7 +259,6 @@ class Experiment:
     series: tuple[Series, ...] = ()
     measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
     report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
-    features: tuple[str, ...] = ()
     target: str = "target"
     plots: tuple[Plot, ...] = STANDARD_PLOTS
     readings: tuple[Reading, ...] = STANDARD_READINGS

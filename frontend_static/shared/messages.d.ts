@@ -536,7 +536,6 @@ export interface SessionPublic {
   title: string;
   unit: string;
   target: string;
-  features: string[];
   series: Series[];
   plots: Plot[];
   readings: Reading[];

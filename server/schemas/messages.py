@@ -96,7 +96,6 @@ class SessionPublic(BaseModel):
     title: str
     unit: str = "px"
     target: str = "target"
-    features: list[str] = []
     series: list[Series] = []
     plots: list[Plot] = []
     readings: list[Reading] = []

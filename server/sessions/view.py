@@ -29,7 +29,6 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         title=card.title,
         unit=card.unit,
         target=card.target,
-        features=card.features,
         series=SERIES.validate_python(card.series),
         plots=PLOTS.validate_python(card.plots),
         readings=READINGS.validate_python(card.readings),

@@ -93,7 +93,6 @@ class SessionInfo:
     frames: int
     unit: str = "px"
     target: str = "target"
-    features: list[str] = field(default_factory=list)
     series: list[dict[str, Any]] = field(default_factory=list)
     plots: list[dict[str, Any]] = field(default_factory=list)
     readings: list[dict[str, Any]] = field(default_factory=list)

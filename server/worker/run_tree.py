@@ -79,7 +79,6 @@ class RunTree:
             frames=self.run.frames,
             unit=self.experiment.unit,
             target=self.experiment.target,
-            features=list(self.experiment.features),
             series=[dataclasses.asdict(series) for series in self.experiment.declared()],
             plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
             readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],

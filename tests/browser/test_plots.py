@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
+from pftrack.geometry.face_model import FEATURES
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 from tests.experiments.heads import empty, simulated
@@ -134,7 +135,7 @@ def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> 
     assert len(places) == len(HEAD.plots)
     assert len({(place["x"], place["width"]) for place in places}) == 1
     assert min(place["height"] for place in places) >= 40
-    assert on_screen(shown, panel(shown, "alpha"))["height"] >= 15 * len(HEAD.features)
+    assert on_screen(shown, panel(shown, "alpha"))["height"] >= 15 * len(FEATURES)
     deck = on_screen(shown, shown.page.locator(".deck"))
     readout = on_screen(shown, shown.page.locator(".readout"))
     panel(shown, "ess").scroll_into_view_if_needed()

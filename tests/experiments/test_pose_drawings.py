@@ -12,10 +12,10 @@ from pftrack.experiments.head.sketch import _front
 from pftrack.experiments.pose.placing import heights, placed
 from pftrack.experiments.pose.sketch import beside, dashes
 from pftrack.geometry.camera import pinhole
-from pftrack.geometry.face_model import FaceModel, mean_model
+from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.runs.run import Change, Run
-from pftrack.sources.prism import VERTICES_MM
+from pftrack.sources.prism import NAMES, VERTICES_MM
 from tests.experiments.heads import Pictures, empty, pictures
 
 BOTH = pytest.mark.parametrize("name", ["prism", "head"])
@@ -196,7 +196,7 @@ def test_names_do_not_cover_each_other(name: str) -> None:
     drawing, state = drawn(run), run.current.state
     names = [item for item in drawing.primitives.values() if isinstance(item, Text) and item.layer == "names"]
     places = np.array([item.position for item in names])
-    assert [item.text for item in names] == list(run.experiment.features)
+    assert [item.text for item in names] == list(FEATURES if run.experiment.id == "head" else NAMES)
     left, right = np.unique(places[:, 0])
     for x in (left, right):
         assert np.diff(np.sort(places[places[:, 0] == x, 1])).min() == pytest.approx(drawing.height / 18, abs=1e-3)

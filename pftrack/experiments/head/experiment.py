@@ -220,7 +220,6 @@ EXPERIMENT = Experiment(
     series=pose_series(FEATURES),
     measure=pose_measure,
     report=report,
-    features=FEATURES,
     target="face",
     plots=POSE_PLOTS,
     readings=POSE_READINGS,

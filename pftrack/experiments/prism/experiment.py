@@ -177,7 +177,6 @@ EXPERIMENT = Experiment(
     scale=float(np.rad2deg(1.0)),
     series=pose_series(NAMES),
     measure=pose_measure,
-    features=NAMES,
     target="prism",
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
