@@ -25,11 +25,12 @@ test: lint  ## Install what the tests need, check style, types and walls, run th
 test-all: lint  ## The same with the slow tests
 	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m ""
 
-lint: $(VENV)/.test-stamp  ## Check style, types and import walls
+lint: $(VENV)/.test-stamp  ## Check style, types and import walls, of the pages' scripts where Node is there
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	@.ci/pages
 
 format: $(VENV)/.test-stamp  ## Mend what can be mended by itself
 	$(BIN)/ruff check --fix

@@ -3,7 +3,7 @@
 import { ahead } from "./prefetch.js";
 import { api } from "../shared/api.js";
 import { experimentCard, skeletonCard } from "./cards.js";
-import { fill, h } from "../shared/dom.js";
+import { fill, h, part } from "../shared/dom.js";
 import { pluginProblems, runList, sessionList } from "./lists.js";
 import { sweepList } from "../sweep/list.js";
 import { targetForm } from "../upload/target.js";
@@ -14,7 +14,6 @@ import { dropZone } from "../upload/upload.js";
 const SKELETON_AFTER_MS = 200;
 const UPLOAD = /^#upload\/(.+)$/;
 
-const part = (name) => document.querySelector(`[data-part="${name}"]`);
 let experiments = null;
 
 part("tools").append(themeButton());

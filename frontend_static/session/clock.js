@@ -33,11 +33,8 @@ export class Clock {
       this.#follow(member);
       return;
     }
-    for (const follower of this.#members.slice(1)) {
-      this.#follow(follower);
-      // What it shows of playing and speed is the leader's.
-      follower.store.touch("position");
-    }
+    // Each looks where it has to go, and shows anew what it has of the leader: whether it plays, and how fast.
+    for (const follower of this.#members.slice(1)) follower.store.touch("position");
   }
 
   /** @param {Member} follower */

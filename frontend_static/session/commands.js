@@ -12,7 +12,7 @@ export class Commands {
   }
 
   get #session() {
-    return this.#store.session;
+    return this.#store.known;
   }
 
   async bookmark(note = "") {
@@ -38,7 +38,7 @@ export class Commands {
   }
 
   async save() {
-    if (this.#session === null) return;
+    if (this.#store.session === null) return;
     await attempt(async () => {
       const run = await api.save(this.#session.id);
       toast("Saved; the gallery lists it", { action: { label: "Download", href: api.downloadAddress(run.id) } });

@@ -4,8 +4,16 @@
 
 import { isKnown } from "./series.js";
 
+/**
+ * What the server has told of a frame: numbers, flags and series by name.
+ *
+ * @typedef {Record<string, any> & {frame: number}} Row
+ */
+
 export class History {
+  /** @type {Row[]} */
   #rows = [];
+  /** @type {Set<string>} */
   #measured = new Set();
   /** Counts every change that is not an appended row; a plot that saw the same count only has to add the tail. */
   edition = 0;
@@ -14,19 +22,33 @@ export class History {
     return this.#rows.length;
   }
 
-  /** The diagnostics of a frame, or undefined where it has not been computed. */
+  /**
+   * The diagnostics of a frame, or undefined where it has not been computed.
+   *
+   * @param {number} frame
+   * @returns {Row|undefined}
+   */
   at(frame) {
     return this.#rows[frame];
   }
 
-  /** Forget everything and take over what the server sends, column by column. */
+  /**
+   * Forget everything and take over what the server sends, column by column.
+   *
+   * @param {Record<string, any[]>} columns
+   */
   replace(columns) {
     this.#rows = [];
     this.#measured.clear();
     this.merge(columns);
   }
 
-  /** Begin like another history, up to and including a frame. */
+  /**
+   * Begin like another history, up to and including a frame.
+   *
+   * @param {History} parent
+   * @param {number} frame
+   */
   share(parent, frame) {
     this.#rows = parent.#rows.slice(0, frame + 1);
     this.#measured.clear();
@@ -34,12 +56,15 @@ export class History {
     this.edition += 1;
   }
 
-  /** Fill in what the server sends; rows that came by the stream in the meantime stay. */
+  /**
+   * Fill in what the server sends; rows that came by the stream in the meantime stay.
+   *
+   * @param {Record<string, any[]>} columns
+   */
   merge(columns) {
     const names = Object.keys(columns);
     for (let index = 0; index < (columns.frame?.length ?? 0); index += 1) {
-      const row = {};
-      for (const name of names) row[name] = columns[name][index];
+      const row = /** @type {Row} */ (Object.fromEntries(names.map((name) => [name, columns[name][index]])));
       this.#rows[row.frame] = row;
       this.#note(row);
     }
@@ -49,6 +74,7 @@ export class History {
   /**
    * Add a row, or see an old one again (a replay gives the same numbers).
    *
+   * @param {Row} row
    * @returns {boolean} False when rows in between are missing, so that the whole history has to be fetched.
    */
   add(row) {
@@ -59,19 +85,29 @@ export class History {
     return whole;
   }
 
-  /** Whether any frame has a known value of a series. */
+  /**
+   * Whether any frame has a known value of a series.
+   *
+   * @param {string} name
+   */
   measures(name) {
     return this.#measured.has(name);
   }
 
+  /** @param {Row|undefined} row */
   #note(row) {
     for (const [name, value] of Object.entries(row?.series ?? {})) {
       if (!this.#measured.has(name) && isKnown(value)) this.#measured.add(name);
     }
   }
 
-  /** Spans [first, last] of frames for which `test` holds. */
+  /**
+   * Spans [first, last] of frames for which `test` holds.
+   *
+   * @param {(row: Row) => boolean} test
+   */
   spans(test) {
+    /** @type {[number, number][]} */
     const found = [];
     let first = -1;
     for (let frame = 0; frame <= this.#rows.length; frame += 1) {
@@ -85,12 +121,20 @@ export class History {
     return found;
   }
 
-  /** Whether `test` holds for any frame. */
+  /**
+   * Whether `test` holds for any frame.
+   *
+   * @param {(row: Row) => boolean} test
+   */
   some(test) {
     return this.#rows.some((row) => test(row));
   }
 
-  /** Largest of the numbers that `value` gives, over the frames from..to; null where there is none. */
+  /**
+   * Largest of the numbers that `value` gives, over the frames from..to; null where there is none.
+   *
+   * @param {(row: Row|undefined) => number|null} value
+   */
   most(value, from = 0, to = this.#rows.length - 1) {
     let most = null;
     for (let frame = from; frame <= to; frame += 1) {
@@ -108,11 +152,19 @@ export const curve = {
   sigma: (row) => finite(row?.sigma?.length ? Math.max(...row.sigma) : null),
 };
 
-/** Whether the target is lost: the truth says so, or the tracker itself, which looks for it. */
+/**
+ * Whether the target is lost: the truth says so, or the tracker itself, which looks for it.
+ *
+ * @param {Row|undefined} row
+ */
 export function isGone(row) {
   return row?.lost === true || row?.searching === true;
 }
 
+/**
+ * @param {unknown} value
+ * @returns {number|null}
+ */
 function finite(value) {
   return typeof value === "number" && Number.isFinite(value) ? value : null;
 }

@@ -159,7 +159,7 @@ export class Mounted {
 
   async #branch() {
     if (!this.able) return;
-    const { experiment } = this.store.session.recipe;
+    const { experiment } = this.store.known.recipe;
     const { default_tracker: preferred } = await api.experiment(experiment).catch(() => ({}));
     if (!this.signal.aborted) branchDialog(this, preferred);
   }

@@ -3,14 +3,14 @@
  * page is still being loaded.
  */
 
+import { lastOfAddress, part } from "../shared/dom.js";
 import { decode } from "../shared/share_link.js";
 import { SessionStart } from "./session_start.js";
 
 const NEW = "new";
-const id = decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1));
-const element = document.querySelector('[data-part="session"]');
+const id = lastOfAddress();
 
-export const start = new SessionStart(element, id === NEW ? { recipe: readRecipe() } : { session: id });
+export const start = new SessionStart(part("session"), id === NEW ? { recipe: readRecipe() } : { session: id });
 if (id === NEW) start.begun.then(({ session }) => history.replaceState(null, "", session.page + location.search), () => {});
 
 async function readRecipe() {

@@ -14,6 +14,7 @@ export class Preview {
   #id;
   #signal;
   #often;
+  #resolveFirst = () => {};
   #asked = 0;
   #busy = false;
 
@@ -24,9 +25,7 @@ export class Preview {
   element = h("div", { class: "scene-still" });
 
   /** Resolves when the first picture is there. */
-  first = new Promise((resolve) => {
-    this.resolveFirst = resolve;
-  });
+  first = /** @type {Promise<void>} */ (new Promise((resolve) => (this.#resolveFirst = resolve)));
 
   /**
    * @param {string} id The session.
@@ -68,7 +67,7 @@ export class Preview {
       // The old picture stays until the new one can be painted: nothing flashes.
       await image.decode();
       fill(this.element, image);
-      this.resolveFirst();
+      this.#resolveFirst();
     } catch {
       // The next one, or the scene.
     } finally {

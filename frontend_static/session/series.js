@@ -19,7 +19,13 @@ export function measured(session, role, row) {
   return series && row.series[series.name];
 }
 
-/** A number of a series in a frame, or the one at a place of several; NaN where it is not known. */
+/**
+ * A number of a series in a frame, or the one at a place of several; NaN where it is not known.
+ *
+ * @param {import("./history.js").Row|undefined} row
+ * @param {string} name
+ * @param {number|null} [place]
+ */
 export function valueOf(row, name, place = null) {
   const found = row?.series?.[name];
   return finite(place === null ? found : found?.[place]) ?? NaN;
@@ -43,6 +49,7 @@ export function samplers(session) {
 
 /** Of flags, the share that were set up to each frame; NaN before any is known. */
 export function frequencies(history, name, last = history.length - 1) {
+  /** @type {number[]} */
   const found = [];
   let [set, known] = [0, 0];
   for (let frame = 0; frame <= Math.min(last, history.length - 1); frame += 1) {
@@ -64,6 +71,10 @@ export function isKnown(value) {
   return finite(value) !== null;
 }
 
+/**
+ * @param {unknown} value
+ * @returns {number|null}
+ */
 function finite(value) {
   return typeof value === "number" && Number.isFinite(value) ? value : null;
 }

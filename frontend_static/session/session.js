@@ -1,7 +1,7 @@
 /** The session page: one session with all its parts, and a header above it. */
 
 import { api } from "../shared/api.js";
-import { fill, h, setText } from "../shared/dom.js";
+import { fill, h, part, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
@@ -11,7 +11,6 @@ import { start } from "./page_start.js";
 import { shareDialog } from "./share.js";
 import { trackerTitle } from "./timeline.js";
 
-const part = (name) => document.querySelector(`[data-part="${name}"]`);
 let presets = [];
 
 const actions = {

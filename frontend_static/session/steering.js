@@ -10,7 +10,11 @@ export class Steering {
   #store;
   #signal;
   #seeking;
-  /** The frame that was asked for and is not shown yet; keys that come meanwhile count from there. */
+  /**
+   * The frame that was asked for and is not shown yet; keys that come meanwhile count from there.
+   *
+   * @type {number|null}
+   */
   #goal = null;
   #forget = () => {};
 
@@ -23,7 +27,7 @@ export class Steering {
     this.#signal = signal;
     this.#seeking = latest((frame) => this.#send("seek", { frame }));
     store.on("position", () => {
-      if (store.session.position === this.#goal) this.#goal = null;
+      if (store.known.position === this.#goal) this.#goal = null;
     });
   }
 
@@ -70,13 +74,13 @@ export class Steering {
   /** One frame on or back. */
   async step(direction) {
     if (!this.#able) return;
-    if (direction > 0 ? !this.isAtEnd : this.#session.position > 0) await this.#send(direction > 0 ? "step" : "back");
+    if (direction > 0 ? !this.isAtEnd : this.#store.known.position > 0) await this.#send(direction > 0 ? "step" : "back");
   }
 
   /** Go to a frame and stay there. While one seek is under way only the newest wish is kept. */
   async seek(frame) {
     if (!this.#able) return;
-    const goal = Math.min(Math.max(0, Math.round(frame)), this.#session.frames - 1);
+    const goal = Math.min(Math.max(0, Math.round(frame)), this.#store.known.frames - 1);
     this.#goal = goal;
     this.#forget();
     this.#forget = later(() => (this.#goal = null), GOAL_MS, this.#signal);
@@ -85,7 +89,7 @@ export class Steering {
   }
 
   async jump(frames) {
-    if (this.#able) await this.seek((this.#goal ?? this.#session.position) + frames);
+    if (this.#able) await this.seek((this.#goal ?? this.#store.known.position) + frames);
   }
 
   async first() {
@@ -94,7 +98,7 @@ export class Steering {
 
   /** The newest frame that has been computed; computing all the rest could take long. */
   async newest() {
-    if (this.#able) await this.seek(this.#session.computed);
+    if (this.#able) await this.seek(this.#store.known.computed);
   }
 
   async beforeLoss() {
@@ -116,6 +120,6 @@ export class Steering {
   }
 
   async #send(action, more) {
-    await attempt(() => api.transport(this.#session.id, action, more));
+    await attempt(() => api.transport(this.#store.known.id, action, more));
   }
 }

@@ -38,9 +38,9 @@ export function transport(root, view, extras) {
   fill(root, h("div", { class: "group" }, moves), speed, counter, h("span", { class: "spring" }), extras, loss);
   // A click must not leave the focus on a button, where the space bar would press it again instead of playing.
   root.addEventListener("mousedown", (event) => {
-    if (!event.target.closest("button")) return;
+    if (!(event.target instanceof Element) || !event.target.closest("button")) return;
     event.preventDefault();
-    root.closest(".session-view").focus({ preventScroll: true });
+    /** @type {HTMLElement|null} */ (root.closest(".session-view"))?.focus({ preventScroll: true });
   });
 
   let shown = "";

@@ -21,6 +21,27 @@ export function svg(tag, properties = {}, ...children) {
   return dress(document.createElementNS(SVG, tag), properties, children);
 }
 
+/**
+ * A place of the page by its name.
+ *
+ * @param {string} name
+ * @returns {HTMLElement}
+ */
+export function part(name) {
+  const found = document.querySelector(`[data-part="${name}"]`);
+  if (!(found instanceof HTMLElement)) throw new Error(`The page has no part ${name}`);
+  return found;
+}
+
+/**
+ * The last part of the page's address, or the one so many before it.
+ *
+ * @param {number} [before]
+ */
+export function lastOfAddress(before = 0) {
+  return decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1 - before) ?? "");
+}
+
 /** Replace all that an element holds. */
 export function fill(element, ...children) {
   element.replaceChildren(...flat(children));

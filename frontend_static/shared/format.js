@@ -24,9 +24,9 @@ export function parameterValue(value, declaration) {
 }
 
 /** 12,345,678 bytes -> "12.3 MB". */
-export function bytes(count) {
+export function bytes(amount) {
   const units = ["B", "kB", "MB", "GB"];
-  let value = count;
+  let value = amount;
   let unit = 0;
   while (value >= 1000 && unit < units.length - 1) {
     value /= 1000;

@@ -15,6 +15,7 @@ export class Stream {
   #address;
   #look;
   #on;
+  /** @type {WebSocket|null} */
   #socket = null;
   #wait = FIRST_WAIT_MS;
   #timer = 0;
@@ -24,7 +25,7 @@ export class Stream {
 
   /**
    * @param {string} id The session.
-   * @param {{message: (message: object) => void, lost: () => void, gone: (error: Error) => void}} on `gone`: the
+   * @param {{message: (message: object) => void, lost: () => void, gone: (error: import("./api.js").ApiError) => void}} on `gone`: the
    *     server answers, but has no such session any more.
    * @param {{address?: () => string, look?: () => Promise<object>, signal?: AbortSignal}} [what] Another stream than a session's: where it is,
    *     and how to find out whether there still is one; `signal` stops it.

@@ -57,10 +57,15 @@ export function themeButton() {
   return button;
 }
 
-/** The values of colour tokens as they are now, for canvases, which cannot read style sheets. */
+/**
+ * The values of colour tokens as they are now, for canvases, which cannot read style sheets.
+ *
+ * @param {...string} names
+ */
 export function tokens(...names) {
   const probe = h("span", { hidden: true });
   document.body.append(probe);
+  /** @type {Record<string, string>} */
   const found = {};
   for (const name of names) {
     probe.style.color = `var(--${name})`;

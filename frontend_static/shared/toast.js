@@ -4,18 +4,22 @@ import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
 
 const NEWS_MS = 5000;
-let stack = null;
+/** Where they lie one above the other. */
+function stackOfPage() {
+  const there = document.querySelector(".toasts");
+  if (there) return there;
+  const stack = h("div", { class: "toasts", role: "status", "aria-live": "polite" });
+  document.body.append(stack);
+  return stack;
+}
 
 /**
  * @param {string} message
  * @param {{kind?: "news"|"error", action?: {label: string, href?: string, run?: () => void}}} [options]
  */
-export function toast(message, { kind = "news", action = null } = {}) {
-  if (stack === null) {
-    stack = h("div", { class: "toasts", role: "status", "aria-live": "polite" });
-    document.body.append(stack);
-  }
-  for (const shown of stack.querySelectorAll(".toast")) if (shown.dataset.message === message) shown.remove();
+export function toast(message, { kind = "news", action } = {}) {
+  const stack = stackOfPage();
+  for (const shown of stack.querySelectorAll(".toast")) if (shown instanceof HTMLElement && shown.dataset.message === message) shown.remove();
   const element = h("div", { class: `toast ${kind}`, role: kind === "error" ? "alert" : null });
   element.dataset.message = message;
   const close = () => element.remove();
@@ -24,15 +28,21 @@ export function toast(message, { kind = "news", action = null } = {}) {
     h("span", { class: "toast-text" }, message),
     action?.href && h("a", { class: "button quiet", href: action.href, on: { click: close } }, action.label),
     action?.run &&
-      h("button", { class: "quiet", type: "button", on: { click: () => (close(), action.run()) } }, action.label),
+      h("button", { class: "quiet", type: "button", on: { click: () => (close(), action.run?.()) } }, action.label),
     h("button", { class: "quiet icon-only", type: "button", "aria-label": "Close this message", on: { click: close } }, icon("close")),
   );
   stack.append(element);
-  while (stack.children.length > 3) stack.firstElementChild.remove();
+  while (stack.children.length > 3) stack.firstElementChild?.remove();
   if (kind === "news") setTimeout(close, NEWS_MS);
 }
 
-/** Run something that talks to the server; what goes wrong is said once, here. */
+/**
+ * Run something that talks to the server; what goes wrong is said once, here.
+ *
+ * @template T
+ * @param {() => Promise<T>} work
+ * @returns {Promise<T|undefined>}
+ */
 export async function attempt(work) {
   try {
     return await work();

@@ -21,6 +21,7 @@ export function choices(root, store) {
 
 function switches(store) {
   const { judged, trackers } = store.sweep;
+  /** @param {string[]} choice */
   const open = ([name]) => (name !== "success" || judged) && (trackers.length > 1 || !["difference", "significance"].includes(name));
   return segments("Quantity", SHOWS.filter(open), store.view.show, (show) => store.show({ show }));
 }

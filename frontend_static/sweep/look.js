@@ -96,12 +96,12 @@ function signed(value, measure) {
 /** The end of a scale for amounts: a few outliers, of cells with hardly a run, shall not make all others look alike. */
 function scaleOf(column) {
   const values = column.filter((value) => value !== null).sort((a, b) => a - b);
-  const most = roundUp(values[Math.floor((values.length - 1) * USUAL_SHARE)] ?? 0);
+  const most = roundUp(values[Math.ceil((values.length - 1) * USUAL_SHARE)] ?? 0);
   return { most, isCut: (values.at(-1) ?? 0) > most };
 }
 
 function roundUp(value) {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));
-  return power * [1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value * 0.999);
+  return power * ([1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value * 0.999) ?? value / power);
 }

@@ -19,8 +19,11 @@ const LONGEST_HEIGHT_PX = 400;
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 
 /**
+ * @typedef {import("../shared/messages.js").AxisPublic} AxisPublic
+ * @typedef {{i: number, j: number}} Cell
+ *
  * @typedef {object} Look What a cell looks like.
- * @property {number[]|null} colour Red, green, blue; null where there is no value yet.
+ * @property {Readonly<import("./colours.js").Colour>|null} colour Red, green, blue; null where there is no value yet.
  * @property {string} [text] Written into the cell if there is room.
  * @property {number} filled Share of the cell that is coloured, 0..1.
  * @property {boolean} [outlined] With a line around it, for colours near that of the page.
@@ -30,9 +33,13 @@ const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation San
 export class HeatMap {
   #canvas = h("canvas", { class: "map-canvas" });
   #on;
+  /** @type {{x: AxisPublic, y: AxisPublic|null}|null} */
   #axes = null;
-  #look = () => null;
+  /** @type {(index: number) => Look} */
+  #look = () => ({ colour: null, filled: 0, hatched: true });
+  /** @type {Cell|null} */
   #cursor = null;
+  /** @type {Cell|null} */
   #chosen = null;
   #size = { width: 0, height: 0, cell: [1, 1] };
   #hovering = false;
@@ -40,7 +47,7 @@ export class HeatMap {
   /** What is put into the page; it takes the focus. */
   element = h("div", { class: "map-plot", tabindex: 0, role: "application", "aria-roledescription": "heat map" }, this.#canvas);
 
-  /** @param {{point: (cell: {i: number, j: number}|null, place?: {x: number, y: number}) => void, choose: (cell) => void}} on */
+  /** @param {{point: (cell: Cell|null, place?: {x: number, y: number, below: number}) => void, choose: (cell: Cell) => void}} on */
   constructor(on) {
     this.#on = on;
     const canvas = this.#canvas;
@@ -71,7 +78,7 @@ export class HeatMap {
 
   /**
    * @param {string} label What it shows, for those who cannot see it.
-   * @param {{x: Axis, y: Axis|null}} axes With `name`, `title`, `unit`, `values`.
+   * @param {{x: AxisPublic, y: AxisPublic|null}} axes With `name`, `title`, `unit`, `values`.
    * @param {(index: number) => Look} look By the number of the cell, row after row.
    */
   show(label, axes, look) {
@@ -90,7 +97,7 @@ export class HeatMap {
   draw = coalesce(() => this.#paint());
 
   get #count() {
-    return [this.#axes.x.values.length, this.#axes.y?.values.length ?? 1];
+    return [this.#axes?.x.values.length ?? 0, this.#axes?.y?.values.length ?? 1];
   }
 
   #paint() {
@@ -110,7 +117,7 @@ export class HeatMap {
       Object.assign(canvas, { width: w, height: t });
       Object.assign(canvas.style, { width: `${width}px`, height: `${this.#size.height}px` });
     }
-    const pen = canvas.getContext("2d");
+    const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     pen.setTransform(scale, 0, 0, scale, 0, 0);
     pen.clearRect(0, 0, width, this.#size.height);
     pen.font = FONT;
@@ -177,6 +184,7 @@ export class HeatMap {
   }
 
   #scales(pen, ink) {
+    if (this.#axes === null) return;
     const { x, y } = this.#axes;
     const [wide, high] = this.#size.cell;
     const [across, up] = this.#count;
@@ -243,7 +251,7 @@ export class HeatMap {
   }
 
   #tellCursor() {
-    this.#on.point(this.#cursor, this.#place(this.#cursor));
+    if (this.#cursor) this.#on.point(this.#cursor, this.#place(this.#cursor));
     this.draw();
   }
 

@@ -1,7 +1,7 @@
 /** The form of a new sweep: what is varied, by whom, how often; with the size and the time before anything starts. */
 
 import { api } from "../shared/api.js";
-import { fill, h } from "../shared/dom.js";
+import { fill, h, part } from "../shared/dom.js";
 import { after } from "../shared/timing.js";
 import { sweeps } from "./api.js";
 import { axisRow } from "./axis.js";
@@ -11,8 +11,8 @@ import { themeButton } from "../shared/theme.js";
 import { decode } from "../shared/share_link.js";
 
 const SKELETON_AFTER_MS = 200;
-const root = document.querySelector('[data-part="plan"]');
-document.querySelector('[data-part="tools"]').append(themeButton());
+const root = part("plan");
+part("tools").append(themeButton());
 begin();
 
 async function begin() {
@@ -82,11 +82,11 @@ async function planForm(experiments, wish) {
     seed: amount("Seed", wish.seed ?? 0, 0, changed),
   };
   const title = h("input", { type: "text", value: wish.title ?? "", maxlength: 200, placeholder: "Made up from the plan", "aria-label": "Title" });
-  const chooser = h("select", { "aria-label": "Experiment", data: { field: "experiment" } }, experiments.map(({ id, title }) => h("option", { value: id, selected: id === experiment.id }, title)));
+  const chooser = h("select", { "aria-label": "Experiment", data: { field: "experiment" } }, experiments.map((each) => h("option", { value: each.id, selected: each.id === experiment.id }, each.title)));
   chooser.addEventListener("change", async () => {
     try {
       fill(root, await planForm(experiments, { ...(await sweeps.example(chooser.value)), experiment: chooser.value }));
-      root.querySelector("select").focus();
+      root.querySelector("select")?.focus();
     } catch (error) {
       showError(form, error);
     }

@@ -11,14 +11,21 @@ import { sweeps } from "./api.js";
 const COMPARE_EVERY_MS = 1000;
 export const NO_AXIS = "none";
 
+/** @typedef {import("../shared/messages.js").SweepPublic} SweepPublic */
+
 export class SweepStore {
+  /** @type {SweepPublic|null} */
   sweep = null;
+  /** @type {import("../shared/messages.js").CellsPublic|null} */
   cells = null;
+  /** @type {import("../shared/messages.js").ComparisonPublic|null} */
   comparison = null;
+  /** @type {{i: number, j: number, tracker?: string}|null} */
   chosen = null;
-  /** "connecting" | "open" | "lost" | "gone" */
+  /** @type {"connecting"|"open"|"lost"|"gone"} */
   connection = "connecting";
   view;
+  /** @type {Map<string, Set<() => void>>} */
   #listeners = new Map();
 
   constructor(view) {
@@ -28,9 +35,15 @@ export class SweepStore {
   /** Call `listener` after each change of any of the topics. */
   on(topics, listener) {
     for (const topic of topics.split(" ")) {
-      if (!this.#listeners.has(topic)) this.#listeners.set(topic, new Set());
-      this.#listeners.get(topic).add(listener);
+      const those = this.#listeners.get(topic) ?? new Set();
+      this.#listeners.set(topic, those.add(listener));
     }
+  }
+
+  /** The sweep, where there must be one: who listens to what changes in it is only called then. */
+  get known() {
+    if (this.sweep === null) throw new Error("Nothing is known of the sweep yet");
+    return this.sweep;
   }
 
   /** Take over the sweep as the server describes it, before the stream brings more. */
@@ -42,7 +55,7 @@ export class SweepStore {
 
   /** Take over how far it is. */
   take({ state, message, done, successes, rate, seconds, seconds_left, outcome }) {
-    Object.assign(this.sweep, { state, message, done, successes, rate, seconds, seconds_left, outcome });
+    Object.assign(this.known, { state, message, done, successes, rate, seconds, seconds_left, outcome });
     this.#tell("sweep", "cells");
   }
 
@@ -67,7 +80,7 @@ export class SweepStore {
   show(changes) {
     Object.assign(this.view, changes);
     if (this.view.first === this.view.second) {
-      const other = this.sweep.trackers.find(({ id }) => id !== this.view.first);
+      const other = this.known.trackers.find(({ id }) => id !== this.view.first);
       if ("first" in changes) this.view.second = other?.id ?? this.view.second;
       else this.view.first = other?.id ?? this.view.first;
     }
@@ -101,7 +114,7 @@ export class SweepStore {
   }
 
   titleOf(tracker) {
-    return this.sweep.trackers.find(({ id }) => id === tracker)?.title ?? tracker;
+    return this.known.trackers.find(({ id }) => id === tracker)?.title ?? tracker;
   }
 
   async #compare() {
@@ -109,7 +122,7 @@ export class SweepStore {
     const { x, y, first, second, measure, level, correction, test } = this.view;
     const asked = JSON.stringify([x, y, first, second, measure, level, correction, test]);
     try {
-      const { comparison } = await sweeps.cells(this.sweep.id, { x, y, first, second, measure, level, correction, test });
+      const { comparison } = await sweeps.cells(this.known.id, { x, y, first, second, measure, level, correction, test });
       const now = this.view;
       if (asked !== JSON.stringify([now.x, now.y, now.first, now.second, now.measure, now.level, now.correction, now.test])) return;
       this.comparison = comparison;
@@ -121,7 +134,7 @@ export class SweepStore {
 
   /** Fill in what the address left open. */
   #complete() {
-    const { axes, trackers, judged } = this.sweep;
+    const { axes, trackers, judged } = this.known;
     const view = this.view;
     const known = (name) => axes.some((axis) => axis.name === name);
     if (!known(view.x)) view.x = axes[0]?.name ?? NO_AXIS;
@@ -135,9 +148,12 @@ export class SweepStore {
   }
 
   #merge({ at, maps, done }) {
-    this.cells.done = done;
+    const { cells } = this;
+    if (cells === null) return;
+    cells.done = done;
     for (const changed of maps) {
-      const map = this.cells.maps.find(({ tracker }) => tracker === changed.tracker);
+      /** @type {any} */
+      const map = cells.maps.find(({ tracker }) => tracker === changed.tracker);
       for (const [name, column] of Object.entries(changed)) {
         if (Array.isArray(column)) at.forEach((index, place) => (map[name][index] = column[place]));
       }

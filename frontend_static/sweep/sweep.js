@@ -1,6 +1,6 @@
 /** The page of a sweep: finds it, follows its stream, and puts the parts together. */
 
-import { fill, h, setText } from "../shared/dom.js";
+import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
 import { sweepStream, sweeps } from "./api.js";
 import { bar } from "./bar.js";
@@ -15,9 +15,9 @@ import { themeButton } from "../shared/theme.js";
 const SKELETON_AFTER_MS = 200;
 const KEPT = { show: "success", measure: "success", x: null, y: null, first: null, second: null, level: "0.01", correction: "none", test: "chi-square" };
 
-const part = (name) => document.querySelector(`[data-part="${name}"]`);
-const id = decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1));
+const id = lastOfAddress();
 const store = new SweepStore(viewOfAddress());
+/** @type {Stream|null} */
 let stream = null;
 
 part("tools").append(themeButton());
@@ -27,9 +27,9 @@ legend(part("legend"), store);
 maps(part("maps"), store);
 runs(part("runs"), store);
 store.on("sweep", () => {
-  setText(part("title"), store.sweep.title);
-  const percent = store.sweep.state === "running" ? `${Math.floor((100 * store.sweep.done) / store.sweep.runs)} % · ` : "";
-  document.title = `${percent}${store.sweep.title} · pftrack`;
+  setText(part("title"), store.known.title);
+  const percent = store.known.state === "running" ? `${Math.floor((100 * store.known.done) / store.known.runs)} % · ` : "";
+  document.title = `${percent}${store.known.title} · pftrack`;
 });
 store.on("view", () => {
   history.replaceState(null, "", addressOfView());
@@ -55,7 +55,7 @@ async function begin() {
   store.on("view", () => {
     if (axes === `${store.view.x} ${store.view.y}`) return;
     axes = `${store.view.x} ${store.view.y}`;
-    stream.stop();
+    stream?.stop();
     listen();
   });
 }
@@ -77,14 +77,14 @@ function listen() {
 }
 
 function fail(title, message) {
-  document.querySelector("main").replaceWith(
+  document.querySelector("main")?.replaceWith(
     h("main", { class: "sweep-wait" }, h("div", { class: "notice", role: "alert" }, h("h2", {}, title), h("p", {}, message), h("a", { class: "button primary", href: "/" }, "Back to the gallery"))),
   );
 }
 
 /** What holds for all runs. */
 function facts() {
-  const { sweep } = store;
+  const { known: sweep } = store;
   const fixed = sweep.fixed.map(({ title, values: [value], ...declaration }) => `${title.toLowerCase()} ${parameterValue(value, declaration)}`);
   const pooled = sweep.axes.filter(({ name }) => ![store.view.x, store.view.y].includes(name)).map(({ title, values }) => `${values.length} values of ${title.toLowerCase()}`);
   const words = [`${sweep.trials} ${sweep.trials === 1 ? "trial" : "trials"} of ${sweep.frames} frames`, `seed ${sweep.seed}`, ...fixed];

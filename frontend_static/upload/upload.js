@@ -38,7 +38,8 @@ export function dropZone(root, on) {
     event.preventDefault();
     depth = 0;
     zone.classList.remove("over");
-    if (event.dataTransfer.files.length > 0) take([...event.dataTransfer.files]);
+    const files = [...(event.dataTransfer?.files ?? [])];
+    if (files.length > 0) take(files);
   });
 
   function invite() {

@@ -112,13 +112,18 @@ export class Figure {
   reach(most, { both = false } = {}) {
     const value = most * 1.05;
     const power = 10 ** Math.floor(Math.log10(value));
-    const end = power * [1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value);
+    const end = power * ([1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value) ?? value / power);
     if (this.range.end === end) return;
     [this.range.start, this.range.end] = [both ? -end : 0, end];
     if (both) this.model.yaxes[0].ticker.ticks = this.model.ygrids[0].ticker.ticks = [-end, 0, end];
   }
 
-  /** Limits around values that may lie far from 0; rounded in the same way. */
+  /**
+   * Limits around values that may lie far from 0; rounded in the same way.
+   *
+   * @param {number[]} extent The smallest and the largest value.
+   * @param {number} smallest
+   */
   enclose([low, high], smallest) {
     if (low > high) return;
     const span = Math.max(high - low, smallest);
@@ -217,6 +222,7 @@ export class Lines {
 class Shades {
   #source;
   #test;
+  /** @type {string|null} */
   #seen = null;
 
   /**
@@ -240,6 +246,7 @@ class Shades {
     const seen = `${session.branch} ${history.edition} ${history.length}`;
     if (seen === this.#seen) return;
     this.#seen = seen;
+    /** @type {Record<"left"|"right"|"top"|"bottom", number[]>} */
     const data = { left: [], right: [], top: [], bottom: [] };
     for (let place = 0; place < this.rows; place += 1) {
       for (const [first, last] of history.spans((row) => this.#test(row, place))) {

@@ -26,7 +26,7 @@ const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
 export async function plots(root, view) {
   const { store, scene, signal } = view;
   await declared(store);
-  const panels = store.session.plots.map((plot) => panel(root, new KINDS[plot.kind](plot, store.session)));
+  const panels = store.known.plots.map((plot) => panel(root, new KINDS[plot.kind](plot, store.session)));
   const label = throttle(() => {
     const histories = store.branches.map(({ id }) => store.historyOf(id));
     for (const each of panels) write(each, store, histories);
@@ -104,11 +104,11 @@ function lastOf(panels) {
 
 /** Resolves when it is known what there is to plot. */
 function declared(store) {
-  return new Promise((resolve) => {
-    const look = () => store.session?.plots.length > 0 && resolve();
+  return /** @type {Promise<void>} */ (new Promise((resolve) => {
+    const look = () => store.session !== null && store.session.plots.length > 0 && resolve();
     store.on("session", look);
     look();
-  });
+  }));
 }
 
 function panel(root, plot) {

@@ -5,7 +5,11 @@
 
 import { curve, isGone } from "../history.js";
 
-/** Rows from top to bottom: [label, top, height], CSS px. */
+/**
+ * Rows from top to bottom: label, top, height, CSS px.
+ *
+ * @type {Record<"flags"|"error"|"sigma"|"ess"|"proposal"|"bands"|"changes", [string, number, number]>}
+ */
 export const ROWS = {
   flags: ["", 0, 12],
   error: ["error", 12, 34],
@@ -51,23 +55,24 @@ export class Axis {
 export function paint(context, axis, view, ink) {
   context.clearRect(0, 0, context.canvas.width, context.canvas.height);
   labels(context, axis, view, ink);
-  const active = view.lines.find((line) => line.active)?.history;
-  if (!active) return;
-  const others = view.lines.filter((line) => !line.active);
+  const chosen = view.lines.find(({ active }) => active);
+  if (!chosen) return;
+  const { history: own, colour: ownColour } = chosen;
+  const others = view.lines.filter(({ active }) => !active);
 
-  bands(context, axis, active, ink);
+  bands(context, axis, own, ink);
   const errorTop = top(view.lines, curve.error, view.smallest);
-  area(context, axis, "error", active, curve.error, errorTop, view.lines.find((line) => line.active).colour);
+  area(context, axis, "error", own, curve.error, errorTop, ownColour);
   for (const { history, colour } of others) line(context, axis, "error", history, curve.error, errorTop, colour, 1);
-  line(context, axis, "error", active, curve.error, errorTop, view.lines.find((line) => line.active).colour, 1.6);
+  line(context, axis, "error", own, curve.error, errorTop, ownColour, 1.6);
 
   const gammas = view.thresholds.flatMap(({ steps }) => steps.map(({ value }) => value ?? 0));
   const sigmaTop = Math.max(top(view.lines, curve.sigma, view.smallest), ...gammas.map((value) => value * 1.25));
   for (const { history, colour } of others) line(context, axis, "sigma", history, curve.sigma, sigmaTop, colour, 1);
-  line(context, axis, "sigma", active, curve.sigma, sigmaTop, view.lines.find((line) => line.active).colour, 1.4);
+  line(context, axis, "sigma", own, curve.sigma, sigmaTop, ownColour, 1.4);
   for (const { steps } of view.thresholds) threshold(context, axis, steps, sigmaTop, ink.ink);
 
-  strips(context, axis, active, view, ink);
+  strips(context, axis, own, view, ink);
   marks(context, axis, view.marks, ink);
   flags(context, axis, view.bookmarks, ink);
 }

@@ -29,12 +29,19 @@ export class Scrubber {
   );
   /** All but the playhead, which moves more often than the rest changes. */
   #background = document.createElement("canvas");
-  /** The colours, once the session says which it has. */
+  /**
+   * The colours, once the session says which it has.
+   *
+   * @type {Record<string, string>|null}
+   */
   #ink = null;
   #axis = new Axis(600, 2);
+  /** @type {import("../timeline.js").Mark[]} */
   #marks = [];
   /** The frame under the finger; then the one where it was let go, until the session is there. */
+  /** @type {number|null} */
   #dragged = null;
+  /** @type {number|null} */
   #settling = null;
   #drawPlayhead;
   #drawAll;
@@ -49,7 +56,7 @@ export class Scrubber {
     this.#drawPlayhead = coalesce(() => this.#paintPlayhead(), view.signal);
     this.#drawAll = throttle(() => this.#paintAll(), REPAINT_MS, view.signal);
     view.store.on("position", () => {
-      if (view.store.session.position === this.#settling) this.#settling = null;
+      if (view.store.known.position === this.#settling) this.#settling = null;
       this.#drawPlayhead();
     });
     view.store.on("session history branches bookmarks", this.#drawAll);
@@ -111,7 +118,7 @@ export class Scrubber {
     const { store } = this.#view;
     const { session } = store;
     if (session === null) return;
-    const context = this.#canvas.getContext("2d");
+    const context = /** @type {CanvasRenderingContext2D} */ (this.#canvas.getContext("2d"));
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, this.#canvas.width, this.#canvas.height);
     context.drawImage(this.#background, 0, 0);
@@ -135,7 +142,7 @@ export class Scrubber {
     }
     this.#axis = new Axis(width, session.frames);
     this.#marks = marks(session);
-    const context = this.#background.getContext("2d");
+    const context = /** @type {CanvasRenderingContext2D} */ (this.#background.getContext("2d"));
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     paint(context, this.#axis, this.#content(session), this.#inks(session));
     this.#drawPlayhead();
@@ -184,7 +191,7 @@ export class Scrubber {
     const isNear = ({ frame }) => Math.abs(this.#axis.x(frame) - x) <= NEAR_PX;
     const change = y >= ROWS.changes[1] && this.#marks.find(isNear);
     if (change) return [`from frame ${change.frame}`, ...change.lines];
-    const bookmark = y <= ROWS.flags[2] && store.session.bookmarks.find(isNear);
+    const bookmark = y <= ROWS.flags[2] && store.known.bookmarks.find(isNear);
     if (bookmark) return [`frame ${bookmark.frame}`, bookmark.note || "bookmark"];
     return [describe(store, this.#axis.frame(x)).join(" · ")];
   }

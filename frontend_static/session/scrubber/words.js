@@ -11,7 +11,7 @@ import { numberOf, ofRole, samplers, samplesOf } from "../series.js";
  * @param {number} frame
  * @returns {string[]}
  */
-export function describe({ session, history }, frame) {
+export function describe({ known: session, history }, frame) {
   const row = history.at(frame);
   const unit = unitOf(session);
   if (!row) return [`frame ${frame}`, "not computed yet"];
@@ -46,6 +46,6 @@ export function missingOf({ session, history }) {
 export function weightOf(session) {
   return (row) => {
     const [ess, particles] = ["ess", "particles"].map((role) => numberOf(session, role, row));
-    return ess !== null && particles > 0 ? ess / particles : null;
+    return ess !== null && particles !== null && particles > 0 ? ess / particles : null;
   };
 }

@@ -10,12 +10,17 @@ const DASHES = [4, 3];
 
 /** Areas of the active branch with the truth in them, and lines of all branches. */
 class AreaPlot extends Plot {
+  /** @type {Lines} */
+  lines;
   /** Columns that the axis reaches to. */
   limits = ["truth"];
   /** Pairs of columns that an area lies between. */
+  /** @type {string[][]} */
   areas = [];
   /** Columns that are lines, and what follows the branch in the name of each. */
+  /** @type {string[][]} */
   drawn = [];
+  /** @type {object} */
   ticks = { desired_num_ticks: 2 };
 
   /** @returns {Record<string, (row: object) => number>} */

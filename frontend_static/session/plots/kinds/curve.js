@@ -8,6 +8,9 @@ import { Plot, columns } from "./plot.js";
 
 /** One line a branch: the first of the values, functions of a row. The axis reaches to all of them. */
 class CurvePlot extends Plot {
+  /** @type {Lines} */
+  lines;
+
   /** @returns {string[]|null} */
   get needs() {
     return null;
@@ -135,6 +138,7 @@ function inForce(session) {
 }
 
 function staircase(limits, last) {
+  /** @type {Record<string, number[]>} */
   const data = { frame: [], value: [] };
   for (const { steps } of limits) {
     steps.forEach(({ frame, value }, index) => {

@@ -15,7 +15,7 @@ export class FrequencyPlot extends Plot {
   }
 
   reading({ session, history }) {
-    const shares = this.declared.series.map((name) => number(100 * frequencies(history, name, session.position).at(-1), 0));
+    const shares = this.declared.series.map((name) => number(100 * (frequencies(history, name, session.position).at(-1) ?? NaN), 0));
     return `${shares.join(" | ")} %`;
   }
 
@@ -26,6 +26,7 @@ export class FrequencyPlot extends Plot {
     this.figure.range.end = 105;
     this.#levels = percents.map((level) => this.figure.level(level));
     const columns = (history, from) => {
+      /** @type {Record<string, number[]>} */
       const data = { frame: [] };
       for (const name of series) data[name] = frequencies(history, name).slice(from).map((share) => 100 * share);
       for (let frame = from; frame < history.length; frame += 1) data.frame.push(frame);

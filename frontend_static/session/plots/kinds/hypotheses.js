@@ -59,6 +59,7 @@ export function mostProbable(row, { series: [name], component = 0, unit }) {
 
 /** From where each hypothesis was in the frame before to where it is, of the frames from one on. */
 export function segments(history, from, { series: [name], component = 0 }) {
+  /** @type {Record<string, number[]>} */
   const data = { frame: [], x1: [], y0: [], y1: [], alpha: [] };
   for (let frame = from; frame < history.length; frame += 1) {
     const found = history.at(frame)?.series?.[name];
@@ -76,6 +77,7 @@ export function segments(history, from, { series: [name], component = 0 }) {
 }
 
 function truths(history, from, name) {
+  /** @type {Record<string, number[]>} */
   const data = { frame: [], truth: [] };
   for (let frame = from; frame < history.length; frame += 1) {
     data.frame.push(frame);

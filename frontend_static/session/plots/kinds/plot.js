@@ -44,8 +44,14 @@ export class Plot {
     return [`${this.declared.title} ${this.declared.unit}`.trim()];
   }
 
-  /** The figures of the frame that is shown. */
-  reading() {
+  /**
+   * The figures of the frame that is shown.
+   *
+   * @param {import("../../store.js").Store} store
+   * @returns {string}
+   */
+  reading(store) {
+    void store;
     return "";
   }
 
@@ -66,6 +72,7 @@ export class Plot {
 
 /** The data of the frames from one on, a column for each function of a row. */
 export function columns(history, from, values) {
+  /** @type {Record<string, number[]>} */
   const data = { frame: [] };
   for (let frame = from; frame < history.length; frame += 1) data.frame.push(frame);
   for (const [name, value] of Object.entries(values)) data[name] = data.frame.map((frame) => value(history.at(frame)) ?? NaN);

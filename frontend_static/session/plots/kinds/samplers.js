@@ -40,6 +40,7 @@ export class SamplersPlot extends Plot {
   }
 
   #stairs(history, from, count) {
+    /** @type {Record<string, number[]>} */
     const data = { frame: [] };
     for (let place = 0; place <= count; place += 1) data[`to ${place}`] = [];
     for (let frame = from; frame < history.length; frame += 1) {

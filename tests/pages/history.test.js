@@ -1,0 +1,130 @@
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+
+import { History, curve, isGone } from "../../frontend_static/session/history.js";
+import { frequencies, isKnown, numberOf, samplers, samplesOf, valueOf } from "../../frontend_static/session/series.js";
+
+const row = (frame, more = {}) => ({ frame, estimate: [frame, 0], ...more });
+const filled = (length, more = () => ({})) => {
+  const history = new History();
+  for (let frame = 0; frame < length; frame += 1) history.add(row(frame, more(frame)));
+  return history;
+};
+
+describe("a history of diagnostics", () => {
+  it("appends rows without a new edition, so that plots only add the tail", () => {
+    const history = filled(3);
+    assert.equal(history.length, 3);
+    assert.equal(history.edition, 0);
+    assert.equal(history.at(2).frame, 2);
+    assert.equal(history.at(3), undefined);
+  });
+
+  it("tells that rows in between are missing", () => {
+    const history = filled(2);
+    assert.equal(history.add(row(2)), true);
+    assert.equal(history.add(row(7)), false);
+  });
+
+  it("takes a replayed row for the same one, and another estimate for a change", () => {
+    const history = filled(3);
+    history.add(row(1));
+    assert.equal(history.edition, 0);
+    history.add({ frame: 1, estimate: [99, 0] });
+    assert.equal(history.edition, 1);
+  });
+
+  it("merges columns into rows and keeps what the stream has brought meanwhile", () => {
+    const history = filled(0);
+    history.add(row(0));
+    history.add(row(1));
+    history.add(row(2, { error: 5 }));
+    history.merge({ frame: [0, 1], estimate: [[0, 0], [1, 0]], error: [1, null] });
+    assert.equal(history.length, 3);
+    assert.equal(history.at(0).error, 1);
+    assert.equal(history.at(2).error, 5);
+    assert.equal(history.edition, 1);
+  });
+
+  it("replaces everything, also by nothing", () => {
+    const history = filled(4);
+    history.replace({ frame: [0], error: [2] });
+    assert.equal(history.length, 1);
+    history.replace({});
+    assert.equal(history.length, 0);
+  });
+
+  it("shares a parent's past up to and including a frame, and then goes its own way", () => {
+    const parent = filled(5);
+    const branch = new History();
+    branch.share(parent, 2);
+    branch.add(row(3, { error: 1 }));
+    assert.equal(branch.length, 4);
+    assert.equal(parent.at(3).error, undefined);
+  });
+
+  it("finds the spans in which something holds, one at the end included", () => {
+    const history = filled(10, (frame) => ({ lost: frame === 2 || frame === 3 || frame === 9 }));
+    assert.deepEqual(history.spans(isGone), [[2, 3], [9, 9]]);
+    assert.equal(history.some(isGone), true);
+    assert.deepEqual(filled(3).spans(isGone), []);
+  });
+
+  it("knows the largest value of a stretch, and null where there is none", () => {
+    const history = filled(6, (frame) => ({ error: frame === 4 ? null : frame }));
+    assert.equal(history.most(curve.error), 5);
+    assert.equal(history.most(curve.error, 0, 3), 3);
+    assert.equal(history.most(curve.error, 4, 4), null);
+  });
+});
+
+describe("values of a row", () => {
+  it("are null or NaN where they are not known or not finite", () => {
+    assert.equal(curve.error({ error: null }), null);
+    assert.equal(curve.error({ error: Infinity }), null);
+    assert.equal(curve.error(undefined), null);
+    assert.ok(Number.isNaN(valueOf(undefined, "a")));
+    assert.ok(Number.isNaN(valueOf(row(0, { series: { a: [1, null] } }), "a", 1)));
+    assert.equal(valueOf(row(0, { series: { a: [1, 2] } }), "a", 1), 2);
+  });
+
+  it("say that a target is gone by the truth or by the tracker itself", () => {
+    assert.equal(isGone({ lost: true }), true);
+    assert.equal(isGone({ lost: null, searching: true }), true);
+    assert.equal(isGone({ lost: false, searching: false }), false);
+    assert.equal(isGone(undefined), false);
+  });
+
+  it("add up to the share of ones so far; unknown ones do not count", () => {
+    const values = [[1, 0], [null, 1], [1, 1]];
+    const history = filled(3, (frame) => ({ series: { seen: values[frame] } }));
+    assert.deepEqual(frequencies(history, "seen"), [1 / 2, 2 / 3, 4 / 5]);
+    assert.deepEqual(frequencies(history, "seen", 0), [1 / 2]);
+    assert.ok(Number.isNaN(frequencies(filled(1), "seen")[0]));
+  });
+});
+
+describe("declared series", () => {
+  const session = {
+    series: [
+      { name: "ess", role: "ess" },
+      { name: "drawn", role: "share", components: ["prediction", "observation"], colours: ["prediction"] },
+    ],
+  };
+
+  it("are found by their role, and are missing where a tracker does not report them", () => {
+    const known = row(0, { series: { ess: 12, drawn: [3, 4] } });
+    assert.equal(numberOf(session, "ess", known), 12);
+    assert.deepEqual(samplesOf(session, known), [3, 4]);
+    assert.equal(numberOf(session, "ess", row(0)), null);
+    assert.equal(samplesOf(session, row(0)), null);
+    assert.deepEqual(samplers(session), [{ name: "prediction", colour: "prediction" }, { name: "observation", colour: "muted" }]);
+  });
+
+  it("are measured from the first known value on", () => {
+    const history = filled(2, (frame) => ({ series: { a: frame === 1 ? [null, 3] : [null, null], b: { values: [], weights: [] } } }));
+    assert.equal(history.measures("a"), true);
+    assert.equal(history.measures("b"), false);
+    assert.deepEqual([isKnown(null), isKnown(0), isKnown({ values: [[1]] })], [false, true, true]);
+  });
+});

@@ -1,0 +1,75 @@
+import assert from "node:assert/strict";
+import { before, describe, it } from "node:test";
+
+import { Axis, GUTTER } from "../../frontend_static/session/scrubber/paint.js";
+import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
+import { css, diverging, inkOn, viridis } from "../../frontend_static/sweep/colours.js";
+import { differenceEnd, errorEnd } from "../../frontend_static/sweep/look.js";
+import { clamp, sparse } from "../../frontend_static/sweep/strokes.js";
+
+before(() => {
+  // A page in light colours.
+  globalThis.document = { documentElement: { dataset: { theme: "light" } } };
+});
+
+describe("the axis of frames", () => {
+  it("leads from a frame to its place and back", () => {
+    const axis = new Axis(700, 240);
+    for (const frame of [0, 1, 119, 238, 239]) assert.equal(axis.frame(axis.x(frame)), frame);
+    assert.equal(axis.x(0), GUTTER);
+  });
+
+  it("never leaves the run, and stands a run of one frame", () => {
+    const axis = new Axis(700, 240);
+    assert.equal(axis.frame(-50), 0);
+    assert.equal(axis.frame(5000), 239);
+    assert.ok(Number.isFinite(new Axis(10, 1).x(0)));
+  });
+});
+
+describe("the colours of a map", () => {
+  it("begin and end where the palette does, and clip what lies beyond", () => {
+    assert.deepEqual(viridis(0), VIRIDIS[0]);
+    assert.deepEqual(viridis(1), VIRIDIS.at(-1));
+    assert.deepEqual(viridis(7), VIRIDIS.at(-1));
+    assert.deepEqual(viridis(-1), VIRIDIS[0]);
+  });
+
+  it("are neutral in the middle of a difference and each method's own at the ends", () => {
+    assert.deepEqual(diverging(0), DIVERGING[3].light);
+    assert.deepEqual(diverging(-1), DIVERGING[0].light);
+    assert.deepEqual(diverging(1), DIVERGING[6].light);
+  });
+
+  it("carry an ink that can be read", () => {
+    assert.equal(inkOn([255, 255, 255]), "#000");
+    assert.equal(inkOn([0, 50, 79]), "#fff");
+    assert.equal(css([1, 2, 3]), "rgb(1 2 3)");
+  });
+});
+
+describe("the ends of a scale", () => {
+  const store = (error) => ({ cells: { maps: [{ error }] }, view: { measure: "error" }, comparison: { difference: error } });
+
+  it("are round and not moved by a few outliers", () => {
+    assert.deepEqual(errorEnd(store([1, 2, null, 2.8])), { most: 3, words: "" });
+    const many = [...Array.from({ length: 99 }, () => 1.9), 500];
+    assert.deepEqual(errorEnd(store(many)), { most: 2, words: " or more" });
+  });
+
+  it("are 1 where nothing is known", () => {
+    assert.deepEqual(errorEnd(store([null, null])), { most: 1, words: "" });
+  });
+
+  it("are the same to both sides of a difference", () => {
+    assert.equal(differenceEnd(store([-4.2, 1, null])).most, 5);
+  });
+});
+
+describe("places of a scale", () => {
+  it("are every nth, the first always, and never beyond the last", () => {
+    assert.deepEqual(sparse(7, 3), [0, 3, 6]);
+    assert.deepEqual(sparse(1, 5), [0]);
+    assert.deepEqual([clamp(-3, 5), clamp(2, 5), clamp(9, 5)], [0, 2, 4]);
+  });
+});

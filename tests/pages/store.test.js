@@ -1,0 +1,122 @@
+import assert from "node:assert/strict";
+import { beforeEach, describe, it } from "node:test";
+
+import { Clock } from "../../frontend_static/session/clock.js";
+import { Store } from "../../frontend_static/session/store.js";
+
+const hello = (more = {}) => ({
+  type: "hello",
+  diagnostics: { frame: [0], error: [1], estimate: [[0]] },
+  session: {
+    id: "s", state: "ready", branch: "b0", branches: [{ id: "b0", parent: null, frame: 0 }], position: 0, head: 0, frames: 50,
+    playing: false, speed: 1, speeds: [0.5, 1, 0], timeline: [], thresholds: [], parameters: { n: 1 }, tracker: "a", ...more,
+  },
+});
+
+describe("the store of a session", () => {
+  let store;
+  let told;
+
+  beforeEach(() => {
+    store = new Store();
+    told = [];
+    for (const topic of ["session", "position", "history", "branches", "bookmarks", "connection", "refused"]) {
+      store.on(topic, () => told.push(topic));
+    }
+  });
+
+  it("hears nothing before it was greeted", () => {
+    store.receive({ type: "position", branch: "b0", frame: 5, head: 5, playing: true, speed: 2 });
+    assert.deepEqual(told, []);
+    assert.equal(store.isAwake, false);
+    assert.throws(() => store.known, /Nothing is known/);
+  });
+
+  it("takes everything over from a greeting", () => {
+    store.receive(hello());
+    assert.equal(store.connection, "open");
+    assert.equal(store.history.length, 1);
+    assert.equal(store.isAwake, true);
+    assert.deepEqual(new Set(told), new Set(["connection", "session", "position", "branches", "bookmarks", "history"]));
+  });
+
+  it("takes the whole timeline over from a change, without asking for anything", () => {
+    store.receive(hello());
+    const timeline = [{ frame: 4, values: { n: 2 }, before: { n: 1 } }];
+    const thresholds = [{ name: "n", of: "sigma", steps: [{ frame: 0, value: 1 }, { frame: 4, value: 2 }] }];
+    store.receive({ type: "parameters", branch: "b0", frame: 4, parameters: { n: 2 }, first_tracker: "a", tracker: "a", values: { n: 2 }, timeline, thresholds });
+    assert.deepEqual(store.known.timeline, timeline);
+    assert.deepEqual(store.known.thresholds, thresholds);
+    assert.deepEqual(store.known.parameters, { n: 2 });
+  });
+
+  it("gives a new branch its parent's past", () => {
+    store.receive(hello());
+    store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1, estimate: [1] }, { frame: 2, estimate: [2] }] });
+    const branches = [{ id: "b0", parent: null, frame: 0 }, { id: "b1", parent: "b0", frame: 1 }];
+    store.receive({ type: "branches", branch: "b0", branches });
+    assert.equal(store.historyOf("b1").length, 2);
+    assert.equal(store.history.length, 3);
+  });
+
+  it("no longer plays in any other state than playing", () => {
+    store.receive(hello({ playing: true, state: "playing" }));
+    store.receive({ type: "session", state: "crashed", message: "it ended" });
+    assert.equal(store.known.playing, false);
+    assert.equal(store.isAwake, false);
+  });
+
+  it("hands a refusal on to whoever listens", () => {
+    store.receive(hello());
+    const heard = [];
+    store.on("refused", (message) => heard.push(message.message));
+    store.receive({ type: "refused", message: "too large" });
+    assert.deepEqual(heard, ["too large"]);
+  });
+});
+
+describe("a clock of several sessions", () => {
+  const member = () => {
+    const store = new Store();
+    const goals = [];
+    return { store, goals, steering: { seek: (frame) => goals.push(frame) }, end: new AbortController() };
+  };
+  const join = (clock, one) => clock.join({ store: one.store, steering: one.steering }, one.end.signal);
+  const at = (frame) => ({ type: "position", branch: "b0", frame, head: frame, playing: false, speed: 1 });
+
+  it("brings the others to the frame of the first one", () => {
+    const [clock, first, second] = [new Clock(), member(), member()];
+    for (const one of [first, second]) {
+      join(clock, one);
+      one.store.receive(hello());
+    }
+    first.store.receive(at(7));
+    assert.deepEqual(second.goals, [7]);
+    second.store.receive(at(7));
+    assert.deepEqual([first.goals, second.goals], [[], [7]]);
+  });
+
+  it("asks no shorter run for more than it has", () => {
+    const [clock, first, second] = [new Clock(), member(), member()];
+    join(clock, first);
+    join(clock, second);
+    first.store.receive(hello({ position: 30 }));
+    second.store.receive(hello({ frames: 10, position: 9 }));
+    assert.deepEqual(second.goals, []);
+  });
+
+  it("goes on with the next one when the first one leaves", () => {
+    const [clock, first, second, third] = [new Clock(), member(), member(), member()];
+    for (const one of [first, second, third]) {
+      join(clock, one);
+      one.store.receive(hello());
+    }
+    first.end.abort();
+    assert.equal(clock.leader.store, second.store);
+    second.store.receive(at(3));
+    assert.deepEqual(third.goals, [3]);
+    second.end.abort();
+    third.end.abort();
+    assert.equal(clock.leader, undefined);
+  });
+});

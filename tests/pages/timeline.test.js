@@ -1,0 +1,29 @@
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+
+import { marks, trackerTitle } from "../../frontend_static/session/timeline.js";
+
+const session = {
+  declarations: [{ name: "width", title: "Width", unit: "px" }],
+  trackers: [{ id: "a", title: "Method A" }, { id: "b", title: "Method B" }],
+  timeline: [
+    { frame: 0, values: { width: 40 }, before: {} },
+    { frame: 10, values: { width: 60, tracker: "b" }, before: { width: 40, tracker: "a" } },
+    { frame: 20, values: { width: 60, depth: 2 }, before: { width: 60 } },
+  ],
+};
+
+describe("the marks of a timeline", () => {
+  it("leave out what the run began with, and name the tracker first", () => {
+    assert.deepEqual(marks(session), [
+      { frame: 10, lines: ["Tracker Method A → Method B", "Width 40 → 60 px"] },
+      { frame: 20, lines: ["Width 60 → 60 px", "depth 2"] },
+    ]);
+  });
+
+  it("know a tracker by its title, else by its name, else not at all", () => {
+    assert.equal(trackerTitle(session, "a"), "Method A");
+    assert.equal(trackerTitle(session, "z"), "z");
+    assert.equal(trackerTitle(session, undefined), "–");
+  });
+});
