@@ -6,7 +6,7 @@ import { experimentCard, skeletonCard } from "./cards.js";
 import { fill, h, part } from "../shared/dom.js";
 import { pluginProblems, runList, sessionList } from "./lists.js";
 import { sweepList } from "../sweep/list.js";
-import { targetForm } from "../upload/target.js";
+import { TargetForm } from "../upload/target.js";
 import { themeButton } from "../shared/theme.js";
 import { attempt, toast } from "../shared/toast.js";
 import { dropZone } from "../upload/upload.js";
@@ -67,7 +67,7 @@ async function target() {
   }
   try {
     const upload = await api.upload(decodeURIComponent(id));
-    targetForm(form, upload, experiments ?? [], leave);
+    new TargetForm(form, upload, experiments ?? [], leave);
     show(true);
   } catch (error) {
     toast(error.message, { kind: "error" });

@@ -4,127 +4,171 @@ import { api } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { throttle } from "../shared/timing.js";
-import { BoxTarget } from "./marks/target_box.js";
-import { PointsTarget } from "./marks/target_points.js";
+import { FoundTarget } from "./marks/found_target.js";
+import { MarkedTarget } from "./marks/marked_target.js";
 import { truthField } from "./truth.js";
+
+/**
+ * @typedef {import("../shared/messages.js").ExperimentPublic} ExperimentPublic
+ * @typedef {import("../shared/messages.js").UploadPublic} UploadPublic
+ */
 
 const PICTURE_EVERY_MS = 80;
 
-/**
- * @param {HTMLElement} root
- * @param {object} upload
- * @param {object[]} experiments
- * @param {() => void} cancel
- */
-export function targetForm(root, upload, experiments, cancel) {
-  const able = experiments.filter((experiment) => experiment.accepts_video);
-  const go = h("button", { type: "submit", class: "primary", disabled: true }, "Track it");
-  const wrong = h("p", { class: "wrong", role: "alert", hidden: true });
-  const experiment = h("select", { id: "target-experiment" }, able.map(({ id, title }) => h("option", { value: id }, title)));
-  const tracker = h("select", { id: "target-tracker" });
-  const about = h("p", { class: "hint" });
-  const at = h("output", {}, "0");
-  const start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
-  const stage = h("div", { class: "target-stage" });
-  const truth = h("div");
+export class TargetForm {
+  #upload;
+  #able;
+  #go = h("button", { type: "submit", class: "primary", disabled: true }, "Track it");
+  #wrong = h("p", { class: "wrong", role: "alert", hidden: true });
+  #experiment;
+  #tracker = h("select", { id: "target-tracker" });
+  #about = h("p", { class: "hint" });
+  #at = h("output", {}, "0");
+  #start;
+  #stage = h("div", { class: "target-stage" });
+  #truth = h("div");
+  /** @type {FoundTarget|MarkedTarget|null} */
+  #target = null;
+  /** Whether something is on its way to the server that the session needs. */
+  #isBusy = false;
+  /** Whether the slider of frames was let go, so that the target is looked for where it stands. */
+  #isSettled = false;
 
-  let target = null;
-  let busy = false;
-  let settled = false;
-
-  const check = () => {
-    go.disabled = busy || !target?.footage;
-    wrong.hidden = true;
-  };
-  const tellFrame = () => setText(at, `${start.value} / ${upload.frames}`);
-  const show = throttle(() => {
-    tellFrame();
-    target.show(Number(start.value));
-    if (settled) target.find({ alone: true });
-    settled = false;
-  }, PICTURE_EVERY_MS);
-  start.addEventListener("input", show);
-  start.addEventListener("change", () => {
-    settled = true;
-    show();
-  });
-
-  const chosen = () => able.find(({ id }) => id === experiment.value);
-  const describe = () => setText(about, chosen()?.trackers.find(({ id }) => id === tracker.value)?.description ?? "");
-  const list = () => {
-    const { trackers, default_tracker: preferred } = chosen();
-    fill(tracker, trackers.map(({ id, title }) => h("option", { value: id, selected: id === preferred }, title)));
-    describe();
-  };
-  const follow = () => {
-    const on = {
-      changed: check,
-      moved: (frame) => {
-        start.value = frame;
-        tellFrame();
-      },
+  /**
+   * @param {HTMLElement} root
+   * @param {UploadPublic} upload
+   * @param {ExperimentPublic[]} experiments
+   * @param {() => void} cancel
+   */
+  constructor(root, upload, experiments, cancel) {
+    this.#upload = upload;
+    this.#able = experiments.filter((experiment) => experiment.accepts_video);
+    this.#experiment = h("select", { id: "target-experiment" }, this.#able.map(({ id, title }) => h("option", { value: id }, title)));
+    this.#start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
+    const leave = () => {
+      this.#target?.leave();
+      cancel();
     };
-    target?.leave();
-    target = chosen().finds ? new PointsTarget(stage, upload, chosen(), on) : new BoxTarget(stage, upload, on);
-    tellFrame();
-    target.show(Number(start.value));
-    check();
-    target.find();
-    truthField(truth, upload, chosen(), (isBusy) => {
-      busy = isBusy;
-      check();
+    fill(root, this.#form(leave));
+    this.#listen();
+    if (this.#able.length === 0) return;
+    this.#listTrackers();
+    this.#begin().focus();
+  }
+
+  get #chosen() {
+    return this.#able.find(({ id }) => id === this.#experiment.value) ?? this.#able[0];
+  }
+
+  #listen() {
+    const show = throttle(() => this.#showFrame(), PICTURE_EVERY_MS);
+    this.#start.addEventListener("input", show);
+    this.#start.addEventListener("change", () => {
+      this.#isSettled = true;
+      show();
     });
-  };
-  experiment.addEventListener("change", () => {
-    list();
-    follow();
-  });
-  tracker.addEventListener("change", describe);
+    this.#experiment.addEventListener("change", () => {
+      this.#listTrackers();
+      this.#begin();
+    });
+    this.#tracker.addEventListener("change", () => this.#describe());
+  }
 
-  const submit = async (event) => {
-    event.preventDefault();
-    go.disabled = true;
-    try {
-      const recipe = { experiment: experiment.value, tracker: tracker.value, footage: target.footage };
-      const session = await api.start({ recipe, upload: upload.id });
-      location.assign(session.page);
-    } catch (error) {
-      setText(wrong, error.message);
-      wrong.hidden = false;
-      go.disabled = false;
-    }
-  };
-
-  fill(
-    root,
-    h(
+  /** @param {() => void} leave */
+  #form(leave) {
+    const { name, frames, width, height, frame_rate_hz: rate, warnings } = this.#upload;
+    return h(
       "form",
-      { class: "target", on: { submit } },
+      { class: "target", on: { submit: (/** @type {Event} */ event) => this.#submit(event) } },
       h(
         "header",
         {},
         h("h2", {}, "What shall be followed?"),
-        h("p", { class: "hint" }, `${upload.name}, ${count(upload.frames, "frame")} of ${upload.width} × ${upload.height} px at ${Number(upload.frame_rate_hz.toPrecision(4))} Hz`),
-        (upload.warnings ?? []).map((warning) => h("p", { class: "note" }, warning)),
+        h("p", { class: "hint" }, `${name}, ${count(frames, "frame")} of ${width} × ${height} px at ${Number(rate.toPrecision(4))} Hz`),
+        warnings.map((warning) => h("p", { class: "note" }, warning)),
       ),
-      stage,
+      this.#stage,
       h(
         "div",
         { class: "target-choices" },
-        able.length > 1 && [h("label", { for: "target-experiment" }, "Experiment"), experiment],
-        h("label", { for: "target-start" }, "Start at frame ", at),
-        start,
+        this.#able.length > 1 && [h("label", { for: "target-experiment" }, "Experiment"), this.#experiment],
+        h("label", { for: "target-start" }, "Start at frame ", this.#at),
+        this.#start,
         h("label", { for: "target-tracker" }, "Tracker"),
-        tracker,
-        about,
-        truth,
-        wrong,
-        h("footer", {}, h("button", { type: "button", on: { click: () => (target?.leave(), cancel()) } }, "Cancel"), go),
+        this.#tracker,
+        this.#about,
+        this.#truth,
+        this.#wrong,
+        h("footer", {}, h("button", { type: "button", on: { click: leave } }, "Cancel"), this.#go),
       ),
-    ),
-  );
-  if (able.length === 0) return;
-  list();
-  follow();
-  target.focus();
+    );
+  }
+
+  /** Ask for the target of the chosen experiment. */
+  #begin() {
+    const experiment = this.#chosen;
+    const on = {
+      changed: () => this.#check(),
+      moved: (/** @type {number} */ frame) => {
+        this.#start.value = String(frame);
+        this.#tellFrame();
+      },
+    };
+    this.#target?.leave();
+    const target = experiment.finds
+      ? new FoundTarget(this.#stage, this.#upload, experiment, on)
+      : new MarkedTarget(this.#stage, this.#upload, experiment, on);
+    this.#target = target;
+    this.#tellFrame();
+    target.show(Number(this.#start.value));
+    target.find();
+    this.#check();
+    truthField(this.#truth, this.#upload, experiment, (isBusy) => {
+      this.#isBusy = isBusy;
+      this.#check();
+    });
+    return target;
+  }
+
+  #showFrame() {
+    this.#tellFrame();
+    this.#target?.show(Number(this.#start.value));
+    if (this.#isSettled) this.#target?.find({ alone: true });
+    this.#isSettled = false;
+  }
+
+  #tellFrame() {
+    setText(this.#at, `${this.#start.value} / ${this.#upload.frames}`);
+  }
+
+  #listTrackers() {
+    const { trackers, default_tracker: preferred } = this.#chosen;
+    fill(this.#tracker, trackers.map(({ id, title }) => h("option", { value: id, selected: id === preferred }, title)));
+    this.#describe();
+  }
+
+  #describe() {
+    setText(this.#about, this.#chosen.trackers.find(({ id }) => id === this.#tracker.value)?.description ?? "");
+  }
+
+  /** Say whether there is all that a session needs. */
+  #check() {
+    this.#go.disabled = this.#isBusy || !this.#target?.footage;
+    this.#wrong.hidden = true;
+  }
+
+  /** @param {Event} event */
+  async #submit(event) {
+    event.preventDefault();
+    this.#go.disabled = true;
+    try {
+      const recipe = { experiment: this.#experiment.value, tracker: this.#tracker.value, footage: this.#target?.footage };
+      const session = await api.start({ recipe, upload: this.#upload.id });
+      location.assign(session.page);
+    } catch (error) {
+      setText(this.#wrong, error.message);
+      this.#wrong.hidden = false;
+      this.#go.disabled = false;
+    }
+  }
 }

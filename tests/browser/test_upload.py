@@ -32,7 +32,7 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     """Choose file and start, draw the box by mouse, correct it by keyboard, go; the disc is followed."""
     page = gallery.page
     gallery.choose("walk.mp4", clip, "video/mp4")
-    surface = page.locator(".box-surface")
+    surface = page.locator(".mark-surface")
     surface.wait_for()
     assert "walk.mp4" in page.inner_text(".target header")
     go = page.locator("button:has-text('Track it')")
@@ -41,8 +41,8 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     page.reload()
     surface.wait_for()
     page.locator("#target-start").fill("5")
-    gallery.until(lambda: "/frames/5." in (page.get_attribute(".box-surface img", "src") or ""), "frame 5 is shown")
-    gallery.until(lambda: page.evaluate("document.querySelector('.box-surface img').complete"), "the picture is there")
+    gallery.until(lambda: "/frames/5." in (page.get_attribute(".mark-surface img", "src") or ""), "frame 5 is shown")
+    gallery.until(lambda: page.evaluate("document.querySelector('.mark-surface img').complete"), "the picture is there")
     area = surface.bounding_box()
     scale = area["width"] / 160
     page.mouse.move(area["x"] + 40 * scale, area["y"] + 50 * scale)

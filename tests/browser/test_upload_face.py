@@ -19,10 +19,11 @@ CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
 
 # Where the page shows each feature, in px of the picture.
 SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden])')].map((point) => {
-    const image = document.querySelector('.points img');
+    const image = document.querySelector('[data-mark=points] img');
     const place = (share, side) => (parseFloat(share) / 100) * side - 0.5;
     const { left, top } = point.style;
-    return [point.dataset.feature, [place(left, image.naturalWidth), place(top, image.naturalHeight)]];
+    const name = point.dataset.handle.replace('points.', '');
+    return [name, [place(left, image.naturalWidth), place(top, image.naturalHeight)]];
 }))"""
 
 # What a link to a session says of it.
@@ -39,7 +40,10 @@ class Form(View):
     def settled(self) -> dict[str, list[float]]:
         """Wait for the points and return them."""
         self.until(lambda: self.points, "the points are shown")
-        self.until(lambda: self.page.evaluate("document.querySelector('.points img').complete"), "the picture is there")
+        self.until(
+            lambda: self.page.evaluate("document.querySelector('[data-mark=points] img').complete"),
+            "the picture is there",
+        )
         return self.points
 
     @property
@@ -49,10 +53,10 @@ class Form(View):
 
     def drag(self, name: str, right: float, down: float) -> None:
         """Drag a point by so many px of the picture."""
-        handle = self.page.locator(f".point[data-feature={name}]")
+        handle = self.page.locator(f".point[data-handle='points.{name}']")
         handle.scroll_into_view_if_needed()
-        area, picture = handle.bounding_box(), self.page.locator(".points").bounding_box()
-        scale = picture["width"] / self.page.evaluate("document.querySelector('.points img').naturalWidth")
+        area, picture = handle.bounding_box(), self.page.locator("[data-mark=points] .mark-surface").bounding_box()
+        scale = picture["width"] / self.page.evaluate("document.querySelector('[data-mark=points] img').naturalWidth")
         x, y = area["x"] + area["width"] / 2, area["y"] + area["height"] / 2
         mouse = self.page.mouse
         mouse.move(x, y)
@@ -64,7 +68,7 @@ class Form(View):
 
     def drag_by_touch(self, name: str, right: float, down: float) -> None:
         """Drag a point by so many px of the page with a finger."""
-        area = self.page.locator(f".point[data-feature={name}]").bounding_box()
+        area = self.page.locator(f".point[data-handle='points.{name}']").bounding_box()
         x, y = area["x"] + area["width"] / 2, area["y"] + area["height"] / 2
         fingers = self.page.context.new_cdp_session(self.page)
         for kind, share in (("touchStart", 0.0), ("touchMove", 0.5), ("touchMove", 1.0), ("touchEnd", None)):
@@ -121,13 +125,13 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
     form.page.click("text=Find again")
     form.until(lambda: form.points == found, "all points are where they were found")
 
-    form.page.locator(".point[data-feature=nose]").focus()
+    form.page.locator(".point[data-handle='points.nose']").focus()
     for key in ("ArrowRight", "ArrowDown", "Shift+ArrowDown", "Shift+ArrowUp"):
         form.page.keyboard.press(key)
     assert near(form.points, {"nose": np.add(found["nose"], 1)}, 0.15)
     assert form.page.inner_text(".picture-words").startswith("tip of the nose at ")
     form.page.keyboard.press("Tab")
-    assert form.page.evaluate("document.activeElement.dataset.feature") == "leye"
+    assert form.page.evaluate("document.activeElement.dataset.handle") == "points.leye"
     form.drag("lmc", 0.5, 0.5)
 
     form.give_truth("frame,x,y,w,h\n0,1,2,3,4\n")
@@ -164,15 +168,15 @@ def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery, server: Se
     form.page.locator("text=found none in the picture").wait_for()
     assert form.points == {}
     assert form.page.locator("button:has-text('Track it')").is_disabled()
-    form.page.click("text=Draw a box…")
-    surface = form.page.locator(".box-surface")
+    form.page.click("text=Draw a box around the face…")
+    surface = form.page.locator("[data-mark=box] .mark-surface")
     form.until(lambda: surface.bounding_box()["height"] > 100, "the picture is shown")
     area = surface.bounding_box()
     form.page.mouse.move(area["x"] + 0.3 * area["width"], area["y"] + 0.2 * area["height"])
     form.page.mouse.down()
     form.page.mouse.move(area["x"] + 0.6 * area["width"], area["y"] + 0.8 * area["height"], steps=4)
     form.page.mouse.up()
-    form.page.click("text=Place the points")
+    form.page.click("text=Place the features of the face")
     placed = form.settled()
     assert all(0.3 * WIDTH < x < 0.6 * WIDTH for x, _ in placed.values())
     assert form.page.locator(".point.placed").count() == 11
@@ -197,7 +201,7 @@ def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
     held[0].continue_()
     form.page.wait_for_timeout(300)
     assert form.points == {}
-    assert form.page.locator("text=Draw a box…").is_visible()
+    assert form.page.locator("text=Draw a box around the face…").is_visible()
 
 
 def test_the_form_fits(gallery: Gallery) -> None:
@@ -209,10 +213,10 @@ def test_the_form_fits(gallery: Gallery) -> None:
     for width in (1280, 800, 400):
         form.page.set_viewport_size({"width": width, "height": 760})
         for name in ("llc", "rlc"):
-            form.page.locator(f".point[data-feature={name}]").focus()
+            form.page.locator(f".point[data-handle='points.{name}']").focus()
             assert form.page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
-        picture = form.page.locator(".points img").bounding_box()
-        nose = form.page.locator(".point[data-feature=nose]").bounding_box()
+        picture = form.page.locator("[data-mark=points] img").bounding_box()
+        nose = form.page.locator(".point[data-handle='points.nose']").bounding_box()
         x = (nose["x"] + nose["width"] / 2 - picture["x"]) / picture["width"] * WIDTH - 0.5
         assert abs(x - found["nose"][0]) < 1
 
@@ -224,8 +228,8 @@ def test_a_finger_drags_as_a_mouse_does(gallery: Gallery) -> None:
     form = Form(gallery.page)
     form.follow_a_head()
     before = form.settled()["lmou"]
-    form.page.locator(".points").scroll_into_view_if_needed()
-    shown = form.page.locator(".points img").bounding_box()["width"] / WIDTH
+    form.page.locator("[data-mark=points] .mark-surface").scroll_into_view_if_needed()
+    shown = form.page.locator("[data-mark=points] img").bounding_box()["width"] / WIDTH
     top = form.page.evaluate("scrollY")
     form.drag_by_touch("lmou", 12, 16)
     form.until(lambda: near(form.points, {"lmou": np.add(before, (12 / shown, 16 / shown))}, 0.5), "it was dragged")
@@ -248,7 +252,7 @@ def test_a_real_head_turns_and_is_covered(gallery: Gallery, server: Server) -> N
     shown = form.track(server)
     shown.play_to_the_end()
     yaw, known = series(server, shown.id, "yaw_deg"), reference("yaw_deg")
-    assert series(server, shown.id, "face").all()
+    assert not any(server.column(shown.id, "searching"))
     assert np.abs((yaw - yaw[0]) - (known - known[0])).mean() < 5
     assert np.corrcoef(yaw, known)[0, 1] > 0.9
     assert np.ptp(yaw) > 15

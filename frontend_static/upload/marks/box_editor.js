@@ -3,65 +3,75 @@
  * keyboard (arrows move, shift+arrows resize). The box is in pixels of the picture and never leaves it.
  */
 
-import { fill, h, setText, svg } from "../../shared/dom.js";
+import { h, setText, svg } from "../../shared/dom.js";
 import { Picture, arrow } from "./picture.js";
 
+/** @typedef {[number, number, number, number]} Box Left, top, width, height, px. */
+/** @typedef {[number, number]} Place */
+
 const SMALLEST = 4;
+/** @type {Place[]} */
 const CORNERS = [[0, 0], [1, 0], [0, 1], [1, 1]];
 
 export class BoxEditor {
+  /** @type {Box|null} */
   #box = null;
+  /**
+   * What is dragged: a new corner, the opposite one standing where it is, or the box, taken at a place within it.
+   *
+   * @type {{from: Place}|{grip: Place}|null}
+   */
   #drag = null;
-  #rectangle = svg("rect", { class: "box-line" });
-  #halo = svg("rect", { class: "box-halo" });
-  #handles = CORNERS.map(() => svg("rect", { class: "box-handle" }));
-  #picture = new Picture(
-    {
-      class: "box-surface",
-      tabindex: 0,
-      role: "application",
-      "aria-label": "Box of the target. Arrow keys move it, shift and arrow keys resize it",
-    },
-    [this.#halo, this.#rectangle, ...this.#handles],
-    () => this.#draw(),
-  );
+  #rectangle = svg("rect", { class: "mark-line" });
+  #halo = svg("rect", { class: "mark-halo" });
+  #handles = CORNERS.map(() => svg("rect", { class: "mark-corner" }));
+  #picture;
   #words = h("output", { class: "picture-words", "aria-live": "polite" });
+  #kind;
   #changed;
 
   /**
-   * @param {HTMLElement} root
-   * @param {(box: number[]|null) => void} changed
+   * @param {import("./mark_json.js").Description} description
+   * @param {string} target What is marked.
+   * @param {() => void} changed Called when a person has changed the box.
    */
-  constructor(root, changed) {
+  constructor(description, target, changed) {
+    this.#kind = description.kind;
     this.#changed = changed;
+    const label = `${description.title}, ${target}. Arrow keys move it, shift and arrow keys resize it`;
+    const properties = { class: "mark-surface box", tabindex: 0, role: "application", "aria-label": label };
+    this.#picture = new Picture(properties, [this.#halo, this.#rectangle, ...this.#handles], () => this.#draw());
     const surface = this.#picture.element;
-    fill(root, surface, this.#words);
     surface.addEventListener("pointerdown", (event) => this.#press(event));
     surface.addEventListener("pointermove", (event) => this.#move(event));
-    for (const end of ["pointerup", "pointercancel"]) surface.addEventListener(end, () => this.#release());
+    for (const end of ["pointerup", "pointercancel"]) surface.addEventListener(end, () => (this.#drag = null));
     surface.addEventListener("keydown", (event) => this.#key(event));
+    this.element = h("div", { class: "target-stage", data: { mark: description.kind } }, surface, this.#words);
     this.#draw();
   }
 
-  /** [x, y, width, height] in px of the picture, or null before one was drawn. */
-  get box() {
-    return this.#box;
-  }
-
-  /** The box as a mark, or null. */
   get mark() {
     if (this.#box === null) return null;
     const [x, y, width, height] = this.#box;
-    return { kind: "box", x, y, width, height };
+    return { kind: this.#kind, x, y, width, height };
   }
 
-  set box(box) {
-    this.#box = box;
+  /** @param {Record<string, any>|null} mark */
+  set(mark) {
+    this.#box = mark && [mark.x, mark.y, mark.width, mark.height];
     this.#draw();
-    this.#changed(box);
   }
 
-  /** Show a picture of this size. */
+  /** There is no box until one is drawn. */
+  offer() {
+    this.set(null);
+  }
+
+  /**
+   * @param {string} address
+   * @param {number} width
+   * @param {number} height
+   */
   show(address, width, height) {
     this.#picture.show(address, width, height);
     this.#draw();
@@ -71,6 +81,7 @@ export class BoxEditor {
     this.#picture.element.focus({ preventScroll: true });
   }
 
+  /** @param {PointerEvent} event */
   #press(event) {
     if (event.button !== 0) return;
     event.preventDefault();
@@ -78,16 +89,19 @@ export class BoxEditor {
     this.focus();
     const [x, y] = this.#picture.at(event);
     const corner = this.#corner(x, y);
-    if (corner) {
-      this.#drag = { from: corner };
-    } else if (this.#box && x > this.#box[0] && y > this.#box[1] && x < this.#box[0] + this.#box[2] && y < this.#box[1] + this.#box[3]) {
-      this.#drag = { grip: [x - this.#box[0], y - this.#box[1]] };
-    } else {
-      this.#drag = { from: [x, y] };
-    }
+    const [left, top, width, height] = this.#box ?? [0, 0, 0, 0];
+    const isInside = x > left && y > top && x < left + width && y < top + height;
+    if (corner) this.#drag = { from: corner };
+    else this.#drag = isInside ? { grip: [x - left, y - top] } : { from: [x, y] };
   }
 
-  /** The corner opposite to the one under the pointer. */
+  /**
+   * The corner opposite to the one under the pointer.
+   *
+   * @param {number} x
+   * @param {number} y
+   * @returns {Place|null}
+   */
   #corner(x, y) {
     if (!this.#box) return null;
     const reach = 10 * this.#picture.scale;
@@ -96,23 +110,21 @@ export class BoxEditor {
     return hit ? [left + (1 - hit[0]) * width, top + (1 - hit[1]) * height] : null;
   }
 
+  /** @param {PointerEvent} event */
   #move(event) {
     if (this.#drag === null) return;
     const [x, y] = this.#picture.at(event);
-    if (this.#drag.grip) {
-      this.#set(x - this.#drag.grip[0], y - this.#drag.grip[1], this.#box[2], this.#box[3]);
+    if ("grip" in this.#drag) {
+      if (this.#box) this.#put(x - this.#drag.grip[0], y - this.#drag.grip[1], this.#box[2], this.#box[3]);
       return;
     }
     const [fromX, fromY] = this.#drag.from;
     const [width, height] = [Math.abs(x - fromX), Math.abs(y - fromY)];
     if (width < 2 && height < 2) return;
-    this.#set(Math.min(x, fromX), Math.min(y, fromY), width, height);
+    this.#put(Math.min(x, fromX), Math.min(y, fromY), width, height);
   }
 
-  #release() {
-    this.#drag = null;
-  }
-
+  /** @param {KeyboardEvent} event */
   #key(event) {
     const direction = arrow(event);
     if (direction === null) return;
@@ -122,49 +134,49 @@ export class BoxEditor {
     if (!this.#box) {
       const { width: across, height: down } = this.#picture;
       const side = Math.round(Math.min(across, down) / 6);
-      this.#set((across - side) / 2, (down - side) / 2, side, side);
+      this.#put((across - side) / 2, (down - side) / 2, side, side);
       return;
     }
     const [x, y, width, height] = this.#box;
-    if (event.shiftKey) this.#set(x, y, width + dx, height + dy);
-    else this.#set(x + dx, y + dy, width, height);
+    if (event.shiftKey) this.#put(x, y, width + dx, height + dy);
+    else this.#put(x + dx, y + dy, width, height);
   }
 
-  #set(x, y, width, height) {
+  /**
+   * @param {number} x
+   * @param {number} y
+   * @param {number} width
+   * @param {number} height
+   */
+  #put(x, y, width, height) {
     const { width: across, height: down } = this.#picture;
     const w = Math.min(Math.max(SMALLEST, Math.round(width)), across);
-    const hgt = Math.min(Math.max(SMALLEST, Math.round(height)), down);
-    this.box = [
-      Math.min(Math.max(0, Math.round(x)), across - w),
-      Math.min(Math.max(0, Math.round(y)), down - hgt),
-      w,
-      hgt,
-    ];
+    const t = Math.min(Math.max(SMALLEST, Math.round(height)), down);
+    this.#box = [Math.min(Math.max(0, Math.round(x)), across - w), Math.min(Math.max(0, Math.round(y)), down - t), w, t];
+    this.#draw();
+    this.#changed();
   }
 
   #draw() {
     const shown = this.#box !== null;
+    const [x, y, width, height] = this.#box ?? [0, 0, 0, 0];
     for (const element of [this.#rectangle, this.#halo, ...this.#handles]) element.style.display = shown ? "" : "none";
-    setText(
-      this.#words,
-      shown
-        ? `${this.#box[2]} × ${this.#box[3]} px at ${this.#box[0]}, ${this.#box[1]}`
-        : "Drag a box around the target. By keyboard, arrows move the box and shift+arrows resize it.",
-    );
+    const invitation = "Drag a box around the target. By keyboard, arrows move the box and shift+arrows resize it.";
+    setText(this.#words, shown ? `${width} × ${height} px at ${x}, ${y}` : invitation);
     if (!shown) return;
-    const [x, y, width, height] = this.#box;
-    for (const element of [this.#rectangle, this.#halo]) place(element, x, y, width, height);
+    for (const element of [this.#rectangle, this.#halo]) place(element, { x, y, width, height });
     const side = 8 * this.#picture.scale;
     this.#handles.forEach((handle, index) => {
       const [i, j] = CORNERS[index];
-      place(handle, x + i * width - side / 2, y + j * height - side / 2, side, side);
+      place(handle, { x: x + i * width - side / 2, y: y + j * height - side / 2, width: side, height: side });
     });
   }
 }
 
-function place(element, x, y, width, height) {
-  element.setAttribute("x", x);
-  element.setAttribute("y", y);
-  element.setAttribute("width", width);
-  element.setAttribute("height", height);
+/**
+ * @param {Element} element
+ * @param {Record<string, number>} attributes
+ */
+function place(element, attributes) {
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
 }

@@ -43,9 +43,15 @@ export class Picture {
     return this.width / (this.element.clientWidth || this.width);
   }
 
-  /** Where a pointer is, from the left upper edge of the picture, and never beyond it. */
+  /**
+   * Where a pointer is, from the left upper edge of the picture, and never beyond it.
+   *
+   * @param {PointerEvent} event
+   * @returns {[number, number]}
+   */
   at(event) {
     const area = this.element.getBoundingClientRect();
+    /** @param {number} value @param {number} most */
     const within = (value, most) => Math.min(Math.max(0, value), most);
     return [
       within(((event.clientX - area.left) / area.width) * this.width, this.width),

@@ -1,0 +1,85 @@
+/** A target that a person has to mark, in one of the ways that the experiment takes. */
+
+import { api } from "../../shared/api.js";
+import { fill, h } from "../../shared/dom.js";
+import { markEditor } from "./mark_editor.js";
+
+/**
+ * @typedef {import("../../shared/messages.js").ExperimentPublic} ExperimentPublic
+ * @typedef {import("../../shared/messages.js").UploadPublic} UploadPublic
+ */
+
+export class MarkedTarget {
+  #root;
+  #upload;
+  #experiment;
+  #on;
+  #frame = 0;
+  /** @type {import("./mark_editor.js").MarkEditor|null} */
+  #editor = null;
+
+  /**
+   * @param {HTMLElement} root
+   * @param {UploadPublic} upload
+   * @param {ExperimentPublic} experiment
+   * @param {{changed: () => void}} on
+   */
+  constructor(root, upload, experiment, on) {
+    [this.#root, this.#upload, this.#experiment, this.#on] = [root, upload, experiment, on];
+    this.#take(experiment.marks[0]?.kind);
+  }
+
+  /** What a session is told of the target, or null while there is nothing to tell. */
+  get footage() {
+    const start = this.#frame;
+    if (this.#editor === null) return { start };
+    const { mark } = this.#editor;
+    return mark && { mark, start };
+  }
+
+  /**
+   * Show a frame; the mark stays.
+   *
+   * @param {number} frame
+   */
+  show(frame) {
+    this.#frame = frame;
+    this.#editor?.show(api.pictureAddress(this.#upload.id, frame), this.#upload.width, this.#upload.height);
+  }
+
+  /** Nothing is found by itself. */
+  find() {}
+
+  focus() {
+    this.#editor?.focus();
+  }
+
+  leave() {}
+
+  /**
+   * Have the target marked in another way.
+   *
+   * @param {string|undefined} kind
+   */
+  #take(kind) {
+    const { marks, target } = this.#experiment;
+    const description = marks.find((each) => each.kind === kind);
+    if (description === undefined) {
+      const address = api.pictureAddress(this.#upload.id, 0);
+      fill(this.#root, h("img", { class: "target-picture", src: address, alt: "The first frame" }));
+      return;
+    }
+    this.#editor = markEditor(description, target, this.#on.changed);
+    fill(this.#root, marks.length > 1 && this.#choice(kind), h("p", { class: "hint" }, description.instruction, " ", this.#experiment.advice), this.#editor.element);
+    this.show(this.#frame);
+    this.#editor.offer();
+    this.#on.changed();
+  }
+
+  /** @param {string|undefined} kind */
+  #choice(kind) {
+    const choice = h("select", {}, this.#experiment.marks.map((mark) => h("option", { value: mark.kind, selected: mark.kind === kind }, mark.title)));
+    choice.addEventListener("change", () => this.#take(choice.value));
+    return h("label", { class: "mark-choice" }, "Mark the target by ", choice);
+  }
+}

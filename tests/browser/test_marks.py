@@ -1,0 +1,125 @@
+"""Marks of kinds that the project does not know, edited from their description alone."""
+
+from typing import Any
+
+import pytest
+
+from tests.browser.views import Gallery
+
+CIRCLE = {
+    "kind": "circle",
+    "title": "Circle",
+    "instruction": "Draw a circle.",
+    "text": "x,y,r",
+    "handles": [{"name": "centre", "title": "Centre", "at": [0.5, 0.5]}],
+    "links": [],
+    "closed": False,
+    "numbers": [
+        {
+            "name": "radius_px",
+            "title": "Radius",
+            "unit": "px",
+            "minimum": 2,
+            "maximum": 100,
+            "step": 0.5,
+            "default": 20,
+            "about": "centre",
+        }
+    ],
+}
+OUTLINE = {
+    "kind": "outline",
+    "title": "Outline",
+    "instruction": "Drag the corners.",
+    "text": "",
+    "handles": [{"name": f"corners.{n}", "title": f"Corner {n}", "at": [0.2 + 0.3 * n, 0.3]} for n in range(3)],
+    "links": [["corners.0", "corners.1"], ["corners.1", "corners.2"]],
+    "closed": True,
+    "numbers": [],
+}
+SIZE = (320, 240)
+EDIT = """async ([description, [width, height]]) => {
+    const { markEditor } = await import("/static/upload/marks/mark_editor.js");
+    window.changes = 0;
+    window.editor = markEditor(description, "target", () => (window.changes += 1));
+    document.querySelector("main").replaceChildren(editor.element);
+    editor.show("/api/v1/experiments/ball/thumbnail.png", width, height);
+    editor.offer();
+}"""
+
+
+class Editing:
+    """An editor alone on a page."""
+
+    def __init__(self, gallery: Gallery, description: dict[str, Any]) -> None:
+        self.page = gallery.page
+        self.page.wait_for_selector("main")
+        self.page.evaluate(EDIT, [description, list(SIZE)])
+        self.surface = self.page.locator(".mark-surface")
+
+    @property
+    def mark(self) -> Any:
+        return self.page.evaluate("editor.mark")
+
+    def at(self, x: float, y: float) -> tuple[float, float]:
+        """Return where the middle of a pixel is in the window."""
+        area = self.surface.bounding_box()
+        return area["x"] + (x + 0.5) * area["width"] / SIZE[0], area["y"] + (y + 0.5) * area["height"] / SIZE[1]
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        self.page.mouse.move(*self.at(*start))
+        self.page.mouse.down()
+        self.page.mouse.move(*self.at(*end), steps=4)
+        self.page.mouse.up()
+
+
+def test_a_circle_is_made_from_its_description(gallery: Gallery) -> None:
+    """There is no mark until somebody makes one; then centre, edge, slider and keys each change what they should."""
+    editing = Editing(gallery, CIRCLE)
+    page = editing.page
+    assert editing.mark is None
+    assert page.locator(".point").get_attribute("aria-label") == "Centre, 160 across, 120 down"
+    editing.drag((159.5, 119.5), (100, 80))
+    mark = editing.mark
+    assert (mark["kind"], mark["radius_px"]) == ("circle", 20)
+    assert mark["centre"] == pytest.approx([100, 80], abs=0.3)
+
+    editing.drag((100, 120), (100, 120))
+    editing.drag((120, 80), (145, 80))
+    assert editing.mark["radius_px"] == pytest.approx(45, abs=1)
+    assert float(page.locator("circle.mark-line").get_attribute("r")) == editing.mark["radius_px"]
+    page.locator("[data-number=radius_px]").focus()
+    page.keyboard.press("End")
+    assert editing.mark["radius_px"] == 100
+    assert "100 px" in page.inner_text(".mark-number")
+
+    page.locator(".point").focus()
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Shift+ArrowDown")
+    assert editing.mark["centre"] == pytest.approx([mark["centre"][0] - 1, mark["centre"][1] + 10], abs=0.1)
+    assert page.evaluate("changes") > 3
+
+
+def test_an_outline_is_closed_and_stays_in_the_picture(gallery: Gallery) -> None:
+    """Corners lie in a list, a line closes the outline, and no corner leaves the picture."""
+    editing = Editing(gallery, OUTLINE)
+    assert editing.page.locator("line.mark-line").count() == 3
+    editing.drag((64 - 0.2, 72), (-80, -50))
+    assert editing.mark == {
+        "kind": "outline",
+        "corners": [[0, 0], pytest.approx([159.5, 71.7], abs=0.1), pytest.approx([255.2, 71.7], abs=0.1)],
+    }
+
+
+def test_a_mark_that_was_found_is_shown_to_be_corrected(gallery: Gallery) -> None:
+    """A mark that is set is a mark at once; what a model has placed is hollow until it is moved."""
+    editing = Editing(gallery, OUTLINE)
+    found = {"kind": "outline", "corners": [[10, 10], [100, 20], [50, 90]]}
+    editing.page.evaluate("(mark) => editor.set(mark, ['corners.2'])", found)
+    assert editing.mark == found
+    assert editing.page.locator(".point.placed").count() == 1
+    editing.drag((50, 90), (60, 90))
+    assert editing.page.locator(".point.placed").count() == 0
+    editing.page.evaluate("editor.set(null)")
+    assert editing.mark is None
+    assert editing.page.locator(".point:visible").count() == 0
