@@ -88,11 +88,6 @@ class Viewer:
         """How many browsers are watching."""
         return len(self._server.get_clients())
 
-    @property
-    def lag_s(self) -> float:
-        """Age of what the slowest browser shows, s."""
-        return self._pacer.lag_s
-
     def show(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
         """Show a drawing, unless a newer one comes before it can be sent."""
         with self._changed:

@@ -100,7 +100,7 @@ def test_one_that_has_gone_is_forgotten(clock: Clock) -> None:
 def test_the_lag_is_measured_by_an_echo_from_the_browser(session: Session, peer: Peer) -> None:
     """Once a frame has been sent the viewer knows how old the picture is."""
     session.viewer.show(drawing(), {"frame": 0})
-    wait_for(lambda: 0.0 < session.viewer.lag_s < 1.0)
+    wait_for(lambda: 0.0 < session.viewer._pacer.lag_s < 1.0)
 
 
 def test_a_still_scene_is_not_asked(session: Session, peer: Peer) -> None:
@@ -116,7 +116,7 @@ def test_a_still_scene_is_not_asked(session: Session, peer: Peer) -> None:
 def test_frames_wait_for_a_browser_that_does_not_answer(session: Session, peer: Peer) -> None:
     """A silent one gets a few frames more, then none until it answers, and then the newest."""
     session.viewer.show(drawing(), {"frame": 0})
-    wait_for(lambda: session.viewer.lag_s > 0.0)
+    wait_for(lambda: session.viewer._pacer.lag_s > 0.0)
     peer.echo = False
     begun = time.monotonic()
     last = 0
