@@ -8,9 +8,11 @@ from fastapi import FastAPI
 
 import pftrack
 from pftrack.experiments import EXPERIMENTS
-from server import api_docs, errors, pages
+from server import api_docs, pages
 from server.api import health, router, scene
+from server.errors import ErrorBody
 from server.middleware.body_limit import BodyLimit
+from server.middleware.errors import install
 from server.middleware.metrics import Metrics, Stopwatch
 from server.middleware.security import Guard
 from server.services import Services
@@ -51,9 +53,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         # Swagger's page comes from elsewhere, which the policy of our pages forbids; ours works without a network.
         docs_url=None,
         redoc_url=None,
-        responses={"4XX": {"model": errors.ErrorBody}, "5XX": {"model": errors.ErrorBody}},
+        responses={"4XX": {"model": ErrorBody}, "5XX": {"model": ErrorBody}},
     )
-    errors.install(app)
+    install(app)
     app.include_router(router)
     app.include_router(health.router)
     app.include_router(scene.router)

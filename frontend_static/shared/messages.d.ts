@@ -718,7 +718,7 @@ export interface UploadPublic {
 }
 
 /** What a session's stream says. */
-export type SessionMessage = Bookmarks | Branches | Frame | Frames | SessionHello | Parameters | Pong | Position | Refused | SessionNews;
+export type SessionMessage = Bookmarks | Branches | Frame | Frames | SessionHello | Parameters | Position | Refused | SessionNews | Pong;
 
 /** What a sweep's stream says. */
 export type SweepMessage = Cells | SweepHello | Progress;

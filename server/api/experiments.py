@@ -11,7 +11,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.files import write_whole
 from pftrack.parameters import declarations
 from server.api.dependencies import AnExperiment, AStore, TheTasks
-from server.schemas.rest import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
+from server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
 from server.tasks.functions import draw_experiment
 
 __all__ = ["plugins", "router"]

@@ -11,7 +11,7 @@ from server.api.uploads import MULTIPART
 from server.errors import NotFoundError
 from server.runs.service import bring_in, reopen, save
 from server.schemas.messages import SessionPublic
-from server.schemas.rest import RunCreate, RunPublic
+from server.schemas.runs import RunCreate, RunPublic
 from server.store.tables import RunRow
 from server.uploads.multipart import receive
 

@@ -10,7 +10,7 @@ from starlette.responses import Response
 from server.api.dependencies import AManager, ASession, AStore
 from server.errors import NotFoundError
 from server.schemas.messages import SessionPublic
-from server.schemas.rest import BookmarkCreate, BranchCreate, Changed, Columns, SessionCreate, TransportUpdate
+from server.schemas.sessions import BookmarkCreate, BranchCreate, Changed, Columns, SessionCreate, TransportUpdate
 from server.schemas.spec import Bookmark
 from server.sessions.create import as_spec
 from server.store.files import new_name

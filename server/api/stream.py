@@ -2,18 +2,18 @@
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import APIRouter, WebSocket
 
 from server.api.dependencies import TheServices
 from server.errors import ApiError
-from server.schemas.messages import Pong, encode, painted, ping
+from server.schemas.messages import painted
+from server.schemas.stream import ping
 from server.services import Services
 from server.sessions.session import Session
 from server.stream.duplex import GONE, converse
-from server.stream.listeners import Listener
 
 __all__ = ["router"]
 
@@ -30,7 +30,7 @@ async def stream(websocket: WebSocket, session: str, services: TheServices) -> N
     if found is not None:
         async with _awake(found, services):
             with found.listeners.join() as listener:
-                await converse(websocket, listener, _pong(listener), FAREWELL)
+                await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)
 
 
 @router.websocket("/sessions/{session}/drawings")
@@ -41,11 +41,6 @@ async def drawings(websocket: WebSocket, session: str, services: TheServices) ->
         async with _awake(found, services):
             with found.drawing_feed.join() as watcher:
                 await converse(websocket, watcher, lambda text: watcher.painted(painted(text).count), FAREWELL)
-
-
-def _pong(listener: Listener) -> Callable[[str], None]:
-    """Return what answers a page's pings."""
-    return lambda text: listener.put(encode(Pong(sent=ping(text).sent)))
 
 
 async def _accept(websocket: WebSocket, name: str, services: Services) -> Session | None:

@@ -7,7 +7,7 @@ from fastapi import APIRouter, WebSocket
 from pftrack.sweep import SweepError
 from server.api.dependencies import TheServices
 from server.errors import ApiError
-from server.schemas.messages import ping
+from server.schemas.stream import ping
 from server.stream.duplex import GONE, converse
 
 __all__ = ["router"]

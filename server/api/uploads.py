@@ -13,7 +13,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from server.api.dependencies import AManager, AnUpload, AStore, SettingsNow, TheServices, TheTasks
 from server.errors import ConflictError, RefusedError
-from server.schemas.rest import SightingPublic, TruthPublic, UploadPublic
+from server.schemas.uploads import SightingPublic, TruthPublic, UploadPublic
 from server.tasks.functions import Question, find_mark, frame_jpeg
 from server.uploads.intake import limits_of, take_in
 from server.uploads.multipart import receive

@@ -16,21 +16,18 @@ from pftrack.series import Series
 from server.schemas.controls import ControlPublic
 from server.schemas.panel import SPEEDS
 from server.schemas.spec import Bookmark
+from server.schemas.stream import Message
 
 __all__ = [
-    "VERSION",
     "Bookmarks",
     "BranchPublic",
     "Branches",
     "Frame",
     "Frames",
     "Hello",
-    "Message",
     "Painted",
     "Parameters",
     "Phase",
-    "Ping",
-    "Pong",
     "Position",
     "Refused",
     "SessionNews",
@@ -38,12 +35,9 @@ __all__ = [
     "ThresholdPublic",
     "ThresholdStep",
     "TrackerPublic",
-    "encode",
     "painted",
-    "ping",
 ]
 
-VERSION: Literal[1] = 1
 Phase = Literal["starting", "ready", "playing", "ended", "suspended", "crashed"]
 
 
@@ -128,14 +122,6 @@ class SessionPublic(BaseModel):
     viewer: str
 
 
-class Message(BaseModel):
-    """Base of all messages: each names its version and its type."""
-
-    model_config = ConfigDict(frozen=True)
-
-    version: Literal[1] = VERSION
-
-
 class Hello(Message):
     """Everything there is to know; the first message of every connection."""
 
@@ -218,22 +204,6 @@ class Refused(Message):
     value: Any = None
 
 
-class Pong(Message):
-    """The answer to a ping, with its time."""
-
-    type: Literal["pong"] = "pong"
-    sent: float
-
-
-class Ping(Message):
-    """The only thing that a page says on the stream."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    type: Literal["ping"]
-    sent: Annotated[float, Field(allow_inf_nan=False)]
-
-
 class Painted(BaseModel):
     """The only thing that a page says where it receives drawings: how many it has painted or left out since it came."""
 
@@ -243,22 +213,7 @@ class Painted(BaseModel):
     count: Annotated[int, Field(ge=0)]
 
 
-PING: TypeAdapter[Ping] = TypeAdapter(Ping)
 PAINTED: TypeAdapter[Painted] = TypeAdapter(Painted)
-
-
-def encode(message: Message) -> str:
-    """Return a message as JSON text; a number that is not finite becomes null."""
-    return message.model_dump_json()
-
-
-def ping(text: str) -> Ping:
-    """Read what a page sent.
-
-    Raises:
-        ValueError: It is no ping of this version.
-    """
-    return PING.validate_json(text)
 
 
 def painted(text: str) -> Painted:

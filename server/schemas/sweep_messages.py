@@ -6,21 +6,10 @@ A page that is slow gets fewer and larger messages, never old ones.
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
-
+from server.schemas.stream import Message
 from server.sweeps.views import CellsPublic, MapPublic, State, SweepPublic
 
-__all__ = ["VERSION", "Cells", "Hello", "Message", "Progress"]
-
-VERSION: Literal[1] = 1
-
-
-class Message(BaseModel):
-    """Base of all messages: each names its version and its type."""
-
-    model_config = ConfigDict(frozen=True)
-
-    version: Literal[1] = VERSION
+__all__ = ["Cells", "Hello", "Progress"]
 
 
 class Hello(Message):

@@ -1,22 +1,16 @@
-"""Wishes: what a client may ask of sweeps."""
+"""Sweeps: what one is to compute, and how one of its runs is opened."""
 
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from pftrack.runs.recipe import Seed
+from server.schemas.body import Name, RequestBody
 
 __all__ = ["EstimateRequest", "OpenRequest", "SweepAxis", "SweepCreate"]
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
-Name = Annotated[str, Field(max_length=64)]
 Title = Annotated[str, Field(min_length=1, max_length=200)]
-
-
-class RequestBody(BaseModel):
-    """Base of what a client sends: closed to unknown names."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 class SweepAxis(RequestBody):

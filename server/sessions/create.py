@@ -8,7 +8,7 @@ from pftrack.parameters import ParameterError
 from pftrack.runs.recipe import Footage, Recipe
 from server.errors import RefusedError
 from server.experiments import asked_for
-from server.schemas.rest import SessionCreate
+from server.schemas.sessions import SessionCreate
 from server.schemas.spec import FIRST, Bookmark, BranchSpec, SessionSpec
 from server.store import Store
 from server.store.files import new_name, now

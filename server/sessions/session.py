@@ -17,13 +17,13 @@ from server.flat.feed import DrawingFeed
 from server.schemas import messages
 from server.schemas.messages import Phase
 from server.schemas.panel import InForce
-from server.schemas.rest import Changed
+from server.schemas.sessions import Changed
 from server.schemas.spec import Bookmark, SessionSpec
 from server.sessions.scene_feed import SceneFeed
 from server.sessions.state import SessionState
 from server.sessions.worker_handle import WorkerHandle
 from server.settings import Settings
-from server.stream.listeners import Listeners
+from server.stream.listeners import SessionListeners
 from server.worker import protocol
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class Session:
         return self.phase in {"starting", "ready", "playing", "ended"}
 
     @property
-    def listeners(self) -> Listeners:
+    def listeners(self) -> SessionListeners:
         """Who hears its stream."""
         return self.state.listeners
 

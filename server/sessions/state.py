@@ -13,7 +13,7 @@ from server.schemas.spec import Bookmark, BranchSpec, SessionSpec
 from server.sessions.history import History
 from server.sessions.timeline_view import threshold_views, timeline_view
 from server.sessions.view import branch_views, view
-from server.stream.listeners import Listeners
+from server.stream.listeners import SessionListeners
 from server.worker.protocol import Ready, RunStatus, SessionInfo
 
 __all__ = ["SessionState"]
@@ -43,7 +43,7 @@ class SessionState:
         self.moved = False
         self.frames_computed = 0
         self.card = _card(spec.card) if spec.card else None
-        self.listeners = Listeners(self.hello)
+        self.listeners = SessionListeners(self.hello)
         self._on_values = on_values
         self._histories: dict[str, History] = {}
         self._last: RunStatus | None = None

@@ -1,31 +1,92 @@
-"""Listeners: the pages that hear a session's stream, each at its own pace.
+"""Listeners: the pages that hear a stream, each at its own pace.
 
-A listener that falls behind is not waited for and not fed old news: its queue is thrown away and it is greeted again
-with everything there is to know.
+A listener is an asynchronous iterator of encoded messages for `converse`. What it says and when is its own: a session's
+queues messages, a sweep's looks at what has changed.
 """
 
 import asyncio
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from typing import Generic, TypeVar
 
-from server.schemas.messages import Hello, Message, encode
+from server.schemas.messages import Hello
+from server.schemas.stream import Message, Pong, encode
 
-__all__ = ["Listener", "Listeners"]
+__all__ = ["Listener", "Listeners", "QueueListener", "SessionListeners"]
 
 LONGEST_QUEUE = 256
 
+One = TypeVar("One", bound="Listener")
 
-class Listener:
-    """One page's queue of encoded messages."""
+
+class Listener(ABC):
+    """One page that hears a stream.
+
+    Attributes:
+        news: Set when there may be something to say.
+        closed: Whether the stream ends after what is left to say.
+    """
+
+    def __init__(self) -> None:
+        self.news = asyncio.Event()
+        self.news.set()
+        self.closed = False
+
+    def close(self) -> None:
+        """End the stream after what is left to say."""
+        self.closed = True
+        self.news.set()
+
+    @abstractmethod
+    def answer(self, sent: float) -> None:
+        """Answer a ping with its own time."""
+
+    @abstractmethod
+    def __aiter__(self) -> AsyncIterator[str]:
+        """Yield messages as they come, the greeting first."""
+
+
+class Listeners(Generic[One]):
+    """All listeners of one stream."""
+
+    def __init__(self) -> None:
+        self._all: set[One] = set()
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __iter__(self) -> Iterator[One]:
+        return iter(self._all)
+
+    @contextmanager
+    def add(self, listener: One) -> Iterator[One]:
+        """Add a listener for as long as the context lasts."""
+        self._all.add(listener)
+        try:
+            yield listener
+        finally:
+            self._all.discard(listener)
+
+    def close(self) -> None:
+        """End all streams."""
+        for listener in self._all:
+            listener.close()
+
+
+class QueueListener(Listener):
+    """One page's queue of encoded messages.
+
+    A page that falls behind is not waited for and not fed old news: its queue is dropped and it is greeted again with
+    everything there is to know.
+    """
 
     def __init__(self, greeting: Callable[[], Hello]) -> None:
+        super().__init__()
         self._greeting = greeting
         self._queue: deque[str] = deque()
         self._behind = True
-        self._closed = False
-        self._news = asyncio.Event()
-        self._news.set()
 
     def put(self, text: str) -> None:
         """Add a message, or give up the queue when it is full."""
@@ -35,53 +96,43 @@ class Listener:
             self.greet()
             return
         self._queue.append(text)
-        self._news.set()
+        self.news.set()
+
+    def answer(self, sent: float) -> None:
+        """Answer a ping with its own time."""
+        self.put(encode(Pong(sent=sent)))
 
     def greet(self) -> None:
-        """Forget what is queued and tell everything anew."""
+        """Drop what is queued and send everything again."""
         self._queue.clear()
         self._behind = True
-        self._news.set()
-
-    def close(self) -> None:
-        """End the stream after what is queued."""
-        self._closed = True
-        self._news.set()
+        self.news.set()
 
     async def __aiter__(self) -> AsyncIterator[str]:
         """Yield messages as they come, the greeting first."""
         while True:
-            await self._news.wait()
+            await self.news.wait()
             if self._behind:
                 self._behind = False
                 yield encode(self._greeting())
             elif self._queue:
                 yield self._queue.popleft()
-            elif self._closed:
+            elif self.closed:
                 return
             else:
-                self._news.clear()
+                self.news.clear()
 
 
-class Listeners:
-    """All listeners of one session."""
+class SessionListeners(Listeners[QueueListener]):
+    """All listeners of one session, which hear the same messages."""
 
     def __init__(self, greeting: Callable[[], Hello]) -> None:
+        super().__init__()
         self._greeting = greeting
-        self._all: set[Listener] = set()
 
-    def __len__(self) -> int:
-        return len(self._all)
-
-    @contextmanager
-    def join(self) -> Iterator[Listener]:
+    def join(self) -> AbstractContextManager[QueueListener]:
         """Add a listener for as long as the context lasts."""
-        listener = Listener(self._greeting)
-        self._all.add(listener)
-        try:
-            yield listener
-        finally:
-            self._all.discard(listener)
+        return self.add(QueueListener(self._greeting))
 
     def emit(self, message: Message) -> None:
         """Send a message to all, encoded once."""
@@ -91,11 +142,6 @@ class Listeners:
                 listener.put(text)
 
     def greet(self) -> None:
-        """Tell everything anew to all."""
+        """Send everything again to all."""
         for listener in self._all:
             listener.greet()
-
-    def close(self) -> None:
-        """End all streams."""
-        for listener in self._all:
-            listener.close()

@@ -10,7 +10,7 @@ and tests come from `pftrack.sweep`.
 - `child`, `driver`: the process that computes a sweep, as the server sees it and from within; `task`: what it is given
 - `tally`: what is on the disk so far, counted; `results`: questions about it
 - `reasons`: why a sweep stopped, in words
-- `listeners`: the stream to the pages; `opening`: from a row to a live session
+- `listener`: the stream to the pages; `opening`: from a row to a live session
 """
 
 __all__: list[str] = []

@@ -8,8 +8,8 @@ import asyncio
 import contextlib
 import time
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +20,9 @@ from pftrack.sweep import Plan, begin, partial_of
 from server.errors import ConflictError
 from server.schemas.sweep_answers import axis_view, fixed_views
 from server.settings import Settings
+from server.stream.listeners import Listeners
 from server.sweeps.child import Child
-from server.sweeps.listeners import Listener
+from server.sweeps.listener import SweepListener
 from server.sweeps.reasons import reason as why
 from server.sweeps.results import Results
 from server.sweeps.task import Resume
@@ -71,7 +72,7 @@ class Sweep:
         self._reason: str | None = None
         self._began = 0.0
         self._past: deque[tuple[float, int]] = deque()
-        self._listeners: set[Listener] = set()
+        self._listeners: Listeners[SweepListener] = Listeners()
 
     # ------------------------------------------------------------ what it is
 
@@ -180,8 +181,7 @@ class Sweep:
 
     async def close(self) -> None:
         """Send all listeners away."""
-        for listener in self._listeners:
-            listener.close()
+        self._listeners.close()
 
     async def look(self) -> None:
         """Look at what lies on the disk."""
@@ -234,19 +234,13 @@ class Sweep:
 
     # ------------------------------------------------------------ listeners
 
-    @contextmanager
-    def join(self, x: str | None, y: str | None) -> Iterator[Listener]:
+    def join(self, x: str | None, y: str | None) -> AbstractContextManager[SweepListener]:
         """Add a listener for as long as the context lasts."""
-        listener = Listener(self, x, y)
-        self._listeners.add(listener)
-        try:
-            yield listener
-        finally:
-            self._listeners.discard(listener)
+        return self._listeners.add(SweepListener(self, x, y))
 
     def _wake(self) -> None:
         for listener in self._listeners:
-            listener.wake()
+            listener.news.set()
 
     # ------------------------------------------------------------ figures
 

@@ -13,7 +13,7 @@ from typing import Any
 from pftrack.experiment import Experiment
 from pftrack.files import write_whole
 from server.errors import ConflictError
-from server.schemas.rest import TruthPublic
+from server.schemas.uploads import TruthPublic
 from server.store import Store
 from server.store.tables import UploadRow
 from server.tasks.child_tasks import ChildTasks

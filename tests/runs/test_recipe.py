@@ -14,7 +14,7 @@ from pftrack.runs.recipe import EARLIER, Footage, Recipe
 from pftrack.runs.record import load, make, read, save
 from pftrack.runs.run import Change
 from pftrack.sources.sequence import FrameSequence
-from server.schemas.rest import SessionCreate
+from server.schemas.sessions import SessionCreate
 from server.schemas.spec import BranchSpec, SessionSpec
 from tests.experiments.heads import Pictures, pictures
 

@@ -177,7 +177,7 @@ def test_a_full_queue_is_a_new_hello() -> None:
         greetings.append("hello")
         return Frame(branch="b0", diagnostics={})
 
-    crowd = listeners.Listeners(greet)
+    crowd = listeners.SessionListeners(greet)
     with crowd.join() as slow:
         stream = slow.__aiter__()
         send_once(stream)

@@ -9,54 +9,46 @@ import time
 from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING
 
-from server.schemas.messages import Pong
-from server.schemas.sweep_messages import Cells, Hello, Message, Progress
+from server.schemas.stream import Pong, encode
+from server.schemas.sweep_messages import Cells, Hello, Progress
+from server.stream.listeners import Listener
 from server.sweeps.views import CellsPublic, MapPublic
 
 if TYPE_CHECKING:
     from server.sweeps.sweep import Sweep
 
-__all__ = ["Listener"]
+__all__ = ["SweepListener"]
 
 EVERY_S = 0.2
 
 
-class Listener:
+class SweepListener(Listener):
     """One page that watches a sweep."""
 
     def __init__(self, sweep: "Sweep", x: str | None, y: str | None) -> None:
+        super().__init__()
+        self.news.clear()  # the greeting is not waited for
         self._sweep = sweep
         self._axes = x, y
-        self._news = asyncio.Event()
-        self._closed = False
         self._pong: float | None = None
-
-    def wake(self) -> None:
-        """Say that something has changed."""
-        self._news.set()
-
-    def close(self) -> None:
-        """End the stream."""
-        self._closed = True
-        self._news.set()
 
     def answer(self, sent: float) -> None:
         """Answer a ping with its own time."""
         self._pong = sent
-        self._news.set()
+        self.news.set()
 
     async def __aiter__(self) -> AsyncIterator[str]:
         """Yield messages, the greeting first, not more often than anybody can see."""
         known = await self._sweep.cells(*self._axes)
         progress = self._progress()
-        yield _encoded(Hello(sweep=self._sweep.view(), cells=known))
+        yield encode(Hello(sweep=self._sweep.view(), cells=known))
         told = time.monotonic()
-        while not self._closed:
-            await self._news.wait()
-            self._news.clear()
+        while not self.closed:
+            await self.news.wait()
+            self.news.clear()
             if self._pong is not None:
                 sent, self._pong = self._pong, None
-                yield Pong(sent=sent).model_dump_json()
+                yield encode(Pong(sent=sent))
             # What happens within one interval is told together; the end of it all at once.
             await asyncio.sleep(max(0.0, told + EVERY_S - time.monotonic()))
             told = time.monotonic()
@@ -64,18 +56,14 @@ class Listener:
             changed = _changed(known, now)
             known = now
             if changed is not None:
-                yield _encoded(changed)
+                yield encode(changed)
             if self._progress() != progress:
                 progress = self._progress()
-                yield _encoded(progress)
+                yield encode(progress)
 
     def _progress(self) -> Progress:
         view = self._sweep.view()
         return Progress(**{name: getattr(view, name) for name in Progress.model_fields if hasattr(view, name)})
-
-
-def _encoded(message: Message) -> str:
-    return message.model_dump_json()
 
 
 def _changed(before: CellsPublic, now: CellsPublic) -> Cells | None:

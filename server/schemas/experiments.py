@@ -1,0 +1,63 @@
+"""Experiments: what there is to try."""
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from pftrack.layer import Layer
+from pftrack.marks import Editor
+from pftrack.parameters import Declaration, Value
+
+__all__ = ["ExperimentDetail", "ExperimentPublic", "PluginPublic", "PresetPublic"]
+
+
+class PresetPublic(BaseModel):
+    """A named starting point."""
+
+    name: str
+    title: str
+    tracker: str
+    parameters: dict[str, Value]
+    seed: int
+
+
+class ExperimentPublic(BaseModel):
+    """An experiment as the gallery shows it."""
+
+    id: str
+    title: str
+    question: str
+    document: str
+    description: str
+    accepts_video: bool
+    target: str = Field(description="What is tracked, one word")
+    marks: list[Editor] = Field(description="Kinds of mark that it takes in a recording, the one to offer first")
+    finds: str | None = Field(
+        description="Kind of mark that it finds by itself; null if a person has to mark the target"
+    )
+    hints: list[str] = Field(description="Kinds of mark by which a person may show it where to find the target")
+    advice: str = Field(description="What a person who marks the target should know")
+    truth_columns: list[str] = Field(description="What a table of truth for a recording has")
+    default_tracker: str
+    frames: int
+    trackers: list[dict[str, str]]
+    presets: list[PresetPublic]
+    thumbnail: str
+
+
+class ExperimentDetail(ExperimentPublic):
+    """An experiment with everything that can be turned."""
+
+    declarations: list[Declaration]
+    layers: list[Layer]
+    parameter_schema: dict[str, Any] = Field(serialization_alias="schema")
+
+
+class PluginPublic(BaseModel):
+    """An experiment of another package than pftrack."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: str
+    package: str
+    problem: str = Field(description="Why it cannot be used, one sentence; empty if it can")
