@@ -46,7 +46,7 @@ def _hint(
         return None
     try:
         raw = json.loads(hint)
-    except ValueError:
+    except (ValueError, RecursionError):
         raw = None
     if not isinstance(raw, dict):
         raise RefusedError("Hint must be a mark as a JSON object.", field="hint", value=hint)

@@ -180,6 +180,7 @@ class TestFound:
             ({"frame": 99}, None),
             ({"frame": -1}, "frame"),
             ({"hint": "1,2,3"}, "hint"),
+            ({"hint": "[" * 9000}, "hint"),
             ({"hint": '{"kind": "points", "points": {"nose": [1, 2]}}'}, None),
             ({"hint": '{"kind": "box", "x": 1, "y": 2, "width": 3}'}, None),
             ({"hint": '{"kind": "box", "x": 300, "y": 200, "width": 90, "height": 90}'}, None),

@@ -219,7 +219,7 @@ class TestTransport:
 
 class TestParameters:
     def test_takes_effect_in_the_next_frame(self, client: httpx.Client, session: dict[str, Any]) -> None:
-        """A change at the head counts from the next frame and stands on the timeline."""
+        """A change at the newest frame counts from the next one and stands on the timeline."""
         steer(client, session["id"], "seek", frame=10)
         answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200})
         assert answer.status_code == 200
