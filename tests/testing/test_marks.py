@@ -6,6 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
+from pydantic import Field
 
 from pftrack.drawing import Ellipse, Primitive
 from pftrack.experiments import find
@@ -24,10 +25,10 @@ class Disc(Mark):
 
     kind: Literal["disc"] = "disc"
     centre: tuple[float, float]
-    radius_px: float
+    radius_px: float = Field(ge=1, le=200)
 
     def check(self, size: tuple[int, int]) -> None:
-        if any(place > extent - 1 for place, extent in zip(self.centre, size, strict=True)) or size[0] < self.radius_px:
+        if not all(0 <= place <= extent - 1 for place, extent in zip(self.centre, size, strict=True)):
             raise ParameterError("mark.centre", self.centre, f"within the picture of {size[0]} x {size[1]} px")
 
     def draw(self) -> Mapping[str, Primitive]:
@@ -78,9 +79,9 @@ def test_a_kind_of_one_s_own_is_sound() -> None:
     ("kinds", "message"),
     [
         ((), "must take a kind of mark"),
-        ((Disc, Elsewhere), "different names"),
-        ((Elsewhere,), 'in the layer "mark"'),
-        ((Anywhere,), "must not fit a picture of 1 x 1 px"),
+        ((Disc, Elsewhere), "must have names of their own"),
+        ((Elsewhere,), "on the layer 'mark'"),
+        ((Anywhere,), "must be refused in a picture of 320 x 240 px, and was accepted"),
     ],
 )
 def test_what_is_wrong_with_a_kind_is_said(kinds: tuple[type[Mark], ...], message: str) -> None:
