@@ -1,0 +1,191 @@
+"""An experiment from another package does on the pages whatever the project's own do."""
+
+from collections.abc import Iterator
+from io import BytesIO
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage, View
+from tests.installing import ROOT, install, install_project
+
+NAME = "turning"
+SIZE = (160, 120)
+FRAMES = 30
+
+VERTICES = """(() => {
+    let count = 0;
+    window.__viserMutable?.nodeRefFromName['/hypotheses']?.traverse((item) => {
+        if (item.isMesh) count = item.geometry.attributes.position.count;
+    });
+    return count;
+})()"""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server beside which the example is installed, and a package that is broken."""
+    place = tmp_path_factory.mktemp("installed")
+    install_project(place, ROOT / "examples" / "own_experiment")
+    install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
+    server = Server(tmp_path_factory.mktemp("served"), installed=place)
+    yield server
+    server.stop()
+
+
+@pytest.fixture(scope="module")
+def clip() -> bytes:
+    """A bright disc that walks to the right over grey."""
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
+        (stream.width, stream.height), stream.pix_fmt = SIZE, "yuv420p"
+        y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+        for index in range(FRAMES):
+            picture = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)
+            picture[np.hypot(x - 40 - 2 * index, y - 60) <= 9] = 220
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+def ready(page: Any, server: Server) -> SessionPage:
+    """Wait until a session's page is connected and its scene shows the hypotheses."""
+    page.wait_for_url("**/session/*", wait_until="commit")
+    shown = SessionPage(page, server)
+    shown.until(lambda: shown.position is not None, "the frame counter shows a number")
+    shown.until(lambda: page.locator(".play").is_enabled(), "the play button can be pressed")
+    shown.until(lambda: shown.in_scene(VERTICES, 0) > 0, "there are hypotheses in the scene")
+    return shown
+
+
+def opened(page: Any, server: Server, **recipe: Any) -> SessionPage:
+    page.goto(server.start_session(experiment=NAME, frames=60, **recipe)["page"])
+    return ready(page, server)
+
+
+def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: Server) -> None:
+    """It has a card with its picture that leads to a session; the broken package has a sentence, and harms nothing."""
+    page = gallery.page
+    card = gallery.card(NAME)
+    card.wait_for()
+    assert "A turn out of sight" in card.inner_text()
+    picture = card.locator("img")
+    gallery.until(lambda: picture.evaluate("(image) => image.naturalWidth") > 0, "its picture is there")
+    said = "The experiment broken of a-broken-one 1.0 cannot be used: importing it raises RuntimeError."
+    gallery.until(lambda: said in page.inner_text("[data-part=plugins]"), "the broken one is told of")
+    assert "in vain" not in page.inner_text("body")
+    card.locator("h3 a").click()
+    assert ready(page, server).session["recipe"]["experiment"] == NAME
+
+
+def test_a_live_session_has_its_sliders_and_plots(page: Any, server: Server) -> None:
+    """A slider changes how many hypotheses there are from the next frame on; its plots and its mesh follow."""
+    shown = opened(page, server)
+    assert shown.in_scene(VERTICES, 0) == 15
+    server.seek(shown.id, 20)
+    shown.stands_at(20)
+    shown.slide("Hypotheses", 1)
+    shown.until(lambda: shown.session["parameters"]["hypothesis_count"] == 7, "the slider is obeyed")
+    shown.play_to_the_end()
+    shown.until(lambda: shown.in_scene(VERTICES, 0) == 21, "there are seven arrows")
+    panels = [panel.get_attribute("data-plot") for panel in page.locator(".panel:visible").all()]
+    assert panels == ["error", "places", "turn"]
+    rows = server.column(shown.id, "series")
+    assert [len(row["places"]["weights"]) for row in rows] == [5] * 21 + [7] * 39
+    count = 5 * 21 + 7 * 39
+    shown.until(lambda: len((shown.glyph("places") or {"y1": []})["y1"]) == count, "all hypotheses are drawn")
+    assert [title.inner_text() for title in page.locator(".readout dt:visible").all()] == ["estimate", "likeliest"]
+
+
+def test_a_saved_run_and_a_link_bring_the_same_numbers_back(page: Any, server: Server, chromium: Any) -> None:
+    """Saved, listed and opened again, or given as a link to somebody else, it computes the same errors."""
+    shown = opened(page, server, tracker="straight")
+    server.seek(shown.id, 30)
+    server.patch(f"sessions/{shown.id}/parameters", {"tracker": "bank"})
+    server.seek(shown.id, 50)
+    shown.stands_at(50)
+    errors = server.column(shown.id, "error")
+    page.click("text=Share")
+    link = page.input_value("[data-role=share-link]")
+    page.keyboard.press("Escape")
+    page.click("button:has-text('Save')")
+    page.locator(".toast", has_text="Saved").wait_for()
+
+    context = chromium.new_context(viewport={"width": 1280, "height": 800})
+    other = context.new_page()
+    other.goto(link.replace("#", "?view=scene#"))
+    again = ready(other, server)
+    again.stands_at(50)
+    assert again.id != shown.id
+    assert server.column(again.id, "error") == errors
+    context.close()
+
+    page.goto("/")
+    page.locator("[data-run]").first.locator("button:has-text('Open')").click()
+    reopened = ready(page, server)
+    server.seek(reopened.id, 50)
+    assert server.column(reopened.id, "error")[:51] == errors
+
+
+def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: bytes) -> None:
+    """The page makes an editor of a circle, which it has never heard of; the disc that is marked is followed."""
+    page = gallery.page
+    gallery.choose("walk.mp4", clip, "video/mp4")
+    page.locator("#target-experiment").select_option(NAME)
+    surface = page.locator("[data-mark=circle] .mark-surface")
+    surface.wait_for()
+    go = page.locator("button:has-text('Track it')")
+    assert go.is_disabled()
+    gallery.until(
+        lambda: page.evaluate("document.querySelector('.mark-surface img')?.complete"), "the picture is there"
+    )
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        area = surface.bounding_box()
+        return area["x"] + (x + 0.5) * area["width"] / SIZE[0], area["y"] + (y + 0.5) * area["height"] / SIZE[1]
+
+    page.mouse.move(*at((SIZE[0] - 1) / 2, (SIZE[1] - 1) / 2))
+    page.mouse.down()
+    page.mouse.move(*at(40, 60), steps=4)
+    page.mouse.up()
+    radius = page.locator("[data-number=radius]")
+    radius.focus()
+    for _ in range(11):
+        page.keyboard.press("ArrowLeft")
+    gallery.until(lambda: radius.input_value() == "9", "the radius is as set")
+    go.click()
+
+    shown = ready(page, server)
+    mark = shown.session["recipe"]["footage"]["mark"]
+    assert (mark["kind"], mark["radius"]) == ("circle", 9)
+    assert mark["centre"] == pytest.approx([40, 60], abs=0.5)
+    shown.play_to_the_end()
+    u, v = server.column(shown.id, "estimate")[FRAMES - 1]
+    assert u == pytest.approx(40 + 2 * (FRAMES - 1), abs=2)
+    assert v == pytest.approx(60, abs=2)
+
+
+def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> None:
+    """The form is filled with its own example; the map is complete; a row opens as that very run."""
+    page.goto("/")
+    page.locator(f"[data-experiment={NAME}] >> text=Sweep over conditions").click()
+    form = View(page)
+    form.until(lambda: "40 runs" in page.inner_text(".plan-size"), "the form holds five conditions, two methods")
+    page.click("text=Start the sweep")
+    page.wait_for_url(lambda address: "/sweep/" in address and not address.split("#")[0].endswith("new"))
+    form.until(lambda: page.locator(".map canvas").count() > 0, "there is a map")
+    form.until(lambda: page.inner_text(".bar-words").startswith("Complete"), "the sweep is complete", 120)
+    grid = page.locator("[data-map=straight] .map-plot").evaluate("(plot) => ({ ...plot.dataset })")
+    left, top, wide, high = (float(grid[name]) for name in ("left", "top", "wide", "high"))
+    page.locator("[data-map=straight] canvas").click(position={"x": left + 3.5 * wide, "y": top + 0.5 * high})
+    item = page.locator("li.run").first
+    item.wait_for()
+    with page.context.expect_page() as opening:
+        item.locator(".run-title").click()
+    run = ready(opening.value, server)
+    recipe = run.session["recipe"]
+    assert (recipe["experiment"], run.session["parameters"]["occlusion_width_px"]) == (NAME, 60)
