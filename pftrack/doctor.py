@@ -117,7 +117,7 @@ def _compiled(*, everything: bool) -> tuple[Status, str]:
     trackers = sum(_run_trackers(EXPERIMENTS[name], everything=everything) for name in EXPERIMENTS.own)
     place = _cache_folder()
     if place is None:
-        return "warning", "works, but no folder to keep it in: every start compiles anew; set NUMBA_CACHE_DIR"
+        return "warning", "works, but no folder to keep it in: every start compiles again; set NUMBA_CACHE_DIR"
     return "ok", f"{trackers} trackers ran; kept in {place}"
 
 
@@ -178,9 +178,9 @@ def _alternatives(experiment: "Experiment") -> Iterator[tuple[str, dict[str, "Va
 
 
 def _cache_folder() -> str | None:
-    """Return where Numba keeps what it compiles: where it is told, else beside the source, else in the user's cache."""
-    told = os.environ.get("NUMBA_CACHE_DIR")
-    places = [Path(told)] if told else [Path(__file__).parent / "__pycache__", Path("~/.cache").expanduser()]
+    """Return where Numba keeps its cache: by the environment, else beside the source, else in the user's cache."""
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    places = [Path(chosen)] if chosen else [Path(__file__).parent / "__pycache__", Path("~/.cache").expanduser()]
     return next((str(place) for place in places if _writable(place)), None)
 
 
@@ -196,7 +196,7 @@ def _codecs() -> tuple[Status, str]:
 def _pages() -> tuple[Status, str]:
     plugin = next(iter(metadata.entry_points(group="pftrack.commands", name="serve")), None)
     if plugin is None:
-        return "broken", "the command serve is not installed; pip install pftrack anew"
+        return "broken", "the command serve is not installed; reinstall pftrack with pip"
     top = plugin.module.partition(".")[0]
     found = find_spec(top)
     ours = Path(__file__).parents[1] / top
@@ -208,7 +208,7 @@ def _pages() -> tuple[Status, str]:
     plugin.load()
     place = ours.parent / "frontend_static"
     if not (place / "gallery" / "gallery.html").is_file():
-        return "broken", "the pages are missing; pip install pftrack anew"
+        return "broken", "the pages are missing; reinstall pftrack with pip"
     return "ok", f"{sum(1 for it in islice(place.rglob('*'), 10_000) if it.is_file())} files"
 
 

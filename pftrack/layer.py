@@ -46,9 +46,9 @@ class Layer:
 
     Attributes:
         name: What primitives call it.
-        title: What it is called on the screen; its name with a capital letter unless told otherwise.
+        title: What it is called on the screen; its name with a capital letter by default.
         shown: Whether it is at first.
-        legend: What colours mean on it, where that has to be told.
+        legend: What colours mean on it, where that is not plain.
         role: What a viewer with depth may do with it.
     """
 

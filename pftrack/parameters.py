@@ -64,7 +64,7 @@ class ParameterError(ValueError):
 
 
 class Declaration(BaseModel):
-    """What there is to know of one parameter, as the page, the command line and the documentation need it."""
+    """Everything about one parameter that the page, the command line and the documentation need."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -136,7 +136,7 @@ def parameter(
         trackers: The trackers that read it; empty means all.
         role: What general code may do with it.
         threshold_of: Of a "threshold", the name of the series that it limits.
-        sets: Of "particles", how many sets of so many a tracker has at most, such as one for each feature.
+        sets: Of "particles", how many sets of this size a tracker has at most, such as one for each feature.
 
     Raises:
         ValueError: A threshold names no series, or another role names one.

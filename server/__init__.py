@@ -3,7 +3,7 @@
 It does no tracking mathematics. A *session* is a run that somebody watches; its worker computes, the web process passes
 on: diagnostics to the page's stream, drawings to the viser scene, everything that a person made to the store.
 
-- `settings`: what a server may be told, with unsafe combinations refused
+- `settings`: how a server is configured, with unsafe combinations refused
 - `app`, `services`: the factory that puts everything together, and what the handlers work with
 - `command`: what `pftrack serve` calls
 - `errors`: the one shape of everything that goes wrong

@@ -27,7 +27,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     """Return the app of a server.
 
     Args:
-        settings: What it is told; without any, what the environment says.
+        settings: Its configuration; by default what the environment says.
     """
     settings = settings or Settings()
     metrics = Metrics()

@@ -87,7 +87,7 @@ def serve(
 
 
 def _claim(settings: Settings) -> None:
-    """Try the data directory before anything starts, so that what is wrong with it is told in a sentence."""
+    """Try the data directory before anything starts, so that its faults are one sentence on the terminal."""
     try:
         DataDirectory(settings.data_dir).close()
     except RuntimeError as error:
@@ -97,7 +97,7 @@ def _claim(settings: Settings) -> None:
 
 
 def _listen(settings: Settings) -> socket.socket:
-    """Bind the port here, so that one in use is told in a sentence."""
+    """Bind the port here, so that a port in use is one sentence on the terminal."""
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listening = socket.socket(family, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

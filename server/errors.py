@@ -1,4 +1,4 @@
-"""Errors: the exceptions that a client is told of, and the one shape in which it is told.
+"""Errors: the exceptions that become answers to a client, and the one shape of these answers.
 
 `{"error": {"message": ..., "field"?: ..., "bound"?: ..., "value"?: ...}}`, with a message that says what was wrong and
 what is allowed, and never a path or a stack.
@@ -43,7 +43,7 @@ class ErrorBody(BaseModel):
 
 
 class ApiError(Exception):
-    """Something that the client is told in the one error shape.
+    """An error that the client receives in the one error shape.
 
     Attributes:
         status: The HTTP status.

@@ -1,4 +1,4 @@
-"""Settings: everything that a server may be told, in one class that refuses unsafe combinations.
+"""Settings: the configuration of a server, in one class that refuses unsafe combinations.
 
 Each field can be given as an environment variable with the prefix `PFTRACK_`, as in `PFTRACK_MAX_SESSIONS=8`.
 """
@@ -24,7 +24,7 @@ def _processors() -> int:
 
 
 class Settings(BaseSettings):
-    """What a server is told at start; frozen from then on."""
+    """The configuration of a server, read at start and frozen from then on."""
 
     model_config = SettingsConfigDict(env_prefix="PFTRACK_", frozen=True, extra="forbid")
 

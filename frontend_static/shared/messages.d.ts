@@ -136,7 +136,7 @@ export interface ControlPublic {
   slider: [number, number] | null;
 }
 
-/** What there is to know of one parameter, as the page, the command line and the documentation need it. */
+/** Everything about one parameter that the page, the command line and the documentation need. */
 export interface Declaration {
   name: string;
   title: string;
@@ -513,7 +513,7 @@ export interface SessionCreate {
   position?: number;
 }
 
-/** Everything there is to know; the first message of every connection. */
+/** The complete state; the first message of every connection. */
 export interface SessionHello {
   version: 1;
   type: "hello";
@@ -627,7 +627,7 @@ export interface SweepCreate {
   parameters?: Record<string, any>;
 }
 
-/** Everything there is to know; the first message of every connection. */
+/** The complete state; the first message of every connection. */
 export interface SweepHello {
   version: 1;
   type: "hello";
@@ -688,7 +688,7 @@ export interface TransportUpdate {
   action: "play" | "pause" | "step" | "back" | "seek" | "before_loss" | "speed" | "restart";
   frame?: number | null;
   speed?: number | null;
-  /** With restart: the seed to begin anew with */
+  /** With restart: the seed to start again with */
   seed?: number | null;
 }
 

@@ -242,7 +242,7 @@ def _print(result: "Result", seconds: float) -> None:
 
 
 class _Shown:
-    """What the progress bar was told last, and how many lost workers were spoken of."""
+    """What the progress bar shows, and how many lost workers were reported."""
 
     def __init__(self, bar: Bar, title: str) -> None:
         self.seen = 0, 0

@@ -25,7 +25,7 @@ EYES_IN_FACE = ((0.315, 0.40), (0.685, 0.40))
 """Where the eyes are in a face's box, as shares of its sides; the person's right eye first, left in the picture."""
 
 NEAR_FACTOR = 2.2
-"""A lost face is first looked for in a square so many times its size."""
+"""Side of the square in which a lost face is looked for first, in sizes of the face."""
 
 SIMILAR_SIZE = 0.5
 """A second face counts as such if it is at least so large relative to the largest."""

@@ -23,7 +23,7 @@ class Posterior:
         log_evidence: log p(z_t | z_{1:t-1}), up to the constant that the likelihood leaves out; -inf if every weight
             was zero and the particles were made uniform.
         observation_count: How many particles came from the observation sampler.
-        resampled: Whether parents were drawn anew.
+        resampled: Whether the particles were resampled.
     """
 
     particles: ParticleSet

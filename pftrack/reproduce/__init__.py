@@ -63,7 +63,7 @@ def reproduce(
         names: Which; all if none.
         full: All trials of the protocol, or fewer, with tolerances that allow for it.
         jobs: Processes that compute.
-        progress: Told how many pieces of work are done and how many are known so far.
+        progress: Called with the number of pieces of work done and of those known so far.
         folder: Where sweeps and figures are kept; what is there already is not computed again.
 
     Raises:

@@ -29,7 +29,7 @@ class Pool:
 
         Args:
             jobs: How many processes.
-            progress: Told how many pieces are done and how many are known so far.
+            progress: Called with the number of pieces done and of those known so far.
             folder: Where sweeps and figures are kept; nowhere if None.
         """
         self.folder = folder

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 __all__ = ["APPROACH_FRAMES", "approach", "before_loss"]
 
 APPROACH_FRAMES = 10
-"""So many frames before a loss one begins to watch."""
+"""Frames before a loss at which one begins to watch."""
 
 MEMORY_FRAMES = 40
-"""A target that was out of sight so many frames before it was lost was lost for that."""
+"""A target that was out of sight this many frames before it was lost was lost because of that."""
 
 
 def approach(loss: int) -> int:

@@ -159,7 +159,7 @@ def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSeq
 
     Raises:
         RecordError: The pictures are not to be had, or are others.
-        ParameterError: The mark or the truth is none that the experiment takes.
+        ParameterError: The experiment does not take such a mark or such a truth.
     """
     if footage is None:
         return experiment.simulate()

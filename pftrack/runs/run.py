@@ -180,7 +180,7 @@ class Run:
             The change as it stands on the timeline.
 
         Raises:
-            PastError: The current frame is in the past, or a value is none that can change in mid-run.
+            PastError: The current frame is in the past, or a value cannot change in mid-run.
             ParameterError: A value is unknown or out of bounds; nothing has changed.
             EndOfRun: There is no next frame.
         """

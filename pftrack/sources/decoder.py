@@ -1,4 +1,4 @@
-"""A decoder of one video stream: FFmpeg by way of PyAV, told what to expect and kept on a short lead.
+"""A decoder of one video stream: FFmpeg through PyAV, with a fixed format and strict limits.
 
 - The container's format is forced; nothing is guessed.
 - The file comes in as an open file object without a name, and whatever else the container may want to open is refused.
@@ -50,7 +50,7 @@ _CODECS = {
     "gif": "GIF",
 }
 _HEADROOM = 16
-"""FFmpeg itself stops at this many times the allowed pixels; what is too large by less can be told exactly."""
+"""FFmpeg itself stops at this many times the allowed pixels; what exceeds them by less is refused with the limit."""
 
 
 class Decoder:

@@ -1,8 +1,8 @@
-"""Formats: what a file is, told by its first bytes.
+"""Formats: what a file is, recognised by its first bytes.
 
 Decoders are never left to guess. A file that calls itself `.mp4` may be a list of other files (`ffconcat`, `m3u8`), and
 a decoder that guesses would open what is named there: files of this machine, or addresses in its network. So the
-content is looked at here, and the decoder is then told which container to expect, and no other.
+content is looked at here, and the decoder is then given that container format, and no other.
 """
 
 from collections.abc import Callable

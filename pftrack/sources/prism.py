@@ -39,7 +39,7 @@ __all__ = [
 ]
 
 FRAMES = 625
-"""Length of the document's experiment; the motion then begins anew."""
+"""Length of the document's experiment; the motion then repeats."""
 
 VERTICES_MM: NDArray[np.float64] = np.array(
     [
@@ -195,7 +195,7 @@ class PrismSource:
     Attributes:
         size: Width and height of the picture in whose middle the principal point is, px.
         frame_rate_hz: Frames a second at which it is meant to be seen.
-        frame_count: None; the motion begins anew after the document's 625 frames.
+        frame_count: None; the motion repeats after the document's 625 frames.
         start: The truth of frame 0, theta = 0.
         noisy: The measurements depend on the seed.
     """

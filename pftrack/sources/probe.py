@@ -33,7 +33,7 @@ _LOOK_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """What there is to know of a sequence that was decoded from end to end.
+    """Description of a sequence that was decoded from end to end.
 
     Attributes:
         name: The file's or folder's own name.

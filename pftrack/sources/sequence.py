@@ -184,7 +184,7 @@ def open_sequence(path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIn
         found = _inspect(file, limits)
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
         if index is not None and (index.sha256, index.kind) != (sha256, found.kind):
-            index = None  # of another content: survey anew
+            index = None  # of another content: survey it again
         from pftrack.sources.video import VideoSequence  # noqa: PLC0415
 
         return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index)

@@ -125,7 +125,7 @@ class VideoSequence:
         if announced > limits.frames:
             raise SourceError(f"the video has {announced:,} frames; at most {limits.frames:,} are allowed")
         check_pixels(stream.width, stream.height, limits, "the pictures of the video have")
-        # A picture whose side data were looked at is held until the next garbage collection: begin anew after that.
+        # A picture whose side data were looked at is held until the next garbage collection: start again after that.
         orientation = next((orientation_of(frame) for frame in self._decoder.frames()), 0)
         decoder, shape = self._begin(), (0, 0)
         stamps: list[int | None] = []
@@ -208,7 +208,7 @@ class VideoSequence:
         yield None
 
     def _numbered(self) -> Iterator[tuple[int, VideoFrame]]:
-        """Decode on, with each frame's number: told by its time or, where times are of no use, counted."""
+        """Decode on, with each frame's number: from its time or, where times are of no use, counted."""
         for count, frame in enumerate(self._decoder.frames()):
             number = self._numbers.get(frame.pts) if self._numbers else count
             if number is not None:

@@ -67,7 +67,7 @@ class Chunks:
 
     @classmethod
     def of(cls, plan: Plan, runs: float) -> "Chunks":
-        """Cut a plan into chunks of about so many runs, but into no more chunks than a folder can bear."""
+        """Cut a plan into chunks of about this many runs, but into no more chunks than a folder can bear."""
         wanted = max(runs, plan.runs / MOST_CHUNKS)
         whole = int(wanted // (plan.trials * len(plan.trackers)))
         if whole >= 1:

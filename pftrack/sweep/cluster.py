@@ -53,7 +53,7 @@ class ClusterWorkers:
         Raises:
             SweepError: Nobody answers there, it has no workers, or they have another pftrack or none.
         """
-        for name in LOGGERS:  # what goes wrong is told once, by us
+        for name in LOGGERS:  # failures are reported once, by us
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         dask.config.set({"distributed.comm.timeouts.connect": f"{CONNECT_S}s", "distributed.comm.retry.count": 0})
         self._address = address

@@ -32,7 +32,7 @@ CHUNKS_A_WORKER = 8
 MOST_ATTEMPTS = 3
 POLL_S = 0.2
 PATIENCE_S = 2.0
-"""How long running chunks are waited for when the sweep is told to stop."""
+"""How long running chunks are waited for when the sweep is asked to stop."""
 
 RATE_S = 20.0
 """Over how long the rate is taken."""
@@ -93,14 +93,14 @@ def carry_out(
         out: The result file, to be written.
         jobs: Processes of this machine.
         cluster: Address of a Dask scheduler that computes in their place.
-        progress: Told how far it is, several times a second.
+        progress: Called with the progress several times a second.
         stop: Asked several times a second whether to stop.
 
     Returns:
         The finished result.
 
     Raises:
-        SweepStopped: It was told to stop; what was computed is kept.
+        SweepStopped: It was asked to stop; what was computed is kept.
         SweepError: It cannot be begun or continued, or its workers fail; what was computed is kept.
         OSError: A file cannot be written; what was computed is kept.
     """

@@ -8,4 +8,4 @@ class SweepError(ValueError):
 
 
 class SweepStopped(Exception):  # noqa: N818 - somebody asked for it
-    """The sweep was told to stop; what was computed is kept."""
+    """The sweep was asked to stop; what was computed is kept."""

@@ -82,7 +82,7 @@ class Journal:
         if begun_with != __version__:
             raise SweepError(
                 f"{self.out} was begun with pftrack {begun_with}, this is {__version__}; rows of both would not "
-                f"compare, so go on with that version or begin anew"
+                f"compare, so go on with that version or start again"
             )
 
     def chunks(self) -> Chunks | None:

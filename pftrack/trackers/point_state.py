@@ -25,7 +25,7 @@ class PointState:
         particles: The posterior as particles, or None for a Gaussian filter.
         observation_count: How many of the particles, the last ones, came from the observation sampler.
         log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
-        resampled: Whether parents were drawn anew in this frame.
+        resampled: Whether the particles were resampled in this frame.
         switched: Whether another sampler, or another process noise, was used than in the frame before.
         alert: Whether the tracker trusts the observation more, or doubts the prediction more, than in calm times; None
             before the first step.

@@ -23,7 +23,7 @@ from pftrack.trackers.tracker import Tracker
 __all__ = ["TRACKERS", "TrackedPrismParameters"]
 
 SEEN_FACTOR = 3.0
-"""A vertex counts as hidden if its measurement is so many times noisier than the best one."""
+"""A vertex counts as hidden if its measurement is noisier than the best one by this factor."""
 
 
 class TrackedPrismParameters(PoseTrackerParameters, PrismParameters):

@@ -1,4 +1,4 @@
-"""Experiments: what there is to try."""
+"""Experiments: the list of them, and each in detail."""
 
 import asyncio
 from typing import Any

@@ -1,4 +1,4 @@
-"""The streams of a session: what happens in it, told as it happens, and its drawings for flat views."""
+"""The streams of a session: its events as they happen, and its drawings for flat views."""
 
 import asyncio
 import contextlib

@@ -41,7 +41,7 @@ class Watcher:
         """Take note of how many drawings the page has painted, or left out for newer ones, since it came.
 
         Raises:
-            ValueError: It cannot have painted so many.
+            ValueError: It says that it has painted more than it was sent.
         """
         if not self._painted <= count <= self._sent:
             raise ValueError(f"expected between {self._painted} and {self._sent} painted drawings, got {count}")
@@ -54,7 +54,7 @@ class Watcher:
         self._news.set()
 
     def forget(self) -> None:
-        """Send the pictures anew: another worker gives the same keys to other pictures."""
+        """Send the pictures again: another worker gives the same keys to other pictures."""
         self._keys = frozenset()
 
     async def __aiter__(self) -> AsyncIterator[bytes]:

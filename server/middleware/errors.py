@@ -23,7 +23,7 @@ log = structlog.get_logger(__name__)
 
 
 class Net:
-    """ASGI middleware that catches what nobody expected: written to the log, told without path and stack."""
+    """ASGI middleware that catches unexpected exceptions: logged whole, answered without path and stack."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app

@@ -28,7 +28,7 @@ class Metrics:
         self.seconds = Histogram("pftrack_request_seconds", "Time to answer a request", registry=self.registry)
 
     def watch(self, manager: Manager, sweeps: Sweeps) -> None:
-        """Tell of a server's sessions and sweeps from now on."""
+        """Report a server's sessions and sweeps from now on."""
         self.registry.register(_Sessions(manager))
         self.registry.register(_Sweeps(sweeps))
 

@@ -1,6 +1,6 @@
 """Messages: the one typed, versioned vocabulary of a session's stream.
 
-What is sent to the page is built and encoded once for all listeners. `hello` tells everything there is to know, so a
+What is sent to the page is built and encoded once for all listeners. `hello` carries the complete state, so a
 listener that lost messages is simply greeted again.
 """
 
@@ -123,7 +123,7 @@ class SessionPublic(BaseModel):
 
 
 class Hello(Message):
-    """Everything there is to know; the first message of every connection."""
+    """The complete state; the first message of every connection."""
 
     type: Literal["hello"] = "hello"
     session: SessionPublic

@@ -42,7 +42,7 @@ class TransportUpdate(RequestBody):
     action: Literal["play", "pause", "step", "back", "seek", "before_loss", "speed", "restart"]
     frame: FrameNumber | None = None
     speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
-    seed: Seed | None = Field(None, description="With restart: the seed to begin anew with")
+    seed: Seed | None = Field(None, description="With restart: the seed to start again with")
 
 
 class BranchCreate(RequestBody):

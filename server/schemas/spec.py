@@ -67,7 +67,7 @@ class SessionSpec(BaseModel):
         branches_made: How many there ever were, so that no name comes twice.
         bookmarks: In the order of their frames.
         created: When.
-        card: What does not change while it lives, as its first worker told it.
+        card: What does not change while it lives, as its first worker reported it.
         values: Parameters in force for the next frame.
     """
 

@@ -1,4 +1,4 @@
-"""Shapes: from what the library counts to what a client is told, titles and units added, numbers as JSON has them."""
+"""Answers about a sweep: the library's counts with titles and units added, as JSON numbers."""
 
 import math
 

@@ -1,6 +1,6 @@
 """Messages: the one typed, versioned vocabulary of a sweep's stream.
 
-`hello` tells everything there is to know; after it come the progress, and of the map only the cells that have changed.
+`hello` carries the complete state; after it come the progress and the cells of the map that have changed.
 A page that is slow gets fewer and larger messages, never old ones.
 """
 
@@ -13,7 +13,7 @@ __all__ = ["Cells", "Hello", "Progress"]
 
 
 class Hello(Message):
-    """Everything there is to know; the first message of every connection."""
+    """The complete state; the first message of every connection."""
 
     type: Literal["hello"] = "hello"
     sweep: SweepPublic

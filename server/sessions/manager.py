@@ -54,7 +54,7 @@ class Manager:
                 log.exception("a stored session cannot be read", session=row.id)
                 continue
             session = self._session(spec)
-            session.state.message = "The server was started anew; the session goes on where it was."
+            session.state.message = "The server was restarted; the session goes on where it was."
             session.state.dirty = False
             self._sessions[spec.id] = session
         self._rounds = asyncio.create_task(self._go_round())

@@ -56,7 +56,7 @@ class SessionState:
         return view(self.spec, self.card, self.phase, self.message, playing=self.playing)
 
     def hello(self) -> messages.Hello:
-        """Return everything there is to know."""
+        """Return the complete state."""
         return messages.Hello(session=self.view(), diagnostics=self.columns(self.spec.branch))
 
     def columns(self, branch: str) -> dict[str, list[Any]]:
@@ -72,10 +72,10 @@ class SessionState:
         gone = [bool(one) or bool(other) for one, other in zip(lost, searching, strict=True)]
         return before_loss(gone, [bool(value) for value in hidden], self.spec.active.position)
 
-    # ------------------------------------------------------------ what is told by the worker
+    # ------------------------------------------------------------ reports of the worker
 
     def begin(self, ready: Ready) -> None:
-        """Take down what a new worker has made of the spec, and tell everything anew."""
+        """Take over what a new worker has made of the spec, and greet all listeners again."""
         self.card = ready.card
         self.spec.card = {name: getattr(ready.card, name) for name in SessionInfo.__slots__}
         self._last = None
@@ -98,7 +98,7 @@ class SessionState:
     def stand(self, now: RunStatus, rows: Sequence[dict[str, Any]] = ()) -> None:
         """Take down where the run stands and the diagnostics of frames just computed, and tell what has changed.
 
-        The diagnostics of a frame are told before the position, so that no page stands on a frame it knows nothing of.
+        The diagnostics of a frame are sent before the position, so that no page stands on a frame it knows nothing of.
         """
         last, self._last = self._last, now
         branch = self.spec.branches.get(now.branch) or self._new_branch(now)
@@ -158,7 +158,7 @@ class SessionState:
         return made
 
     def _forget(self, branch: str) -> None:
-        """Forget the past of a branch that has begun anew."""
+        """Forget the past of a branch that was restarted."""
         self._histories[branch] = History()
         self.spec.bookmarks = [item for item in self.spec.bookmarks if item.branch != branch]
         self.listeners.greet()

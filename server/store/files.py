@@ -55,7 +55,7 @@ class DataDirectory:
             ) from None
         # What was coming when the last server stopped is of no use to anybody.
         shutil.rmtree(self.incoming, ignore_errors=True)
-        # Pictures of experiments are drawn anew by each version of the program.
+        # Pictures of experiments are drawn again by each version of the program.
         shutil.rmtree(self.cache, ignore_errors=True)
         for folder in (self.uploads, self.runs, self.sweeps, self.cache, self.incoming):
             folder.mkdir(exist_ok=True, mode=0o700)

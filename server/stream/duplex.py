@@ -1,4 +1,4 @@
-"""Duplex: the two halves of a stream to a page, what is told and what is answered, the same for sessions and sweeps."""
+"""Duplex: the two directions of a stream between server and page, the same for sessions and sweeps."""
 
 import asyncio
 import contextlib

@@ -79,7 +79,7 @@ class QueueListener(Listener):
     """One page's queue of encoded messages.
 
     A page that falls behind is not waited for and not fed old news: its queue is dropped and it is greeted again with
-    everything there is to know.
+    the complete state.
     """
 
     def __init__(self, greeting: Callable[[], Hello]) -> None:

@@ -3,7 +3,7 @@
 The server says what is to be computed, and looks at the files that appear. It counts nothing itself: rates, intervals
 and tests come from `pftrack.sweep`.
 
-- `wishes`, `views`: what a client sends, and what it is told
+- `views`: what a client receives
 - `planning`: from a body to a plan, each refusal with the field that it is about; how long a plan will take
 - `examples`: a filled-in body for every experiment
 - `manager`: all sweeps of a server; `sweep`: one of them

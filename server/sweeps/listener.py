@@ -1,7 +1,7 @@
 """Listeners: the pages that watch a sweep, each over the axes that it has chosen and at its own pace.
 
-Nothing is queued. A listener that is ready for news is told what is so now; what came and went meanwhile it never
-hears. So the slowest browser costs a sweep nothing.
+Nothing is queued. A listener that is ready for news receives the state of that moment, and nothing of what
+came and went before. So the slowest browser costs a sweep nothing.
 """
 
 import asyncio
@@ -49,7 +49,7 @@ class SweepListener(Listener):
             if self._pong is not None:
                 sent, self._pong = self._pong, None
                 yield encode(Pong(sent=sent))
-            # What happens within one interval is told together; the end of it all at once.
+            # Changes within one interval are sent together; the end of a sweep is sent at once.
             await asyncio.sleep(max(0.0, told + EVERY_S - time.monotonic()))
             told = time.monotonic()
             now = await self._sweep.cells(*self._axes)

@@ -87,7 +87,7 @@ class Sweeps:
         """Return how large a sweep would be and, if that is to be measured, how long it would take.
 
         Raises:
-            RefusedError: The body is none that can be fulfilled.
+            RefusedError: The plan in the body is unknown, out of bounds or too large.
         """
         plan = await asyncio.to_thread(as_plan, body, self._settings)
         problem = None
@@ -115,7 +115,7 @@ class Sweeps:
         """Begin a new sweep.
 
         Raises:
-            RefusedError: The body is none that can be fulfilled.
+            RefusedError: The plan in the body is unknown, out of bounds or too large.
             UnavailableError: The server computes, keeps or stores enough already.
         """
         plan = await asyncio.to_thread(as_plan, body, self._settings)

@@ -46,7 +46,7 @@ class Sweep:
         id: Its name.
         plan: What is computed.
         title: What it is called.
-        created: When it was wished for.
+        created: When it was created.
         results: What there is of it so far.
     """
 

@@ -51,7 +51,7 @@ class Tally:
             if self._out.exists():
                 self._close()
                 return True
-            # Somebody took files away, and the sweep began anew.
+            # Somebody took files away, and the sweep started again.
             self._files = set()
             self._counts = {pair: count(self._plan, None, *pair) for pair in self._counts}
         return self._add(sorted(there - self._files))

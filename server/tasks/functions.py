@@ -62,7 +62,7 @@ def main(end: socket.socket, job: Callable[..., Any], arguments: tuple[object, .
         pipe.send(Failed(str(error)))
     except BrokenPipeError:
         return
-    except Exception:  # noqa: BLE001 - told as a process that died
+    except Exception:  # noqa: BLE001 - reported as a process that died
         traceback.print_exc()
         sys.exit(1)
 
@@ -156,7 +156,7 @@ def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
 
 
 def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
-    """Read a table of truth of the kind that goes with an experiment, for an upload of so many frames."""
+    """Read a table of truth of the kind that goes with an experiment, for an upload with that many frames."""
     kind, name = find(experiment_id).truth, Path(path).name
     try:
         table = kind.read(Path(path))

@@ -48,7 +48,7 @@ PRESETS: dict[str, Preset] = {
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """What there is to see, px.
+    """Extent of the scene, px.
 
     Attributes:
         width: Of the picture.
@@ -110,7 +110,7 @@ class _Watcher:
     client: viser.ClientHandle
     preset: str = "front"
     view: View | None = None
-    before: NDArray[np.float64] | None = None  # where the camera stood when it was told to go to the view
+    before: NDArray[np.float64] | None = None  # where the camera stood when it was sent to the view
     aspect: float = 1.0
     tilt: float = 0.0
     arrived: bool = False
@@ -156,7 +156,7 @@ class Cameras:
         return float(np.ceil(ramp * RELIEF_STEPS) / RELIEF_STEPS)
 
     def set_box(self, box: Box) -> None:
-        """Tell what there is to see; a picture of another size is fitted anew."""
+        """Set the extent of the scene; a picture of another size is fitted again."""
         before, self._box = self._fitted, box
         if before is not None and (before.width, before.height) == (box.width, box.height):
             if not (_alike(before.depth, box.depth) and _alike(before.focal, box.focal)):
@@ -174,7 +174,7 @@ class Cameras:
             self._point(watcher)
 
     def _refit(self) -> None:
-        """Fit deep presets anew, where nobody has moved the camera since."""
+        """Fit deep presets again, where nobody has moved the camera since."""
         for watcher in list(self._watchers.values()):
             if PRESETS[watcher.preset].deep and (not watcher.arrived or watcher.is_in_place(watcher.client.camera)):
                 self._point(watcher)

@@ -46,7 +46,7 @@ class Scene:
         self._layers[layer] = shown
 
     def box(self, drawing: Drawing) -> Box:
-        """Return what there is to see of a drawing."""
+        """Return the visible part of a drawing."""
         shown = [item for item in drawing.primitives.values() if self._layers.get(item.layer, True)]
         cameras = (shapes.to_scene(item.apex, Stance(1.0, 0.0)) for item in shown if isinstance(item, Frustum))
         apex = next((tuple(place.tolist()) for place in cameras), None)

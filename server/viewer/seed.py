@@ -1,4 +1,4 @@
-"""The box of the panel that shows the seed of the run, and takes another with which the run begins anew."""
+"""The box of the panel that shows the seed of the run, and takes another one, with which the run starts again."""
 
 from collections.abc import Callable
 
@@ -28,7 +28,7 @@ class SeedBox:
 
     def __init__(self, server: viser.ViserServer, seed: int, on_move: Callable[[Value], None]) -> None:
         self.seed = seed
-        hint = "The same seed gives the same scene and the same run, to the bit. A change begins the run anew."
+        hint = "The same seed gives the same scene and the same run, to the bit. A change starts the run again."
         self._box: Handle = server.gui.add_number("Seed", seed, min=0, max=LARGEST_SEED, step=1, hint=hint)
 
         async def moved(event: viser.GuiEvent[viser.GuiNumberHandle[int]]) -> None:

@@ -56,7 +56,7 @@ def _environment() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _no_main() -> Iterator[None]:
-    """Hide this process's main module from the child, which would import it anew: 300 ms for a command line."""
+    """Hide this process's main module from the child, which would import it again: 300 ms for a command line."""
     main = sys.modules["__main__"]
     sys.modules["__main__"] = types.ModuleType("__main__")
     try:

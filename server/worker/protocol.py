@@ -112,7 +112,7 @@ class RunStatus:
         recipe: What makes the active branch again, but for the truth.
         tracker: Tracker in force for the next frame.
         values: Parameters in force for the next frame.
-        restarts: Counts how often the branch began anew, with nothing of its past left.
+        restarts: Counts how often the branch was restarted, which drops its past.
         first_values: Parameters at frame 0.
         second: Branch that is drawn beside the active one, if there is one.
     """
@@ -144,14 +144,14 @@ class Transport:
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Go at so many times real time; 0 is as fast as possible."""
+    """Play at a multiple of real time; 0 is as fast as possible."""
 
     speed: float
 
 
 @dataclass(frozen=True, slots=True)
 class Restart:
-    """Begin the active branch anew with the values in force, and with another seed if one is given."""
+    """Restart the active branch with the values in force, and with another seed if one is given."""
 
     seed: int | None = None
 
@@ -267,7 +267,7 @@ class Failed:
     """The worker cannot go on; the last event before it ends.
 
     Attributes:
-        message: What a person is told.
+        message: Sentence for a person.
         error: The refusal that stopped it from starting, where it was one.
     """
 

@@ -143,7 +143,7 @@ class RunTree:
     def change(self, values: Mapping[str, object], branch: str) -> None:
         """Change parameters from the next frame on.
 
-        In the past this makes a branch; a parameter that cannot change in the middle of a run begins it anew.
+        In the past this makes a branch; a parameter that cannot change in the middle of a run restarts it.
 
         Raises:
             ParameterError: A value is refused; nothing has changed then.
@@ -171,7 +171,7 @@ class RunTree:
         self._show(name)
 
     def activate(self, name: str, recipe: Recipe) -> bool:
-        """Show another branch; return whether it had to be begun anew because this worker did not hold it."""
+        """Show another branch; return whether it had to be computed again because this worker did not hold it."""
         anew = name not in self._runs
         if anew:
             self._runs[name] = self._begin(recipe)
@@ -179,7 +179,7 @@ class RunTree:
         return anew
 
     def restart(self, seed: int | None = None) -> None:
-        """Begin the active branch anew with the values in force and an empty past.
+        """Restart the active branch with the values in force and an empty past.
 
         Args:
             seed: What to begin with instead of the seed so far; it is then the seed of all branches to come.

@@ -1,6 +1,6 @@
 """The worker: one process that owns a session's run and computes it at the speed asked for.
 
-Between two frames it listens to the pipe. It tells of every computed frame, at most thirty times a second, and draws
+Between two frames it listens to the pipe. It reports every computed frame, at most thirty times a second, and draws
 only when the web process has taken the last drawing. A seek into frames not computed yet is worked off in the same
 loop, so that a pause or another seek can cut it short.
 """
@@ -74,7 +74,7 @@ def main(end: socket.socket, config: WorkerConfig) -> None:
         mebibytes = config.memory_bytes >> 20
         _farewell(pipe, Failed(f"The run needed more than the {mebibytes} MiB of memory that a session may use."))
         sys.exit(1)
-    except Exception as error:  # noqa: BLE001 - whatever it was, it is told once and ends this session alone
+    except Exception as error:  # noqa: BLE001 - whatever it was, it is reported once and ends this session alone
         traceback.print_exc()
         _farewell(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
         sys.exit(1)
@@ -309,7 +309,7 @@ class Worker:
             self._rows = self._tree.rows(0)
 
     def _anew(self) -> None:
-        """Tell the rows of a run that has just begun anew."""
+        """Report the rows of a run that has just been restarted."""
         self._rows = self._tree.rows(0)
         self._due = time.monotonic()
         self._changed()

@@ -21,7 +21,7 @@ const OPEN_ROWS = 15;
 const TRACKER = "tracker";
 const SEED = "seed";
 const TRACKER_HINT = "The method that follows the target; a change counts from the next frame.";
-const SEED_HINT = "The same seed gives the same scene and the same run, to the bit. A change begins the run anew.";
+const SEED_HINT = "The same seed gives the same scene and the same run, to the bit. A change starts the run again.";
 
 /**
  * @typedef {object} Group

@@ -63,7 +63,7 @@ def simulate() -> Setup:
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a frame: picture, head, particles, features, where the head looks; the head in its true pose, in another's.
 
-    The head of a second run is drawn in its pose, but where this one is: how a head stands is what a row tells of it.
+    The head of a second run is drawn in its pose, but where this one is: a row holds only the pose.
     """
     image, state = step.frame.image_rgb, step.state
     memory: HeadMemory = state.memory

@@ -1,7 +1,7 @@
 """Where a drawing shows a solid: over its place in the picture, and how high above it.
 
 A drawing has the picture stand behind the solid, clear of it, and the camera a focal length before the picture: so a px
-in the plane of the picture is so many mm there, and everything else has its true proportions.
+in the plane of the picture is a fixed number of mm there, and everything else has its true proportions.
 """
 
 import numpy as np

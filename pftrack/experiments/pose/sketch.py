@@ -28,7 +28,7 @@ __all__ = [
 
 MOST_DRAWN = 5000
 NAMES_DOWN = 18
-"""So many names, one below the other, fill the height of a picture: as many as can be read where it is small."""
+"""Names, one below the other, that fill the height of a picture and can still be read where it is small."""
 
 UPPER, LOWER = COLOURS["observation"], COLOURS["prediction"]
 """Particles from the solid's prediction, and from the feature's own past."""

@@ -68,7 +68,7 @@ def simulate() -> Setup:
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a frame: the solid as estimated, as another run has it and as it is, hidden edges dashed; its features.
 
-    The solid of a second run is drawn in its pose, but where this one is: the pose is what a row tells of it.
+    The solid of a second run is drawn in its pose, but where this one is: a row holds only the pose.
     """
     del past
     frame, state, row = step.frame, step.state, step.diagnostics

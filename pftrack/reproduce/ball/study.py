@@ -39,7 +39,7 @@ class Scene:
     axes: tuple[Axis, ...] = ()
 
     def plan(self, trackers: tuple[str, ...], trials: int, **values: Value) -> Plan:
-        """Return the plan of so many trials in every layout of every cell."""
+        """Return the plan with this number of trials in every layout of every cell."""
         layouts = tuple(range(0, len(LAYOUTS), len(LAYOUTS) // self.layouts))
         return Plan(
             "ball",

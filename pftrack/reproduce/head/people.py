@@ -1,4 +1,4 @@
-"""The same over more people, so that what hangs on one face can be told from what does not.
+"""The same over more people, to separate what depends on one face from what does not.
 
 The reference's three drivers are three draws of faces that we cannot repeat. If our scene and trackers are like the
 reference's, then the middle of many people must be near the middle of its three.

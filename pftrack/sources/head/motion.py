@@ -1,7 +1,7 @@
 """How the head moves: the script of specification 9.5, and how changes of speed and amplitude enter it.
 
 Rest, two turns to either side, rest, two nods, rest, two rolls, rest, with a small wobble on all axes throughout. At
-speed 1 the script takes 900 frames, 330 of them with an axis beyond 20 degrees; then it begins anew without a jump.
+speed 1 the script takes 900 frames, 330 of them with an axis beyond 20 degrees; then it repeats without a jump.
 
 What is asked for in mid-run must not make the head jump either, and a frame must remain a function of the history of
 parameters alone. So the place in the script is the sum of all past speeds, and the amplitude in force follows the one

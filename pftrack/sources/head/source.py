@@ -46,7 +46,7 @@ class HeadSource:
     Attributes:
         size: Width and height of the picture, px.
         frame_rate_hz: 30.
-        frame_count: None; the script begins anew.
+        frame_count: None; the script repeats.
         start: The truth of frame 0, theta = 0.
         noisy: Whether there is pixel noise, which depends on the seed.
         model: The driver's own face, the individual model.

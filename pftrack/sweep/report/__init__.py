@@ -45,7 +45,7 @@ class Report:
 def write_report(
     result: Result, folder: Path, *, x: str | None = None, y: str | None = None, level: float = 0.01
 ) -> Report:
-    """Write the report of a result into a folder; a report that is there already is written anew.
+    """Write the report of a result into a folder; a report that is there already is replaced.
 
     Args:
         result: Finished, or as far as it came.

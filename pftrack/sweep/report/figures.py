@@ -72,7 +72,7 @@ def error_maps(studies: Sequence[Study]) -> Figure:
 
 
 def _panels(studies: Sequence[Study], quantity: str) -> dict[str, NDArray[np.float64]]:
-    """Return a map for each tracker of each study; several studies are told apart by their fixed values."""
+    """Return a map for each tracker of each study; several studies are distinguished by their fixed values."""
     return {
         "\n".join([study.title(name), *([_fixed(study)] if len(studies) > 1 else [])]): getattr(cells, quantity)
         for study in studies

@@ -39,7 +39,7 @@ class Form(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstSight:
-    """The picture in which the templates were cut, kept so that they, and the solid, can be made anew.
+    """The picture in which the templates were cut, kept so that they, and the solid, can be made again.
 
     Attributes:
         grey: (height, width), 8 bit.
@@ -111,7 +111,7 @@ class HeadMemory:
         Args:
             correlations: (11,) NCC at the estimated positions.
             means_px: (11, 2) the estimated positions.
-            patience: After so many doubtful frames the face is lost; 0 for never.
+            patience: Doubtful frames after which the face is lost; 0 for never.
             doubtful: Whether this frame is.
         """
         frames = self.doubtful_frames + 1 if doubtful else 0

@@ -117,7 +117,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
     patience_frames: int = parameter(
         8,
         "Patience",
-        "After so many frames with too few recognised features, or with features out of place, the face is lost.",
+        "Frames with too few recognised features, or with features out of place, after which the face is lost.",
         unit="frames",
         ge=1,
         le=300,
@@ -127,6 +127,6 @@ class HeadTrackerParameters(PoseTrackerParameters):
     find_again: bool = parameter(
         False,
         "Find again",
-        "Whether a lost face is given up and looked for anew; the document does neither.",
+        "Whether a lost face is given up and looked for again; the document does neither.",
         group=LOSS,
     )

@@ -115,7 +115,7 @@ def _begun(method: Method, sight: FirstSight, parameters: HeadTrackerParameters,
 
 
 def _formed(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
-    """Make solid and templates anew where the parameters that they depend on have changed."""
+    """Make solid and templates again where the parameters that they depend on have changed."""
     memory, form = _memory(state), _form(parameters)
     if form == memory.form:
         return state

@@ -103,7 +103,7 @@ def advance(
 def transferred(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
     """Return a state that believes the same of pose and features, but of another solid or through another camera.
 
-    The upper layer begins anew from them, at rest; it is left alone if nothing that it reads has changed.
+    The upper layer starts again from them, at rest; it is left alone if nothing that it reads has changed.
     """
     belief, before = state.belief, state.solid
     same = np.array_equal(before.points_mm, solid.points_mm) and np.array_equal(before.reference, solid.reference)
