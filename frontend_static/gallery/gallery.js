@@ -9,7 +9,7 @@ import { sweepList } from "../sweep/list.js";
 import { TargetForm } from "../upload/target.js";
 import { themeButton } from "../shared/theme.js";
 import { attempt, toast } from "../shared/toast.js";
-import { dropZone } from "../upload/upload.js";
+import { DropZone } from "../upload/upload.js";
 
 const SKELETON_AFTER_MS = 200;
 const UPLOAD = /^#upload\/(.+)$/;
@@ -17,7 +17,7 @@ const UPLOAD = /^#upload\/(.+)$/;
 let experiments = null;
 
 part("tools").append(themeButton());
-dropZone(part("drop"), {
+new DropZone(part("drop"), {
   uploaded: (upload) => {
     location.hash = `upload/${encodeURIComponent(upload.id)}`;
   },

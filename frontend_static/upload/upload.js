@@ -6,92 +6,117 @@ import { bytes } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
 
 /**
- * @param {HTMLElement} root
- * @param {{uploaded: (upload: object) => void, imported: (run: object) => void}} on
+ * @typedef {object} Listener
+ * @property {(upload: import("../shared/messages.js").UploadPublic) => void} uploaded
+ * @property {(run: import("../shared/messages.js").RunPublic) => void} imported
  */
-export function dropZone(root, on) {
-  const picker = h("input", {
-    type: "file",
-    multiple: true,
-    class: "visually-hidden",
-    id: "file-picker",
-    accept: "video/*,image/*,.pft",
-    on: { change: () => picker.files.length > 0 && take([...picker.files]) },
-  });
-  const zone = h("div", { class: "drop" });
-  fill(root, zone);
-  invite();
 
-  let depth = 0;
-  document.addEventListener("dragenter", (event) => {
-    if (!hasFiles(event)) return;
-    depth += 1;
-    zone.classList.add("over");
-  });
-  document.addEventListener("dragleave", () => {
-    depth = Math.max(0, depth - 1);
-    if (depth === 0) zone.classList.remove("over");
-  });
-  document.addEventListener("dragover", (event) => hasFiles(event) && event.preventDefault());
-  document.addEventListener("drop", (event) => {
-    if (!hasFiles(event)) return;
-    event.preventDefault();
-    depth = 0;
-    zone.classList.remove("over");
-    const files = [...(event.dataTransfer?.files ?? [])];
-    if (files.length > 0) take(files);
-  });
+export class DropZone {
+  #on;
+  #zone = h("div", { class: "drop" });
+  #picker = h("input", { type: "file", multiple: true, class: "visually-hidden", id: "file-picker", accept: "video/*,image/*,.pft" });
+  /** How many elements deep within the page something is dragged. */
+  #depth = 0;
 
-  function invite() {
-    picker.value = "";
+  /**
+   * @param {HTMLElement} root
+   * @param {Listener} on
+   */
+  constructor(root, on) {
+    this.#on = on;
+    fill(root, this.#zone);
+    this.#picker.addEventListener("change", () => this.#take([...(this.#picker.files ?? [])]));
+    this.#listen();
+    this.#invite();
+  }
+
+  /** Files may be dropped anywhere in the page. */
+  #listen() {
+    document.addEventListener("dragenter", (event) => {
+      if (!hasFiles(event)) return;
+      this.#depth += 1;
+      this.#zone.classList.add("over");
+    });
+    document.addEventListener("dragleave", () => this.#leave(this.#depth - 1));
+    document.addEventListener("dragover", (event) => hasFiles(event) && event.preventDefault());
+    document.addEventListener("drop", (event) => {
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      this.#leave(0);
+      this.#take([...(event.dataTransfer?.files ?? [])]);
+    });
+  }
+
+  /** @param {number} depth */
+  #leave(depth) {
+    this.#depth = Math.max(0, depth);
+    if (this.#depth === 0) this.#zone.classList.remove("over");
+  }
+
+  #invite() {
+    this.#picker.value = "";
     fill(
-      zone,
-      picker,
+      this.#zone,
+      this.#picker,
       icon("film"),
       h("p", { class: "drop-words" }, h("strong", {}, "Drop a video here"), " or ", h("label", { for: "file-picker", class: "link" }, "choose a file")),
       h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures, or a saved run (.pft)"),
     );
   }
 
-  async function take(files) {
-    const saved = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft");
-    const size = files.reduce((sum, file) => sum + file.size, 0);
+  /** @param {File[]} files */
+  async #take(files) {
+    if (files.length === 0) return;
+    const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft");
     const name = files.length === 1 ? files[0].name : `${files.length} files`;
-    const meter = h("progress", { max: 1, value: 0, "aria-label": "Upload" });
-    const words = h("p", { class: "hint", role: "status" });
-    const transfer = send(saved ? "runs/import" : "uploads", files, (sent, total) => {
-      meter.value = total > 0 ? sent / total : 0;
-      setText(words, sent < total ? `${bytes(Math.min(sent, size))} of ${bytes(size)}` : saved ? "Reading the run" : "Checking every frame");
-      if (sent >= total) meter.removeAttribute("value");
-    });
-    fill(
-      zone,
-      h("p", { class: "drop-words" }, name),
-      meter,
-      words,
-      h("button", { type: "button", on: { click: () => transfer.stop() } }, "Stop"),
-    );
+    const transfer = this.#send(files, name, isRun);
     try {
       const answer = await transfer.done;
-      invite();
-      if (saved) on.imported(answer);
-      else on.uploaded(answer);
+      this.#invite();
+      if (isRun) this.#on.imported(answer);
+      else this.#on.uploaded(answer);
     } catch (error) {
-      if (error.status === -1) invite();
-      else refuse(name, error.message);
+      if (error.status === -1) this.#invite();
+      else this.#refuse(name, error.message);
     }
   }
 
-  function refuse(name, message) {
+  /**
+   * Send files, and show how far that is.
+   *
+   * @param {File[]} files
+   * @param {string} name What the files are called together.
+   * @param {boolean} isRun
+   */
+  #send(files, name, isRun) {
+    const size = files.reduce((sum, file) => sum + file.size, 0);
+    const meter = h("progress", { max: 1, value: 0, "aria-label": "Upload" });
+    const words = h("p", { class: "hint", role: "status" });
+    const transfer = send(isRun ? "runs/import" : "uploads", files, (sent, total) => {
+      meter.value = total > 0 ? sent / total : 0;
+      setText(words, sent < total ? `${bytes(Math.min(sent, size))} of ${bytes(size)}` : isRun ? "Reading the run" : "Checking every frame");
+      if (sent >= total) meter.removeAttribute("value");
+    });
+    const stop = h("button", { type: "button", on: { click: () => transfer.stop() } }, "Stop");
+    fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, stop);
+    return transfer;
+  }
+
+  /**
+   * @param {string} name
+   * @param {string} message
+   */
+  #refuse(name, message) {
     fill(
-      zone,
+      this.#zone,
       h("p", { class: "drop-words" }, h("strong", {}, `${name} was not accepted`)),
       h("p", { class: "wrong", role: "alert" }, message),
-      h("button", { type: "button", autofocus: true, on: { click: invite } }, "Choose another file"),
+      h("button", { type: "button", autofocus: true, on: { click: () => this.#invite() } }, "Choose another file"),
     );
   }
 }
 
+/** @param {DragEvent} event */
 function hasFiles(event) {
   return event.dataTransfer?.types.includes("Files") ?? false;
 }

@@ -1,0 +1,176 @@
+/** The form of a sweep's plan: what is varied, by whom, how often; with the size and the time before anything starts. */
+
+import { h } from "../shared/dom.js";
+import { axisRow } from "./axis.js";
+import { field, showError, wrong } from "./fields.js";
+import { FixedRow } from "./fixed_row.js";
+import { sizeCard } from "./size.js";
+
+/**
+ * @typedef {import("../shared/messages.js").ExperimentPublic} ExperimentPublic
+ * @typedef {import("../shared/messages.js").ExperimentDetail} ExperimentDetail
+ * @typedef {import("../shared/messages.js").SweepCreate} SweepCreate
+ */
+
+const NUMBERS = ["integer", "number"];
+
+export class PlanForm {
+  #experiment;
+  /** @type {ReturnType<typeof axisRow>[]} */
+  #axes = [];
+  #axisList = h("div", { class: "axes" });
+  /** @type {FixedRow[]} */
+  #fixed = [];
+  #fixedList = h("div", {});
+  #methods;
+  #amounts;
+  #title;
+  #form;
+  #size;
+
+  /**
+   * @param {ExperimentPublic[]} experiments
+   * @param {ExperimentDetail} experiment The one of these that is swept.
+   * @param {SweepCreate} plan What the form is filled in with.
+   * @param {(id: string) => Promise<void>} choose Have the form of another experiment.
+   */
+  constructor(experiments, experiment, plan, choose) {
+    this.#experiment = experiment;
+    const changed = () => this.#changed();
+    this.#methods = experiment.trackers.map(({ id, title, description }) => {
+      const box = h("input", { type: "checkbox", value: id, checked: plan.trackers?.includes(id), on: { change: changed } });
+      return { box, label: h("label", { title: description }, box, title) };
+    });
+    this.#amounts = {
+      trials: amount("Trials in each cell", plan.trials, 1, changed),
+      frames: amount("Frames of a run", plan.frames ?? experiment.frames, 1, changed),
+      seed: amount("Seed", plan.seed ?? 0, 0, changed),
+    };
+    this.#title = h("input", { type: "text", value: plan.title ?? "", maxlength: 200, placeholder: "Made up from the plan", "aria-label": "Title" });
+    this.#form = this.#layout(this.#chooser(experiments, choose));
+    this.#size = sizeCard(this.#form, () => this.#read(), { sized: (estimate) => this.#axes.forEach((axis) => axis.preview(estimate)) });
+    this.#form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.#size.start();
+    });
+    for (const axis of plan.axes) this.#addAxis(axis);
+    for (const [name, value] of Object.entries(plan.parameters ?? {})) this.#addFixed(name, value);
+    this.#changed();
+  }
+
+  /** What is put into the page. */
+  get elements() {
+    return [this.#form, this.#size.element];
+  }
+
+  #changed() {
+    this.#size.changed();
+  }
+
+  /** What is planned now, as the server takes it. */
+  #read() {
+    const title = this.#title.value.trim();
+    return {
+      ...(title === "" ? {} : { title }),
+      experiment: this.#experiment.id,
+      axes: this.#axes.map((axis) => axis.read()),
+      trackers: this.#methods.filter(({ box }) => box.checked).map(({ box }) => box.value),
+      trials: this.#amounts.trials.read(),
+      frames: this.#amounts.frames.read(),
+      seed: this.#amounts.seed.read(),
+      parameters: Object.fromEntries(this.#fixed.map((row) => [row.name, row.read()])),
+    };
+  }
+
+  #addAxis(given) {
+    const remove = () => {
+      this.#axes = this.#axes.filter((other) => other !== axis);
+      axis.element.remove();
+      this.#number();
+      this.#changed();
+    };
+    const axis = axisRow(this.#experiment.declarations, given, { changed: () => this.#changed(), remove });
+    this.#axes.push(axis);
+    this.#axisList.append(axis.element);
+    this.#number();
+  }
+
+  /** Tell the axes their places, by which the server names what is wrong with one. */
+  #number() {
+    this.#axes.forEach((axis, index) => axis.number(index, this.#axes.length > 1));
+  }
+
+  /**
+   * @param {string} name
+   * @param {unknown} [value] The default if not given.
+   */
+  #addFixed(name, value) {
+    const remove = () => {
+      this.#fixed = this.#fixed.filter((other) => other !== row);
+      row.element.remove();
+      this.#changed();
+    };
+    const row = new FixedRow(this.#experiment.declarations, name, value, { changed: () => this.#changed(), remove });
+    this.#fixed.push(row);
+    this.#fixedList.append(row.element);
+  }
+
+  /**
+   * The first parameter of some kinds that is neither varied nor fixed.
+   *
+   * @param {string[]} kinds
+   */
+  #unused(kinds) {
+    const used = new Set([...this.#axes, ...this.#fixed].map(({ name }) => name));
+    const { declarations } = this.#experiment;
+    return declarations.find(({ kind, name }) => kinds.includes(kind) && !used.has(name))?.name ?? declarations[0].name;
+  }
+
+  #chooser(experiments, choose) {
+    const options = experiments.map(({ id, title }) => h("option", { value: id, selected: id === this.#experiment.id }, title));
+    const chooser = h("select", { "aria-label": "Experiment", data: { field: "experiment" } }, options);
+    chooser.addEventListener("change", () => choose(chooser.value).catch((error) => showError(this.#form, error)));
+    return chooser;
+  }
+
+  #layout(chooser) {
+    const { question, description } = this.#experiment;
+    const add = (role, words, run) => {
+      const press = () => {
+        run();
+        this.#changed();
+      };
+      return h("div", {}, h("button", { type: "button", data: { role }, on: { click: press } }, words));
+    };
+    return h(
+      "form",
+      { class: "plan-form", novalidate: true },
+      h("section", { class: "plan-part" }, h("h2", {}, "Experiment"), chooser, h("p", { class: "hint" }, question, " ", description)),
+      h(
+        "section",
+        { class: "plan-part", data: { field: "axes" } },
+        h("h2", {}, "What is varied"),
+        this.#axisList,
+        wrong(),
+        add("add-axis", "Add an axis", () => this.#addAxis({ name: this.#unused(NUMBERS) })),
+        h("p", { class: "hint" }, "Axes multiply. A map shows two of them; further ones are pooled, and you can choose which."),
+      ),
+      h("section", { class: "plan-part", data: { field: "trackers" } }, h("h2", {}, "Methods"), h("div", { class: "methods" }, this.#methods.map(({ label }) => label)), wrong(), h("p", { class: "hint" }, "All methods meet the same scenes and seeds.")),
+      h("section", { class: "plan-part" }, h("h2", {}, "Runs"), h("div", { class: "plan-fields" }, Object.entries(this.#amounts).map(([name, one]) => field(name, one.title, one.input)), h("div", { class: "grow" }, field("title", "Title, if you like", this.#title)))),
+      h(
+        "section",
+        { class: "plan-part", data: { field: "parameters" } },
+        h("h2", {}, "Fixed parameters"),
+        h("p", { class: "hint" }, "Everything that is not named here or varied has the experiment's own value."),
+        this.#fixedList,
+        wrong(),
+        add("add-fixed", "Fix a parameter", () => this.#addFixed(this.#unused([...NUMBERS, "choice"]))),
+      ),
+    );
+  }
+}
+
+function amount(title, value, least, changed) {
+  const input = h("input", { type: "number", value, min: least, step: 1, on: { input: changed } });
+  return { title, input, read: () => (input.value.trim() === "" ? null : Number(input.value)) };
+}
