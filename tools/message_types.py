@@ -47,9 +47,10 @@ def generate() -> str:
 
 
 def _models() -> Iterator[type[BaseModel]]:
-    for module in pkgutil.iter_modules(server.schemas.__path__, "server.schemas."):
-        for value in vars(importlib.import_module(module.name)).values():
-            if isinstance(value, type) and issubclass(value, BaseModel) and value.__module__ == module.name:
+    schemas = [module.name for module in pkgutil.iter_modules(server.schemas.__path__, "server.schemas.")]
+    for module in (*schemas, "server.sweeps.views"):
+        for value in vars(importlib.import_module(module)).values():
+            if isinstance(value, type) and issubclass(value, BaseModel) and value.__module__ == module:
                 is_base = value.__name__ in {"Message", "RequestBody"}
                 yield from [] if is_base else [value]
 

@@ -159,8 +159,7 @@ export class Mounted {
 
   async #branch() {
     if (!this.able) return;
-    const { experiment } = this.store.known.recipe;
-    const { default_tracker: preferred } = await api.experiment(experiment).catch(() => ({}));
-    if (!this.signal.aborted) branchDialog(this, preferred);
+    const experiment = await api.experiment(this.store.known.recipe.experiment).catch(() => null);
+    if (!this.signal.aborted) branchDialog(this, experiment?.default_tracker);
   }
 }

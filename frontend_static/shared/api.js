@@ -3,6 +3,8 @@
  * to make up words for it.
  */
 
+/** @import * as Messages from "./messages.js" */
+
 const ROOT = "/api/v1/";
 
 export class ApiError extends Error {
@@ -20,13 +22,17 @@ export class ApiError extends Error {
   }
 }
 
-/** Ask the server for something and return the JSON of its answer (null for an empty one). */
+/**
+ * Ask the server for something and return the JSON of its answer (null for an empty one).
+ *
+ * @param {string} method
+ * @param {string} path
+ * @param {unknown} [body]
+ * @returns {Promise<any>}
+ */
 export async function request(method, path, body) {
-  const options = { method, headers: { accept: "application/json" } };
-  if (body !== undefined) {
-    options.body = JSON.stringify(body);
-    options.headers["content-type"] = "application/json";
-  }
+  const headers = { accept: "application/json", ...(body !== undefined && { "content-type": "application/json" }) };
+  const options = { method, headers, ...(body !== undefined && { body: JSON.stringify(body) }) };
   let response;
   try {
     response = await fetch(ROOT + path, options);
@@ -43,7 +49,7 @@ export async function request(method, path, body) {
  * @param {Iterable<File>} files
  * @param {(sent: number, total: number) => void} onProgress
  * @param {string} [method]
- * @returns {{done: Promise<object>, stop: () => void}}
+ * @returns {{done: Promise<any>, stop: () => void}}
  */
 export function send(path, files, onProgress, method = "POST") {
   const form = new FormData();
@@ -78,10 +84,46 @@ function read(status, text) {
   throw new ApiError(status, answer?.error ?? { message: `The server answered with status ${status}` });
 }
 
+/** @param {string} id @param {string} [rest] */
 const session = (id, rest = "") => `sessions/${encodeURIComponent(id)}${rest}`;
+/** @param {string} id @param {string} experiment */
 const truthPath = (id, experiment) => `uploads/${encodeURIComponent(id)}/truth?experiment=${encodeURIComponent(experiment)}`;
+/** @param {string} id @param {string} [rest] */
 const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
 
+/**
+ * @typedef {object} Api Every request that the pages make, but for those of sweeps.
+ * @property {() => Promise<Messages.ExperimentPublic[]>} experiments
+ * @property {(id: string) => Promise<Messages.ExperimentDetail>} experiment
+ * @property {() => Promise<Messages.PluginPublic[]>} plugins
+ * @property {() => Promise<Messages.SessionPublic[]>} sessions
+ * @property {(id: string) => Promise<Messages.SessionPublic>} session
+ * @property {(body: object) => Promise<Messages.SessionPublic>} start
+ * @property {(id: string) => Promise<null>} end
+ * @property {(id: string, values: Record<string, unknown>) => Promise<Messages.Changed>} parameters
+ * @property {(id: string, action: Messages.TransportUpdate["action"], more?: Partial<Messages.TransportUpdate>) => Promise<Messages.SessionPublic>} transport
+ * @property {(id: string, body: Messages.BranchCreate) => Promise<Messages.SessionPublic>} branch
+ * @property {(id: string, branch: string) => Promise<Messages.SessionPublic>} activate
+ * @property {(id: string) => Promise<Messages.SessionPublic>} resume
+ * @property {(id: string, branch: string) => Promise<Messages.Columns>} diagnostics
+ * @property {(id: string, note: string) => Promise<Messages.Bookmark>} bookmark
+ * @property {(id: string, bookmark: string) => Promise<null>} unbookmark
+ * @property {(id: string) => string} frameAddress
+ * @property {(id: string) => Promise<Messages.UploadPublic>} upload
+ * @property {(id: string, question: Record<string, any>) => Promise<Messages.SightingPublic>} mark
+ * @property {(id: string, experiment: string) => Promise<Messages.TruthPublic|null>} truth
+ * @property {(id: string, experiment: string, files: File[]) => Promise<Messages.TruthPublic>} giveTruth
+ * @property {(id: string, experiment: string) => Promise<null>} removeTruth
+ * @property {(id: string, frame: number) => string} pictureAddress
+ * @property {() => Promise<Messages.RunPublic[]>} runs
+ * @property {(session: string) => Promise<Messages.RunPublic>} save
+ * @property {(id: string) => Promise<Messages.SessionPublic>} open
+ * @property {(id: string) => Promise<null>} remove
+ * @property {(id: string) => string} downloadAddress
+ * @property {(id: string) => string} thumbnailAddress
+ */
+
+/** @type {Api} */
 export const api = {
   experiments: () => request("GET", "experiments"),
   experiment: (id) => request("GET", `experiments/${encodeURIComponent(id)}`),
@@ -116,7 +158,11 @@ export const api = {
   thumbnailAddress: (id) => `${ROOT}${run(id, "/thumbnail.png")}`,
 };
 
-/** Where a session's stream of messages is found. */
+/**
+ * Where a session's stream of messages is found.
+ *
+ * @param {string} id
+ */
 export function streamAddress(id) {
   const scheme = location.protocol === "https:" ? "wss:" : "ws:";
   return `${scheme}//${location.host}${ROOT}${session(id, "/stream")}`;

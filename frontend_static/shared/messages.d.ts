@@ -168,6 +168,19 @@ export interface Editor {
   numbers: MarkNumber[];
 }
 
+/** How large a sweep would be. */
+export interface EstimatePublic {
+  runs: number;
+  conditions: number;
+  cells: number;
+  frames: number;
+  axes: ValuesPublic[];
+  jobs: number;
+  bytes: number;
+  seconds: number | null;
+  problem: string | null;
+}
+
 /** A sweep of which somebody wants to know the size before it starts. */
 export interface EstimateRequest {
   experiment: string;
@@ -472,6 +485,27 @@ export interface Refused {
   value: any;
 }
 
+/** One run of a sweep. */
+export interface RowPublic {
+  run: number;
+  tracker: string;
+  trial: number;
+  seed: number;
+  conditions: Record<string, boolean | number | string>;
+  success: boolean | null;
+  mean_error: number | null;
+  lost_frames: number | null;
+  first_lost_frame: number | null;
+  problem: string | null;
+}
+
+/** Some runs of a cell, failures first, and how many there are. */
+export interface RowsPublic {
+  total: number;
+  failures: number;
+  rows: RowPublic[];
+}
+
 /** Which session's active branch to save. */
 export interface RunCreate {
   session: string;
@@ -715,6 +749,13 @@ export interface UploadPublic {
   warnings: string[];
   size_bytes: number;
   created: string;
+}
+
+/** The first values of an axis as it would be, and how many there are. */
+export interface ValuesPublic {
+  name: string;
+  count: number;
+  first: (boolean | number | string)[];
 }
 
 /** What a session's stream says. */

@@ -3,8 +3,28 @@
 import { request } from "../shared/api.js";
 import { encode } from "../shared/share_link.js";
 
+/** @import * as Messages from "../shared/messages.js" */
+
+/** @param {string} id @param {string} [rest] */
 const sweep = (id, rest = "") => `sweeps/${encodeURIComponent(id)}${rest}`;
 
+/**
+ * @typedef {object} Sweeps Every request about sweeps.
+ * @property {(experiment: string) => Promise<Messages.SweepCreate>} example
+ * @property {(plan: object, measure: boolean) => Promise<Messages.EstimatePublic>} estimate
+ * @property {(plan: object) => Promise<Messages.SweepPublic>} begin
+ * @property {() => Promise<Messages.SweepPublic[]>} list
+ * @property {(id: string) => Promise<Messages.SweepPublic>} show
+ * @property {(id: string) => Promise<Messages.SweepPublic>} cancel
+ * @property {(id: string) => Promise<Messages.SweepPublic>} resume
+ * @property {(id: string) => Promise<null>} remove
+ * @property {(id: string, query: Record<string, any>) => Promise<Messages.CellsPublic>} cells
+ * @property {(id: string, query: Record<string, any>) => Promise<Messages.RowsPublic>} rows
+ * @property {(id: string, run: string|number, tracker?: string|null) => Promise<Messages.SessionPublic>} open
+ * @property {(id: string, format: string) => string} downloadAddress
+ */
+
+/** @type {Sweeps} */
 export const sweeps = {
   example: (experiment) => request("GET", `experiments/${encodeURIComponent(experiment)}/sweep`),
   estimate: (wish, measure) => request("POST", "sweeps/estimate", { ...wish, measure }),

@@ -132,7 +132,7 @@ export class Panel {
     const { id } = this.#session;
     const accepted = await attempt(async () => {
       if (Object.keys(values).length > 0) await api.parameters(id, values);
-      if (seed !== undefined) await api.transport(id, "restart", { seed });
+      if (seed !== undefined) await api.transport(id, "restart", { seed: Number(seed) });
       return true;
     });
     return accepted === true;
