@@ -51,7 +51,7 @@ export default [
   },
   {
     files: ["tests/pages/**/*.js"],
-    languageOptions: { globals: { AbortController: "readonly" } },
+    languageOptions: { globals: { AbortController: "readonly", TextEncoder: "readonly" } },
     rules: { "prefer-const": "error" },
   },
 ];
