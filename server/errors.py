@@ -28,7 +28,7 @@ LONGEST_VALUE = 200
 
 
 class ErrorDetail(BaseModel):
-    """What went wrong, in a sentence, and where."""
+    """The error in a sentence, and its place."""
 
     message: str
     field: str | None = None

@@ -23,7 +23,7 @@ PROBES_AT_ONCE = 2
 
 @dataclass(frozen=True)
 class Services:
-    """What the handlers work with."""
+    """The services that handlers use."""
 
     settings: Settings
     store: Store

@@ -17,7 +17,7 @@ export interface Bookmark {
   branch: string;
 }
 
-/** What is worth remembering of the frame that is shown. */
+/** A bookmark on the frame that is shown. */
 export interface BookmarkCreate {
   note?: string;
 }
@@ -29,7 +29,7 @@ export interface Bookmarks {
   bookmarks: Bookmark[];
 }
 
-/** Where to leave the active branch, and with what to go on. */
+/** A new branch: the frame at which it leaves the active one, and its changes. */
 export interface BranchCreate {
   frame: number;
   tracker?: string | null;
@@ -127,7 +127,7 @@ export interface ComparisonPublic {
   p_value: (number | null)[];
 }
 
-/** What a panel needs to know of a parameter beside its declaration. */
+/** The control of a parameter, in addition to its declaration. */
 export interface ControlPublic {
   name: string;
   label: string;
@@ -315,7 +315,7 @@ export interface Layer {
   role: "" | "through time" | "flat only";
 }
 
-/** What is known of the cells of one method, a list a quantity. */
+/** The cells of one method, a list for each quantity. */
 export interface MapPublic {
   tracker: string;
   runs: number[];
@@ -424,7 +424,7 @@ export interface PresetPublic {
   seed: number;
 }
 
-/** How far it is, and what it is doing. Rates are in runs a second, times in seconds. */
+/** Progress and state of the sweep. Rates are in runs a second, times in seconds. */
 export interface Progress {
   version: 1;
   type: "progress";
@@ -539,7 +539,7 @@ export interface Series {
   reductions: Reduction[];
 }
 
-/** What a new session is to be; what links of earlier versions hold is understood as well. */
+/** A new session; the form in links of earlier versions is understood as well. */
 export interface SessionCreate {
   recipe: RecipeRequest;
   /** Name of the upload that the recipe's footage is; its hash does as well */
@@ -619,7 +619,7 @@ export interface SessionSpec {
   values: Record<string, boolean | number | string>;
 }
 
-/** What came of looking for a target in an upload. */
+/** The result of a search for a target in an upload. */
 export interface SightingPublic {
   /** Where it was found, or the last frame that was looked into */
   frame: number;
@@ -644,7 +644,7 @@ export interface SweepAxis {
   values?: any[] | null;
 }
 
-/** What a new sweep is to be: an experiment over a grid of conditions. */
+/** A new sweep: an experiment over a grid of conditions. */
 export interface SweepCreate {
   experiment: string;
   /** Name on the screen; made up from the plan if it is not given. */
@@ -717,7 +717,7 @@ export interface TrackerPublic {
   title: string;
 }
 
-/** What the run is to do. */
+/** A command of the transport. */
 export interface TransportUpdate {
   action: "play" | "pause" | "step" | "back" | "seek" | "before_loss" | "speed" | "restart";
   frame?: number | null;
@@ -726,7 +726,7 @@ export interface TransportUpdate {
   seed?: number | null;
 }
 
-/** What is truly so in an upload, in short. */
+/** Summary of the truth that is known of an upload. */
 export interface TruthPublic {
   /** How many frames there is truth of */
   frames: number;

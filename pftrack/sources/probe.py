@@ -177,7 +177,7 @@ def _describe(name: str, index: FrameIndex) -> Probe:
 
 
 def _limit(question: _Question) -> None:
-    """Give up, for good, what decoding does not need."""
+    """Confine this process to what decoding needs."""
     confine(
         memory_bytes=question.memory_bytes,
         cpu_seconds=question.cpu_seconds,
@@ -199,7 +199,7 @@ def _answer(question: _Question) -> _Answer:
 
 
 def main() -> None:
-    """Answer the question on standard input, in the process that may do little harm."""
+    """Answer the question on standard input, in the confined process."""
     # The decoders themselves are trusted; they are loaded before memory gets scarce.
     import pftrack.sources.images  # noqa: PLC0415
     import pftrack.sources.video  # noqa: F401, PLC0415

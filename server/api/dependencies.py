@@ -57,7 +57,7 @@ def _sweeps(services: TheServices) -> Sweeps:
     return services.sweeps
 
 
-def _errands(services: TheServices) -> ChildTasks:
+def _tasks(services: TheServices) -> ChildTasks:
     return services.tasks
 
 
@@ -65,7 +65,7 @@ SettingsNow = Annotated[Settings, Depends(_settings)]
 AStore = Annotated[Store, Depends(_store)]
 AManager = Annotated[Manager, Depends(_manager)]
 ASweeps = Annotated[Sweeps, Depends(_sweeps)]
-TheTasks = Annotated[ChildTasks, Depends(_errands)]
+TheTasks = Annotated[ChildTasks, Depends(_tasks)]
 
 
 def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:

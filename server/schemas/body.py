@@ -1,4 +1,4 @@
-"""What bodies of requests have in common."""
+"""The base of request bodies, and the types that they share."""
 
 from typing import Annotated, Any
 

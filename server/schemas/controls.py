@@ -20,7 +20,7 @@ SLIDER_STEPS = 100_000
 
 
 class ControlPublic(BaseModel):
-    """What a panel needs to know of a parameter beside its declaration.
+    """The control of a parameter, in addition to its declaration.
 
     Attributes:
         name: Of the parameter.

@@ -1,4 +1,4 @@
-"""What the panel of a session offers, and what it shows as in force."""
+"""The controls that the panel of a session offers, and the values that it shows."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class PanelDescription:
-    """What a panel offers; it does not change while a session lives.
+    """The controls that a panel offers; they do not change while a session lives.
 
     Attributes:
         title: Its heading.
@@ -31,7 +31,7 @@ class PanelDescription:
 
 @dataclass(frozen=True, slots=True)
 class InForce:
-    """What the session says is in force, which every control of the panel shows.
+    """The values in force in the session, which the controls of the panel show.
 
     Attributes:
         values: Of the parameters; a declaration without a value gets no control.

@@ -22,7 +22,7 @@ def _speed(value: float) -> float:
 
 
 class SessionCreate(RequestBody):
-    """What a new session is to be; what links of earlier versions hold is understood as well."""
+    """A new session; the form in links of earlier versions is understood as well."""
 
     recipe: Recipe
     upload: str | None = Field(
@@ -37,7 +37,7 @@ class SessionCreate(RequestBody):
 
 
 class TransportUpdate(RequestBody):
-    """What the run is to do."""
+    """A command of the transport."""
 
     action: Literal["play", "pause", "step", "back", "seek", "before_loss", "speed", "restart"]
     frame: FrameNumber | None = None
@@ -46,7 +46,7 @@ class TransportUpdate(RequestBody):
 
 
 class BranchCreate(RequestBody):
-    """Where to leave the active branch, and with what to go on."""
+    """A new branch: the frame at which it leaves the active one, and its changes."""
 
     frame: FrameNumber
     tracker: str | None = Field(None, max_length=64)
@@ -55,7 +55,7 @@ class BranchCreate(RequestBody):
 
 
 class BookmarkCreate(RequestBody):
-    """What is worth remembering of the frame that is shown."""
+    """A bookmark on the frame that is shown."""
 
     note: str = Field("", max_length=500)
 

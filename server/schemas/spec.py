@@ -92,7 +92,7 @@ class SessionSpec(BaseModel):
 
     @property
     def recipe(self) -> Recipe:
-        """What makes the run of the active branch, but for the truth."""
+        """The recipe of the active branch, without the truth."""
         return self.active.recipe
 
     def next_branch(self) -> str:

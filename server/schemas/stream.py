@@ -1,4 +1,4 @@
-"""What all streams to the pages have in common: versioned messages, and pings by which a page measures the delay."""
+"""The base of all streams to the pages: versioned messages, and pings by which a page measures the delay."""
 
 from typing import Annotated, Literal
 

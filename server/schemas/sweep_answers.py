@@ -13,7 +13,7 @@ from server.sweeps.views import AxisPublic, CellsPublic, MapPublic, Verdict
 __all__ = ["NO_AXIS", "VERDICTS", "axis_view", "cells_view", "fixed_views", "numbers"]
 
 NO_AXIS = "none"
-"""What is said for an axis to pool all of its values."""
+"""The name that stands for no axis, so that all values are pooled."""
 
 ALL_RUNS = AxisPublic(name=NO_AXIS, title="All runs", unit="", kind="choice", values=[""])
 

@@ -21,7 +21,7 @@ class Hello(Message):
 
 
 class Progress(Message):
-    """How far it is, and what it is doing. Rates are in runs a second, times in seconds."""
+    """Progress and state of the sweep. Rates are in runs a second, times in seconds."""
 
     type: Literal["progress"] = "progress"
     state: State

@@ -33,7 +33,7 @@ class SweepAxis(RequestBody):
 
 
 class SweepCreate(RequestBody):
-    """What a new sweep is to be: an experiment over a grid of conditions."""
+    """A new sweep: an experiment over a grid of conditions."""
 
     experiment: Name
     title: Title | None = Field(None, description="Name on the screen; made up from the plan if it is not given.")

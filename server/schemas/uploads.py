@@ -27,7 +27,7 @@ class UploadPublic(BaseModel):
 
 
 class SightingPublic(BaseModel):
-    """What came of looking for a target in an upload.
+    """The result of a search for a target in an upload.
 
     As long as there is no mark and `looked` is less than `of`, one may go on looking.
     """
@@ -41,7 +41,7 @@ class SightingPublic(BaseModel):
 
 
 class TruthPublic(BaseModel):
-    """What is truly so in an upload, in short."""
+    """Summary of the truth that is known of an upload."""
 
     frames: int = Field(description="How many frames there is truth of")
     first: int

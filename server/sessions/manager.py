@@ -77,7 +77,7 @@ class Manager:
 
     @property
     def live(self) -> int:
-        """How many sessions have a worker."""
+        """Number of sessions with a worker."""
         return sum(session.live for session in self._sessions.values())
 
     def find(self, name: str) -> Session | None:
@@ -89,7 +89,7 @@ class Manager:
         """Return a session.
 
         Raises:
-            NotFoundError: There is none.
+            NotFoundError: No such session exists.
         """
         session = self.find(name)
         if session is None:

@@ -71,7 +71,7 @@ class Session:
 
     @property
     def phase(self) -> Phase:
-        """What it is doing."""
+        """Its phase."""
         return self.state.phase
 
     @property
@@ -81,12 +81,12 @@ class Session:
 
     @property
     def listeners(self) -> SessionListeners:
-        """Who hears its stream."""
+        """The listeners of its stream."""
         return self.state.listeners
 
     @property
     def visitors(self) -> int:
-        """How many connections look at it or listen to it."""
+        """Number of connections that look at it or listen to it."""
         return len(self.listeners) + self.scene_feed.watchers + len(self.drawing_feed)
 
     @property
@@ -96,7 +96,7 @@ class Session:
 
     @property
     def card(self) -> protocol.SessionInfo:
-        """What does not change while it lives."""
+        """The properties that do not change while it lives."""
         if self.state.card is None:
             raise ConflictError("The session has not started yet.")
         return self.state.card

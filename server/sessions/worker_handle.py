@@ -124,7 +124,7 @@ class WorkerHandle:
             process.kill()
 
     async def close(self) -> None:
-        """Hang up, wait for the worker's end, and free everything."""
+        """Close the pipe, wait for the worker's end, and free everything."""
         self._closing = True
         if self._end is not None:
             self._end.close()
@@ -157,7 +157,7 @@ class WorkerHandle:
         self._farewell = asyncio.ensure_future(self._bury())
 
     async def _bury(self) -> None:
-        """Wait for the process to end, and tell everybody who waits why it did."""
+        """Wait for the process to end, and fail all pending requests with the reason."""
         code = await asyncio.to_thread(self._ended)
         reason = self._reason or _cause(code, self._config)
         lost = WorkerLostError(reason)
@@ -188,7 +188,7 @@ class WorkerHandle:
 
 
 def _cause(code: int | None, config: WorkerConfig) -> str:
-    """Say in a sentence what an exit code means to a person."""
+    """Return a sentence that explains an exit code to a person."""
     how = None if code is None else ending(code)
     if how is Ending.OUT_OF_CPU_TIME:
         return (

@@ -70,7 +70,7 @@ class Child:
         return status, answer
 
     async def stop(self) -> None:
-        """Ask it to end, and make it end if it does not."""
+        """Ask it to end, and kill it if it does not."""
         # The driver alone: it lets its workers finish what they are at.
         with contextlib.suppress(ProcessLookupError):
             os.kill(self._process.pid, signal.SIGTERM)
@@ -86,7 +86,7 @@ class Child:
 
 
 async def ask(task: Task, *, patience_s: float) -> dict[str, Any]:
-    """Return what a short task answers.
+    """Return the answer of a short task.
 
     Raises:
         UnavailableError: It took too long or failed.

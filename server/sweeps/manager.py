@@ -76,7 +76,7 @@ class Sweeps:
         """Return a sweep.
 
         Raises:
-            NotFoundError: There is none.
+            NotFoundError: No such sweep exists.
         """
         sweep = self._sweeps.get(name)
         if sweep is None:
@@ -236,7 +236,7 @@ class Sweeps:
         await asyncio.to_thread(self._store.save_sweep, row)
 
     async def _keep(self, sweep: Sweep) -> None:
-        """Write down what has changed of a sweep, unless it was deleted."""
+        """Store the changes of a sweep, unless it was deleted."""
         if sweep.id in self._sweeps:
             await asyncio.to_thread(self._store.save_sweep, sweep.as_row())
 

@@ -1,4 +1,4 @@
-"""Reasons: why a sweep stopped, in words that may be read by anybody, without a path or a stack."""
+"""Reasons: sentences for why a sweep stopped, without a path or a stack."""
 
 import re
 from typing import Any

@@ -28,7 +28,7 @@ class Results:
 
     @property
     def totals(self) -> tuple[int, int, int]:
-        """How many runs are there, how many succeeded, and how many could not be computed."""
+        """Numbers of runs computed, of successes, and of runs that could not be computed."""
         return self._tally.done, self._tally.successes, self._tally.problems
 
     def refresh(self) -> bool:

@@ -83,7 +83,7 @@ class Sweep:
 
     @property
     def listeners(self) -> int:
-        """How many pages watch it."""
+        """Number of pages that watch it."""
         return len(self._listeners)
 
     @property

@@ -49,7 +49,7 @@ class ValuesPublic(BaseModel):
 
 
 class EstimatePublic(BaseModel):
-    """How large a sweep would be.
+    """The size of a sweep before it starts.
 
     `seconds` is missing where it was not measured; `problem` says why this server would not carry the sweep out now.
     """
@@ -100,7 +100,7 @@ class SweepPublic(BaseModel):
 
 
 class MapPublic(BaseModel):
-    """What is known of the cells of one method, a list a quantity.
+    """The cells of one method, a list for each quantity.
 
     The lists are as long as `at` of a message, or as the map has cells, row after row of the y axis. What is not known
     is null. `error` is the mean over the successful runs.

@@ -1,4 +1,4 @@
-"""ChildTasks: short jobs that must not run in the web process, each sent to a process of its own with limits.
+"""Child tasks: short work that must not run in the web process, each in a process of its own with limits.
 
 It is a child of the same forkserver as the workers, there in some 20 ms, and ended when it takes too long.
 """
@@ -19,21 +19,21 @@ AT_ONCE = 4
 
 
 class ChildTasks:
-    """Sends jobs to confined processes, a few at a time."""
+    """Sends tasks to confined processes, a few at a time."""
 
     def __init__(self, *, memory_bytes: int) -> None:
         self._memory_bytes = memory_bytes
         self._places = asyncio.Semaphore(AT_ONCE)
 
-    async def run(self, job: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the job returns
-        """Return what a job of `server.tasks.functions` returns.
+    async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
+        """Return the result of a function of `server.tasks.functions`.
 
         Raises:
-            RefusedError: The job refused what it was given, in a sentence, or its process died of it.
+            RefusedError: The function refused its arguments, with a sentence, or its process died.
             UnavailableError: It took too long.
         """
         async with self._places:
-            event = await self._answer(job, arguments)
+            event = await self._answer(function, arguments)
         match event:
             case Reply(result=result):
                 return result
@@ -42,8 +42,8 @@ class ChildTasks:
             case _:
                 raise RefusedError("This needs more memory or time than is allowed for it, or cannot be read safely.")
 
-    async def _answer(self, job: Callable[..., Any], arguments: tuple[object, ...]) -> Event | None:
-        """Return the first thing that the process says, or None if it dies without a word."""
+    async def _answer(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Event | None:
+        """Return the first event that the process sends, or None if it dies before."""
         answer: asyncio.Future[Event | None] = asyncio.get_running_loop().create_future()
         gone = asyncio.Event()
 
@@ -61,10 +61,10 @@ class ChildTasks:
                 forkserver.spawn,
                 functions.main,
                 theirs,
-                job,
+                function,
                 arguments,
                 self._memory_bytes,
-                name=f"pftrack-{job.__name__}",
+                name=f"pftrack-{function.__name__}",
             )
         except BaseException:
             ours.close()

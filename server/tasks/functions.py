@@ -1,4 +1,4 @@
-"""Jobs: what is done in a confined process because a stranger's file is involved, or because it takes a while."""
+"""Task functions: work in a confined process, because an uploaded file is involved or because it takes a while."""
 
 import socket
 import sys
@@ -48,8 +48,8 @@ THUMBNAIL_FRAMES = 90
 THUMBNAIL_WIDTH_PX = 480
 
 
-def main(end: socket.socket, job: Callable[..., Any], arguments: tuple[object, ...], memory_bytes: int) -> None:
-    """Do one job in a confined process and tell its result."""
+def main(end: socket.socket, function: Callable[..., Any], arguments: tuple[object, ...], memory_bytes: int) -> None:
+    """Carry out one task in a confined process and send its result."""
     from server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
 
     assert_preloaded()
@@ -57,7 +57,7 @@ def main(end: socket.socket, job: Callable[..., Any], arguments: tuple[object, .
     confine(memory_bytes=memory_bytes, cpu_seconds=PATIENCE_S, open_files=OPEN_FILES)
     pipe = WorkerEnd(end)
     try:
-        pipe.send(Reply(0, job(*arguments)))
+        pipe.send(Reply(0, function(*arguments)))
     except (SourceError, ParameterError, TruthError, record.RecordError, LookupError) as error:
         pipe.send(Failed(str(error)))
     except BrokenPipeError:
@@ -68,7 +68,7 @@ def main(end: socket.socket, job: Callable[..., Any], arguments: tuple[object, .
 
 
 def nothing() -> bool:
-    """Do nothing: whoever gets the answer knows that processes can be made."""
+    """Do nothing; the answer proves that processes can be started."""
     return True
 
 

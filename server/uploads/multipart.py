@@ -29,7 +29,7 @@ OVERHEAD_BYTES_A_FILE = 1024
 
 @dataclass
 class Received:
-    """What came: the files in the order of arrival, with the names that the client gave them."""
+    """The files received, in the order of arrival, with the names that the client gave them."""
 
     paths: list[Path] = field(default_factory=list)
     names: list[str] = field(default_factory=list)

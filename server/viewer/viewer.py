@@ -85,7 +85,7 @@ class Viewer:
 
     @property
     def clients(self) -> int:
-        """How many browsers are watching."""
+        """Number of browsers that watch."""
         return len(self._server.get_clients())
 
     def show(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:

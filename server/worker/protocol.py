@@ -80,7 +80,7 @@ class WorkerConfig:
 
 @dataclass(frozen=True, slots=True)
 class SessionInfo:
-    """What does not change while a session lives: the session's shape, as page and panel need it."""
+    """The properties of a session that do not change while it lives, as page and panel need them."""
 
     experiment: str
     title: str
@@ -100,7 +100,7 @@ class SessionInfo:
 
 @dataclass(frozen=True, slots=True)
 class RunStatus:
-    """Where a run stands.
+    """The position and state of a run.
 
     Attributes:
         branch: The active branch.

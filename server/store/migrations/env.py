@@ -1,4 +1,4 @@
-"""How Alembic runs the migrations: on the connection that the server hands it."""
+"""Alembic's environment: migrations run on the connection that the server passes."""
 
 from alembic import context
 

@@ -45,7 +45,7 @@ ASSETS = "/viz/client/"
 """Where the files of the client are served, under their names."""
 
 SCRIPTS = ("page.js", "frames.js", "state.js", "keys.js", "numbers.js")
-"""What runs before viser's own script, in this order, each with names of its own."""
+"""Scripts that run before viser's own script, in this order, each with names of its own."""
 
 CLIENT = Path(__file__).parent / "client"
 """The scripts and the style sheet that are put into the page."""
