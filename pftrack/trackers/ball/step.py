@@ -1,7 +1,7 @@
 """Trackers of a ball by its colour: the filters of document 1, ch. 3, with the likelihood of its section 2.2.
 
 All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in how the posterior of the
-next frame is sampled. Those that draw by prediction or by observation share one compiled loop, `ball_loop`, and differ
+next frame is sampled. Those that draw by prediction or by observation share one compiled loop, `loop`, and differ
 in the rule by which it chooses. Whether the dynamics are learned and the path smoothed is the same for all.
 """
 
@@ -12,34 +12,24 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters import fixed_lag, kalman, unscented_particle
-from pftrack.frame import Frame, Target
+from pftrack.frame import Frame
 from pftrack.gaussian import Gaussian
-from pftrack.likelihoods import chromaticity
 from pftrack.particles import ParticleSet
-from pftrack.random import Generator, Purpose, Stream
+from pftrack.random import Stream
 from pftrack.resampling import RESAMPLERS
 from pftrack.series import SeriesValue
 from pftrack.trackers import reports
 from pftrack.trackers.ball import motion
-from pftrack.trackers.ball.likelihood import CHROMATICITY, Likelihood, colour_model
+from pftrack.trackers.ball.centroid import KALMAN, UNSCENTED
+from pftrack.trackers.ball.common import lineage_of, measure_particles, particles_of, picture_of, size_of, start
+from pftrack.trackers.ball.likelihood import CHROMATICITY, Likelihood
 from pftrack.trackers.ball.loop import Loop, Motion, Rule, Scheme
-from pftrack.trackers.ball.motion import TRACKED, begin_learning, learned, noise, with_learner
-from pftrack.trackers.ball.parameters import BallTrackerParameters, LoopParameters
+from pftrack.trackers.ball.motion import TRACKED, learned, noise, with_learner
+from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.tracker import Fold, Tracker
 
 __all__ = ["TRACKERS", "fold_loop", "loop_trackers", "step_loop"]
-
-
-def start(target: Target, frame: Frame, parameters: LoopParameters, rng: Generator) -> PointState:
-    """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
-    deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
-    positions = target.position + deviations
-    particles = ParticleSet.uniform(np.hstack([positions, positions]))
-    known = Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED))
-    learner = begin_learning(known, _size(_picture(frame)), parameters) if parameters.learn_dynamics else None
-    return PointState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
 
 
 def step_loop(
@@ -51,14 +41,14 @@ def step_loop(
     rng: Stream,
 ) -> PointState:
     """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
-    image = _picture(frame)
-    size = _size(image)
+    image = picture_of(frame)
+    size = size_of(image)
     state = with_learner(state, size, parameters)
-    particles = _particles(state, parameters, rng)
+    particles = particles_of(state, parameters, rng)
     begun = replace(state, particles=particles)
     result = _loop(likelihood, rule, begun, image[None], parameters, rng.seed, rng.frame)
     tracked = _last(result, state)
-    lineage = _lineage(state, particles, tracked.particles, parameters)
+    lineage = lineage_of(state, particles, tracked.particles, parameters)
     return learned(replace(tracked, learner=state.learner, lineage=lineage), parameters, size)
 
 
@@ -87,57 +77,6 @@ def fold_loop(
             "switched": switched.astype(np.float64),
         },
     )
-
-
-def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
-    """Draw every particle towards the colour centroid of the picture."""
-    image, model = _picture(frame), colour_model(parameters)
-    size = _size(image)
-    state = with_learner(state, size, parameters)
-    particles = _particles(state, parameters, rng)
-    posterior = unscented_particle.step(
-        particles,
-        motion.dynamics(state, parameters, size),
-        lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
-        rng,
-        measurement=chromaticity.centroid(image, model),
-        observe=lambda positions: positions,
-        noise_covariance=parameters.measurement_noise_px**2 * np.eye(TRACKED),
-        count=parameters.sample_count,
-        resample=RESAMPLERS[parameters.resampling],
-    )
-    tracked = PointState(
-        Gaussian(*posterior.particles.moments),
-        TRACKED,
-        posterior.particles,
-        log_evidence=posterior.log_evidence,
-        resampled=posterior.resampled,
-        alert=False,
-        learner=state.learner,
-        lineage=_lineage(state, particles, posterior.particles, parameters),
-    )
-    return learned(tracked, parameters, size)
-
-
-def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
-    """Follow the colour centroid with a Kalman filter; without any pixel of the colour, predict only."""
-    del rng
-    image = _picture(frame)
-    size = _size(image)
-    state = with_learner(state, size, parameters)
-    predicted = kalman.predict(state.posterior, motion.dynamics(state, parameters, size))
-    measurement = chromaticity.centroid(image, colour_model(parameters))
-    log_evidence = 0.0
-    if measurement is not None:
-        noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
-        predicted, log_evidence = kalman.update(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
-    tracked = PointState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
-    return learned(tracked, parameters, size)
-
-
-def measure_particles(state: PointState) -> Mapping[str, SeriesValue]:
-    """Report the particles."""
-    return {} if state.particles is None else reports.cloud(state.particles, resampled=state.resampled)
 
 
 def measure_loop(state: PointState) -> Mapping[str, SeriesValue]:
@@ -173,7 +112,7 @@ def _loop(
         np.ascontiguousarray(particles.states.T),
         particles.log_weights,
         state.sigma,
-        _motion(state, parameters, _size(pictures_rgb[0])),
+        _motion(state, parameters, size_of(pictures_rgb[0])),
         likelihood.packed(parameters),
         _scheme(rule, parameters),
         seed,
@@ -217,34 +156,6 @@ def _scheme(rule: Rule, parameters: LoopParameters) -> Scheme:
 def _motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> Motion:
     dynamics = motion.dynamics(state, parameters, size)
     return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
-
-
-def _particles(state: PointState, parameters: LoopParameters, rng: Stream) -> ParticleSet:
-    """Return the particles, drawn from the posterior if a filter without particles was at work before."""
-    if state.particles is not None:
-        return state.particles
-    fresh = Stream(rng.seed, rng.frame, Purpose.START)
-    return ParticleSet.uniform(state.posterior.sample(fresh, parameters.sample_count))
-
-
-def _picture(frame: Frame) -> NDArray[np.uint8]:
-    if frame.image_rgb is None:
-        raise ValueError("a tracker of colour needs pictures, got a signal")
-    return frame.image_rgb
-
-
-def _size(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
-    height, width, _ = image_rgb.shape
-    return width, height
-
-
-def _lineage(
-    state: PointState, parents: ParticleSet, particles: ParticleSet | None, parameters: LoopParameters
-) -> fixed_lag.Lineage | None:
-    if parameters.smoothing_lag_frames == 0 or particles is None:
-        return None
-    lineage = state.lineage or fixed_lag.begin_lineage(parents, TRACKED)
-    return fixed_lag.extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
 
 
 def loop_trackers(likelihood: Likelihood) -> tuple[Tracker, ...]:
@@ -299,24 +210,6 @@ def _loop_tracker(likelihood: Likelihood, name: str, title: str, description: st
         measure=measure_switching if alert else measure_loop,
     )
 
-
-UNSCENTED = Tracker(
-    "upf",
-    "Unscented (UPF)",
-    "Draws every particle towards the colour centroid of the whole picture.",
-    start,
-    step_unscented,
-    series=reports.CLOUD,
-    measure=measure_particles,
-)
-
-KALMAN = Tracker(
-    "kalman",
-    "Kalman filter",
-    "Follows the colour centroid of the whole picture with one Gaussian.",
-    start,
-    step_kalman,
-)
 
 _BY_NAME = {tracker.id: tracker for tracker in (*loop_trackers(CHROMATICITY), UNSCENTED, KALMAN)}
 

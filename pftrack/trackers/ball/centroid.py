@@ -1,0 +1,85 @@
+"""Trackers that measure the colour centroid of the whole picture (document 1, ch. 3 section 4)."""
+
+import numpy as np
+
+from pftrack.filters import kalman, unscented_particle
+from pftrack.frame import Frame
+from pftrack.gaussian import Gaussian
+from pftrack.likelihoods import chromaticity
+from pftrack.random import Stream
+from pftrack.resampling import RESAMPLERS
+from pftrack.trackers import reports
+from pftrack.trackers.ball import motion
+from pftrack.trackers.ball.common import lineage_of, measure_particles, particles_of, picture_of, size_of, start
+from pftrack.trackers.ball.likelihood import colour_model
+from pftrack.trackers.ball.motion import TRACKED, learned, with_learner
+from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.point_state import PointState
+from pftrack.trackers.tracker import Tracker
+
+__all__ = ["KALMAN", "UNSCENTED"]
+
+
+def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
+    """Draw every particle towards the colour centroid of the picture."""
+    image, model = picture_of(frame), colour_model(parameters)
+    size = size_of(image)
+    state = with_learner(state, size, parameters)
+    particles = particles_of(state, parameters, rng)
+    posterior = unscented_particle.step(
+        particles,
+        motion.dynamics(state, parameters, size),
+        lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
+        rng,
+        measurement=chromaticity.centroid(image, model),
+        observe=lambda positions: positions,
+        noise_covariance=parameters.measurement_noise_px**2 * np.eye(TRACKED),
+        count=parameters.sample_count,
+        resample=RESAMPLERS[parameters.resampling],
+    )
+    tracked = PointState(
+        Gaussian(*posterior.particles.moments),
+        TRACKED,
+        posterior.particles,
+        log_evidence=posterior.log_evidence,
+        resampled=posterior.resampled,
+        alert=False,
+        learner=state.learner,
+        lineage=lineage_of(state, particles, posterior.particles, parameters),
+    )
+    return learned(tracked, parameters, size)
+
+
+def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
+    """Follow the colour centroid with a Kalman filter; without any pixel of the colour, predict only."""
+    del rng
+    image = picture_of(frame)
+    size = size_of(image)
+    state = with_learner(state, size, parameters)
+    predicted = kalman.predict(state.posterior, motion.dynamics(state, parameters, size))
+    measurement = chromaticity.centroid(image, colour_model(parameters))
+    log_evidence = 0.0
+    if measurement is not None:
+        noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
+        predicted, log_evidence = kalman.update(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
+    tracked = PointState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
+    return learned(tracked, parameters, size)
+
+
+UNSCENTED = Tracker(
+    "upf",
+    "Unscented (UPF)",
+    "Draws every particle towards the colour centroid of the whole picture.",
+    start,
+    step_unscented,
+    series=reports.CLOUD,
+    measure=measure_particles,
+)
+
+KALMAN = Tracker(
+    "kalman",
+    "Kalman filter",
+    "Follows the colour centroid of the whole picture with one Gaussian.",
+    start,
+    step_kalman,
+)
