@@ -129,7 +129,7 @@ EXPERIMENT = Experiment(
     frames=60,
     presets=(),
     layers=(Layer("estimate"),),
-    simulate=lambda: Setup(SignalSource, BankParameters(), {"kind": "simulated"}),
+    simulate=lambda: Setup(SignalSource, BankParameters()),
     draw=draw,
     error=lambda estimates, truths: np.abs(estimates - truths).mean(axis=-1),
     target="signal",

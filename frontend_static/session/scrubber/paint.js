@@ -78,7 +78,7 @@ export function paint(context, axis, view, ink) {
 }
 
 function labels(context, axis, view, ink) {
-  const own = { sigma: view.thresholds.length > 0 ? "sigma | threshold" : "sigma", proposal: view.mixture.label };
+  const own = { sigma: view.thresholds.length > 0 ? "sigma | limit" : "sigma", proposal: view.mixture.label };
   context.font = "11px system-ui, sans-serif";
   context.textBaseline = "middle";
   context.textAlign = "right";
