@@ -22,3 +22,13 @@ def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
         if "://" not in target:
             assert (page.parent / target).exists(), target
+
+
+def test_the_blocks_of_the_example_are_its_own_code() -> None:
+    """What the page on extending quotes stands in the example, and the blocks come in the order of the steps."""
+    example = ROOT / "examples" / "own_experiment"
+    code = [file.read_text() for file in [example / "pyproject.toml", *example.rglob("*.py")]]
+    blocks = re.findall(r"```(?:py|toml)\n(.*?)```", (ROOT / "docs" / "extending.md").read_text(), re.DOTALL)
+    assert len(blocks) > 8
+    for block in blocks:
+        assert any(block in text for text in code), block

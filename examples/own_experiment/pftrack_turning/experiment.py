@@ -8,7 +8,7 @@ import numpy as np
 from pftrack.drawing import COLOURS, Drawing, Mesh, Picture
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import SECOND_RUN, at_height, circle
-from pftrack.layer import Layer
+from pftrack.layer import Key, Layer
 from pftrack.marks import Mark
 from pftrack.parameters import ParameterError
 from pftrack.plot import ERROR, Plot, Reading
@@ -47,14 +47,13 @@ def draw(step: Step, _past: Sequence[Diagnostics], other: Diagnostics | None = N
     drawn["estimate"] = circle(state.estimate, state.radius_px, COLOURS["estimate"], "estimate")
     if other is not None:
         drawn["second"] = circle(np.array(other.estimate), state.radius_px, COLOURS["second"], "second run")
-    height, width, _ = image.shape
-    return Drawing(width, height, drawn, f"frame {step.diagnostics.frame} · {len(state.parts)} hypotheses")
+    return Drawing(*image.shape[1::-1], drawn, f"frame {step.diagnostics.frame} · {len(state.parts)} hypotheses")
 
 
 def arrows(state: Bank) -> Mesh:
     """Return a triangle for each hypothesis: where it is, whither it goes, and the more opaque the more probable."""
     x, y, vx, vy = np.array([part.mean for part in state.parts]).T[:, :, None]
-    corners = x + 1j * y + np.exp(1j * np.arctan2(vy, vx)) * state.radius_px * np.array([2, -1 + 1j, -1 - 1j])
+    corners = x + 1j * y + np.exp(1j * np.arctan2(vy, vx)) * state.radius_px * np.array([3, -1 + 1j, -1 - 1j])
     vertices = at_height(np.stack([corners.real, corners.imag], axis=-1).reshape(-1, 2), 2.0)
     faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
     colours = np.tile([COLOURS["lost"], COLOURS["prediction"], COLOURS["prediction"]], (len(faces), 1))
@@ -68,19 +67,24 @@ TRACKERS = {
         ("straight", "Straight on", "Expects no turn.", False),
     )
 }
+LAYERS = (
+    Layer("picture"),
+    Layer("hypotheses", legend=(Key("prediction", "hypotheses, the more opaque the more probable"),)),
+    *(Layer(name, legend=(Key(name, name),)) for name in ("truth", "estimate")),
+    SECOND_RUN,
+)
 EXPERIMENT = Experiment(
     id="turning",
     title="A turn out of sight",
     question="Which way did it turn while nobody could see it?",
     document="Blom and Bar-Shalom, The interacting multiple model algorithm, 1988",
-    description="A disc turns behind a strip. A filter that goes straight on misses it where it comes out; a bank of "
-    "filters, each with a rate of turn of its own, has been there before.",
+    description="A disc turns behind a strip. A filter that expects no turn misses it, a bank of filters does not.",
     unit="px",
     trackers=TRACKERS,
     default_tracker="bank",
     frames=240,
     presets=(Preset("works", "works", "bank"), Preset("straight", "breaks: expects no turn", "straight")),
-    layers=(Layer("picture"), Layer("hypotheses"), Layer("truth"), Layer("estimate"), SECOND_RUN),
+    layers=LAYERS,
     simulate=simulate,
     on_video=on_video,
     marks=(Circle,),
@@ -89,7 +93,7 @@ EXPERIMENT = Experiment(
     target="disc",
     plots=(
         ERROR,
-        Plot("places", "x", "hypotheses", "Where the hypotheses are.", "px", ("places",)),
+        Plot("places", "y", "hypotheses", "How far down each hypothesis is.", "px", ("places",), component=1),
         Plot("turn", "turn", "interval", "The rates of turn that remain probable.", "deg", ("turn",)),
     ),
     readings=(Reading("estimate", "estimate"), Reading("likeliest", "hypotheses", "px", "places")),

@@ -16,7 +16,6 @@ class Circle(Mark):
 
     title: ClassVar[str] = "Circle"
     instruction: ClassVar[str] = "Drag the centre onto the target, and set the radius so that the circle encloses it."
-    text: ClassVar[str] = '{"centre": [x, y], "radius": r}'
 
     kind: Literal["circle"] = "circle"
     centre: tuple[float, float]

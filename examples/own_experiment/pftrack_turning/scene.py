@@ -14,10 +14,7 @@ LEFT_PX, RIGHT_PX, MIDDLE_PX, BEND_PX = 90.0, 230.0, 120.0, 40.0
 class Scene:
     """Endless frames of the disc."""
 
-    size = (320, 240)
-    frame_rate_hz = 30.0
-    frame_count: int | None = None
-    noisy = True
+    size, frame_rate_hz, frame_count, noisy = (320, 240), 30.0, None, True
 
     def __init__(self, seed: int, _parameters: OverlayParameters) -> None:
         self._seed = seed
