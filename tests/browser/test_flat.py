@@ -190,8 +190,25 @@ def test_tracker_and_seed_can_be_chosen(look: Look) -> None:
     seed = view.box("Seed")
     seed.fill("77")
     seed.press("Enter")
-    view.until(lambda: view.session["seed"] == 77, "the session has the seed")
+    view.until(lambda: view.session["recipe"]["seed"] == 77, "the session has the seed")
     view.until(lambda: "seed 77" in view.page.inner_text("h1"), "the page says so")
+
+
+def test_what_is_half_typed_is_left_alone(look: Look, server: Server) -> None:
+    """The session's word does not overwrite a number that is being typed; a box that is left empty shows it again."""
+    view = look()
+    box = view.box("Particles")
+    box.fill("30")
+    server.patch(f"sessions/{view.id}/parameters", {"occlusion_width_px": 61})
+    view.until(lambda: view.slider("Occluder width (px)").input_value() == "61", "the change is shown")
+    assert box.input_value() == "30"
+    box.press("End")
+    box.press("0")
+    box.press("Enter")
+    view.until(lambda: view.session["parameters"]["sample_count"] == 300, "the session has what was typed")
+    box.fill("")
+    box.press("Enter")
+    view.until(lambda: box.input_value() == "300", "the box shows what is in force")
 
 
 def test_layers_are_switched_on_and_off(look: Look, server: Server) -> None:

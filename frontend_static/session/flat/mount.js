@@ -45,7 +45,7 @@ class FlatView {
   #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is on its way" });
   #caption = h("p", { class: "flat-caption" });
   #place = h("div", { class: "flat-place" }, this.#canvas);
-  #root = h("div", { class: "flat-view" }, this.#place, this.#caption);
+  #root = h("div", { class: "flat-view" }, this.#place, h("div", { class: "flat-line" }, this.#caption));
   #pictures = new Pictures();
   #layers;
   #onPainted;

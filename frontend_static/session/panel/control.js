@@ -72,8 +72,8 @@ export function choice(label, hint, options, propose) {
  * @returns {Control}
  */
 export function numberBox(label, hint, bounds, propose) {
-  const box = numberInput(bounds, propose);
-  return { element: labelled(label, hint, box), show: (value) => void (box.value = shown(Number(value))) };
+  const { box, show } = numberInput(bounds, propose);
+  return { element: labelled(label, hint, box), show };
 }
 
 /**
@@ -87,17 +87,17 @@ function amount({ minimum, maximum }, { label, hint, step, slider }, propose) {
   if (slider === null) return numberBox(label, hint, bounds, propose);
   const [low, high] = slider;
   const range = h("input", { type: "range", min: low, max: high, step: step ?? "any", "aria-label": label, "aria-description": hint });
-  const box = numberInput(bounds, (value) => {
+  const { box, show: showInBox } = numberInput(bounds, (value) => {
     range.value = String(value);
     propose(value);
   });
   range.addEventListener("input", () => {
-    box.value = shown(range.valueAsNumber);
+    showInBox(range.valueAsNumber);
     propose(range.valueAsNumber);
   });
   const show = (/** @type {Value} */ value) => {
     range.value = String(value);
-    box.value = shown(Number(value));
+    showInBox(value);
   };
   const element = h("div", { class: "control amount-control" }, labelled(label, hint, box), range);
   return { element, show };
@@ -114,17 +114,33 @@ function colour({ label, hint }, propose) {
 }
 
 /**
+ * A box to type a number into. What is half typed is left alone until it is finished.
+ *
  * @param {{min?: number|null, max?: number|null}} bounds
  * @param {(value: number) => void} propose
- * @returns {HTMLInputElement}
+ * @returns {{box: HTMLInputElement, show: (value: Value) => void}}
  */
 function numberInput({ min, max }, propose) {
   // Whether a value is allowed is for the server to say, in words that name the bounds.
   const box = h("input", { type: "number", min, max, step: "any", inputmode: "decimal" });
+  let inForce = "";
+  let isTyping = false;
+  box.addEventListener("input", () => (isTyping = true));
   box.addEventListener("change", () => {
+    isTyping = false;
     if (Number.isFinite(box.valueAsNumber)) propose(box.valueAsNumber);
+    else box.value = inForce;
   });
-  return box;
+  // Left with the number that it had before the typing, it tells of no change.
+  box.addEventListener("blur", () => {
+    if (isTyping) box.value = inForce;
+    isTyping = false;
+  });
+  const show = (/** @type {Value} */ value) => {
+    inForce = shown(Number(value));
+    if (!isTyping) box.value = inForce;
+  };
+  return { box, show };
 }
 
 /**
