@@ -4,10 +4,13 @@ A tracker is a pair of pure functions, `start(target, frame, parameters, rng) ->
 `step(state, frame, parameters, rng) -> TrackState`. Nothing is hidden in it, so a run can rewind and branch at no cost,
 and all trackers of an experiment understand each other's states, so that one may take over from another in mid-run.
 
+A state offers little (`TrackState`): estimate, standard deviations, evidence, size and arrays. What a tracker has
+beyond that, such as particles, hypotheses or mixing ratios, it declares as series and measures of its states.
+
 - `ball`: the switching filters of document 1, ch. 3, and what they are compared with;
-- `layered`: features in two layers, with a sampling distribution that adapts, of document 1, ch. 4;
-- `pose`: the methods of that chapter for the pose of a solid, for `prism` (points) and `head` (templates);
-- `signal`: the Kalman and the particle filter of document 1, ch. 2.
+- `pose`: the methods of document 1, ch. 4 for the pose of a solid, for `prism` (points) and `head` (templates);
+- `signal`: the Kalman and the particle filter of document 1, ch. 2;
+- `reports`: the series that several families declare alike.
 """
 
 from pftrack.trackers.tracker import Fold, Tracker, TrackState
