@@ -2,13 +2,13 @@
 
 import { fill, h } from "../shared/dom.js";
 
-/** @typedef {"scene"|"branches"|"plots"|"readout"|"transport"|"scrubber"} Part */
+/** @typedef {"scene"|"panel"|"branches"|"plots"|"readout"|"transport"|"scrubber"} Part */
 
 /** @type {readonly Part[]} */
-export const PARTS = ["scene", "branches", "plots", "readout", "transport", "scrubber"];
+export const PARTS = ["scene", "panel", "branches", "plots", "readout", "transport", "scrubber"];
 
 /**
- * Make a place for each part. What is not asked for takes no room.
+ * Make a place for each part. What is not asked for takes no room. A panel stands in the scene, where there is one.
  *
  * @param {HTMLElement} element Loses what it held.
  * @param {readonly Part[]} parts
@@ -26,6 +26,7 @@ export function arrange(element, parts) {
   };
   const scene = place("scene", "section", { class: "scene", "aria-label": "Scene" });
   const side = [
+    scene ? null : place("panel", "section", { class: "controls standing", "aria-label": "Parameters" }),
     place("branches", "nav", { class: "branches", "aria-label": "Branches", hidden: true }),
     place("plots", "div", { class: "plots" }),
     place("readout", "section", { class: "readout" }),

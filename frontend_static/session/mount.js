@@ -11,7 +11,9 @@ import { toast } from "../shared/toast.js";
 import { bookmarkMenu } from "./bookmarks.js";
 import { branchDialog, branchLegend } from "./branches.js";
 import { Commands } from "./commands.js";
+import { Layers } from "./flat/layers.js";
 import { listen } from "./keys.js";
+import { Panel } from "./panel/panel.js";
 import { plots } from "./plots/plots.js";
 import { readout } from "./readout.js";
 import { Scrubber } from "./scrubber/scrubber.js";
@@ -91,9 +93,30 @@ export class Mounted {
     if (places.readout) readout(places.readout, this);
     if (places.branches) branchLegend(places.branches, this);
     if (places.plots) plots(places.plots, this);
+    if (places.panel) this.#panel(places.panel);
     this.scene?.follow(this);
     listen(element, this.actions, () => this.scene?.window ?? null, this.signal);
     this.store.on("refused", ({ message }) => toast(message, { kind: "error" }));
+  }
+
+  /** The panel of parameters, where there is no scene to have one. */
+  async #panel(place) {
+    try {
+      await this.#start.begun;
+      await this.#known();
+      if (!this.signal.aborted) new Panel(place, this.store, new Layers(), this.signal);
+    } catch {
+      // Why the session is not there is said for all of it.
+    }
+  }
+
+  /** Resolves when the session has told about itself. */
+  #known() {
+    return /** @type {Promise<void>} */ (new Promise((resolve) => {
+      const look = () => this.store.session !== null && resolve();
+      this.store.on("session", look);
+      look();
+    }));
   }
 
   async #begin() {

@@ -29,6 +29,7 @@ const NO_GRAPHICS = "This browser offers no 3-D graphics (WebGL 2). Turning hard
 export class Scene {
   #root;
   #fixed;
+  #hasPanel;
   #cover = h("div", { class: "cover", hidden: true });
   /** @type {FlatScene|SpatialScene|null} */
   #view = null;
@@ -45,11 +46,13 @@ export class Scene {
   /**
    * @param {HTMLElement} root
    * @param {AbortSignal} signal Aborted when the scene is taken from the page.
-   * @param {ViewKind} [fixed] The view to show; without it the page's choice, which a switch changes.
+   * @param {{view?: ViewKind, hasPanel?: boolean}} [options] The view to show, without it the page's choice, which a
+   *     switch changes; and whether a flat view has a panel of parameters, which the 3-D scene always has.
    */
-  constructor(root, signal, fixed) {
+  constructor(root, signal, { view, hasPanel = true } = {}) {
     this.#root = root;
-    this.#fixed = fixed;
+    this.#fixed = view;
+    this.#hasPanel = hasPanel;
     fill(root, this.#cover);
     signal.addEventListener("abort", () => this.#endView.abort());
     later(() => !this.#shows && this.#cover.hidden && this.#show(skeleton()), SKELETON_AFTER_MS, signal);
@@ -125,7 +128,7 @@ export class Scene {
     this.#endView = new AbortController();
     const { signal } = this.#endView;
     const on = { seen: () => this.#seeing(), drawn: () => this.#drawnNow() };
-    const view = kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal) : new SpatialScene(this.#id, isFresh, on, signal);
+    const view = kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal, this.#hasPanel) : new SpatialScene(this.#id, isFresh, on, signal);
     this.#view = view;
     this.#cover.before(view.element);
     if (this.#mounted) view.follow(this.#mounted);

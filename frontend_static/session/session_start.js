@@ -28,7 +28,7 @@ export class SessionStart {
     this.places = arrange(element, parts);
     this.isNew = recipe !== undefined;
     /** The scene, if it is among the parts. */
-    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, view) : null;
+    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasPanel: parts.includes("panel") }) : null;
     /** The session, and the recipe that it was started with, if it was started here. */
     this.begun = this.isNew ? this.#start(recipe) : this.#find(session);
     // Whoever waits for it says what was wrong; until somebody does, it is no accident.

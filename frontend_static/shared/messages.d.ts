@@ -168,7 +168,7 @@ export interface Editor {
   numbers: MarkNumber[];
 }
 
-/** How large a sweep would be. */
+/** The size of a sweep before it starts. */
 export interface EstimatePublic {
   runs: number;
   conditions: number;

@@ -160,6 +160,23 @@ def test_a_session_has_the_parts_that_were_asked_for(several: Several) -> None:
     assert "px" in page.inner_text("[data-part=readout]")
 
 
+def test_a_panel_stands_alone(several: Several, server: Server) -> None:
+    """A panel without a scene turns the session's parameters; a flat scene without a panel has none."""
+    page = several.page
+    session = server.start_session()["id"]
+    several.mount("a", {"session": session, "parts": ["panel", "transport"]})
+    several.mount("b", {"session": session, "parts": ["scene"], "view": "flat"})
+    box = page.get_by_label("Particles").first
+    box.fill("250")
+    box.press("Enter")
+    several.until(lambda: server.session(session)["parameters"]["sample_count"] == 250, "the parameter is in force")
+    several.until(lambda: page.locator("#b canvas").count() == 1, "the flat view is there")
+    assert page.locator("#b .controls").count() == 0
+    several.dispose("a")
+    several.dispose("b")
+    assert page.locator("main *").count() == 2
+
+
 def test_keys_go_to_the_session_that_has_the_focus(several: Several, server: Server) -> None:
     """Of two sessions without a common clock the keys move the one in which they are pressed."""
     page = several.page

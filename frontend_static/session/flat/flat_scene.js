@@ -9,7 +9,7 @@ import { mount } from "./mount.js";
 
 export class FlatScene {
   #stage = h("div", { class: "flat-stage" });
-  #controls = h("aside", { class: "controls", "aria-label": "Parameters", id: "flat-controls" });
+  #controls = h("aside", { class: "controls", "aria-label": "Parameters" });
   #opener = h(
     "button",
     { type: "button", class: "controls-opener", "aria-expanded": "false", on: { click: () => this.#toggle() } },
@@ -17,10 +17,11 @@ export class FlatScene {
   );
   #on;
   #signal;
+  #hasPanel;
   /** @type {Promise<Layers>} */
   #layers;
 
-  element = h("div", { class: "flat-scene" }, this.#stage, this.#controls, this.#opener);
+  element = h("div", { class: "flat-scene" }, this.#stage);
   window = null;
 
   /**
@@ -28,10 +29,14 @@ export class FlatScene {
    * @param {Promise<SessionPublic>} session What else is known of it.
    * @param {import("../scene.js").Progress} on
    * @param {AbortSignal} signal
+   * @param {boolean} hasPanel
    */
-  constructor(id, session, on, signal) {
+  constructor(id, session, on, signal, hasPanel) {
     this.#on = on;
     this.#signal = signal;
+    this.#hasPanel = hasPanel;
+    if (hasPanel) this.element.append(this.#controls, this.#opener);
+    else this.element.classList.add("bare");
     // Without knowing which layers are shown the first picture would flash all of them.
     this.#layers = session.then(({ layers }) => new Layers(layers));
     this.#layers.then((layers) => this.#show(id, layers), () => {});
@@ -43,6 +48,7 @@ export class FlatScene {
    * @param {import("../mount.js").Mounted} view
    */
   follow({ store }) {
+    if (!this.#hasPanel) return;
     let isMade = false;
     const make = async () => {
       if (isMade || store.session === null) return;

@@ -81,9 +81,9 @@ export class Panel {
       this.#root,
       h("h2", { class: "visually-hidden" }, "Parameters"),
       [TRACKER, SEED].map((name) => this.#controls.get(name)?.element),
-      this.#legend(),
+      this.#layers.declared.length > 0 && this.#legend(),
       this.#groups.map(({ element }) => element),
-      this.#drawn(),
+      this.#layers.declared.length > 0 && this.#drawn(),
     );
   }
 
