@@ -102,23 +102,34 @@ def test_a_killed_server(tmp_path: Path) -> None:
         server.stop()
 
 
-def test_a_full_disk(start_server: Any, tmp_path: Path) -> None:
+FULL = """
+import errno, os, pathlib
+
+def fsync(descriptor, write=os.fsync):
+    if pathlib.Path(__file__).with_name("full").exists():
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    write(descriptor)
+
+os.fsync = fsync
+"""
+"""What a child imports as it starts: to it the disk is full while there is a file of that name."""
+
+
+def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep that meets a full disk says so; with room again it is completed."""
+    (tmp_path / "sitecustomize.py").write_text(FULL)
+    monkeypatch.syspath_prepend(tmp_path)
     with start_server(sweep_jobs=1) as (_, client):
         sweep = begin_sweep(client, **LONG)
         until_some(client, sweep["id"])
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-        folder = tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet.partial"
-        full = [folder / f"{number:06d}.part" for number in range(2000)]
-        for path in full:
-            path.symlink_to("/dev/full")
+        (tmp_path / "full").touch()
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
         stopped = until_state(client, sweep["id"], "stopped")
         assert "disk of the server is full" in stopped["message"]
         assert str(tmp_path) not in stopped["message"]
         assert stopped["done"] > 0
-        for path in full:
-            path.unlink(missing_ok=True)
+        (tmp_path / "full").unlink()
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
         assert until_some(client, sweep["id"], stopped["done"] + 1) > stopped["done"]
 
