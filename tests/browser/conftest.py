@@ -43,7 +43,7 @@ def complaints() -> Complaints:
     return Complaints()
 
 
-# Left to itself a page shows the flat view here, where WebGL runs in software.
+# Left to itself a page shows the flat view here, where WebGL runs in software; that is also the faster one to test.
 SCENE_CHOSEN = "if (location.origin !== 'null') localStorage['pftrack-view'] ??= 'scene'"
 
 
@@ -62,9 +62,10 @@ def unchosen(chromium: Any, server: Server, complaints: Complaints) -> Iterator[
 
 
 @pytest.fixture
-def page(unchosen: Any) -> Any:
-    """A fresh page of somebody who wants to see the 3-D scene."""
-    unchosen.add_init_script(SCENE_CHOSEN)
+def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
+    """A fresh page; of somebody who has chosen the 3-D scene where the test is marked with `scene`."""
+    if request.node.get_closest_marker("scene"):
+        unchosen.add_init_script(SCENE_CHOSEN)
     return unchosen
 
 

@@ -9,6 +9,8 @@ import pytest
 from tests.browser.host import Server
 from tests.browser.views import PARTICLES, Gallery, SessionPage
 
+pytestmark = pytest.mark.scene
+
 Watch = Callable[..., SessionPage]
 PAGES = Path(__file__).parents[2] / "frontend_static"
 

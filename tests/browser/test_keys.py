@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+import pytest
+
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
@@ -47,6 +49,7 @@ def test_help_lists_the_keys_and_takes_the_others(watch: Watch) -> None:
     assert shown.session["position"] == 0
 
 
+@pytest.mark.scene
 def test_keys_work_from_inside_the_scene(watch: Watch) -> None:
     """With the focus in the scene's frame the keys steer the run all the same."""
     shown = watch()

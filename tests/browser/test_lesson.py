@@ -2,8 +2,12 @@
 
 from collections.abc import Callable
 
+import pytest
+
 from tests.browser.host import Server
 from tests.browser.views import BALL, SessionPage
+
+pytestmark = pytest.mark.scene
 
 Watch = Callable[..., SessionPage]
 

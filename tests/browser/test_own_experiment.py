@@ -12,6 +12,8 @@ from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 from tests.installing import ROOT, install, install_project
 
+pytestmark = pytest.mark.scene
+
 NAME = "turning"
 SIZE = (160, 120)
 FRAMES = 30

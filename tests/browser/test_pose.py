@@ -2,8 +2,12 @@
 
 from collections.abc import Callable
 
+import pytest
+
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
+
+pytestmark = pytest.mark.scene
 
 
 def shows(view: SessionPage, node: str) -> bool:

@@ -12,6 +12,7 @@ from tests.browser.views import PARTICLES, Gallery, SessionPage
 Watch = Callable[..., SessionPage]
 
 
+@pytest.mark.scene
 def test_a_killed_worker_is_reported_and_restarts_where_it_was(watch: Watch, server: Server) -> None:
     """The scene is covered by what happened; one button brings the run back to the same frame and numbers."""
     shown = watch()

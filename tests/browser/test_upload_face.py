@@ -14,6 +14,8 @@ from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 from tests.experiments.heads import empty, film, marked, pictures, simulated
 
+pytestmark = pytest.mark.scene
+
 COUNT, WIDTH = 90, 320
 CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
 

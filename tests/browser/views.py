@@ -45,6 +45,8 @@ BALL = """(() => {
     return found;
 })()"""
 
+PAINTED = "document.querySelector('.flat-canvas')?.dataset.frame !== undefined"
+
 # Lines drawn by BokehJS, by name, with how many points each holds.
 LINES = """(() => {
     const lines = {};
@@ -113,11 +115,11 @@ class SessionPage(View):
         return self._server.session(self.id)
 
     def ready(self) -> Self:
-        """Wait until the page is connected and the scene shows particles."""
+        """Wait until the page is connected and shows a frame, by particles in the scene or on the flat canvas."""
         self.page.wait_for_url("**/session/*", wait_until="commit")
         self.until(lambda: self.position is not None, "the frame counter shows a number")
         self.until(lambda: self.page.locator(".play").is_enabled(), "the play button can be pressed")
-        self.until(lambda: self.in_scene(PARTICLES, 0) > 0, "there are particles in the scene")
+        self.until(lambda: self.page.evaluate(PAINTED) or self.in_scene(PARTICLES, 0) > 0, "there is a frame to see")
         return self
 
     # ------------------------------------------------------------ what is shown
