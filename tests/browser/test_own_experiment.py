@@ -87,7 +87,7 @@ def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: 
 def test_a_live_session_has_its_sliders_and_plots(page: Any, server: Server) -> None:
     """A slider changes how many hypotheses there are from the next frame on; its plots and its mesh follow."""
     shown = opened(page, server)
-    assert shown.in_scene(VERTICES, 0) == 15
+    shown.until(lambda: shown.in_scene(VERTICES, 0) == 15, "there are five arrows")
     server.seek(shown.id, 20)
     shown.stands_at(20)
     shown.slide("Hypotheses", 1)
