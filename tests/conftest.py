@@ -1,5 +1,6 @@
 """What all tests share: one browser a process, since Playwright cannot be started twice in one."""
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,10 @@ from hypothesis import settings
 # The first example compiles kernels, and time is measured in benchmarks/, never here.
 settings.register_profile("suite", deadline=None)
 settings.load_profile("suite")
+
+# A shell has what it starts in the background ignore interrupts, and children inherit that; some tests interrupt them.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = [

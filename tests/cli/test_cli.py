@@ -348,13 +348,14 @@ def test_an_interrupted_run_says_so_and_leaves_no_files(tmp_path: Path) -> None:
     film = tmp_path / "film.mp4"
     command = [sys.executable, "-m", "pftrack", "run", "ball", "--frames", "100000", "--video-out", str(film)]
     run = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    for _ in range(600):
-        if any(tmp_path.iterdir()):
-            break
-        time.sleep(0.1)
-    time.sleep(0.3)
-    run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=60)
+    try:
+        while not any(it.stat().st_size for it in tmp_path.iterdir()):
+            assert run.poll() is None
+            time.sleep(0.05)
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate(timeout=60)
+    finally:
+        run.kill()
     assert (run.returncode, out, err) == (1, "", "pftrack: interrupted\n")
     assert list(tmp_path.iterdir()) == []
 

@@ -4,7 +4,6 @@ import os
 import signal
 import sqlite3
 import threading
-import time
 from pathlib import Path
 from typing import Any
 
@@ -97,9 +96,10 @@ class TestBudgets:
 
     def test_a_paused_worker_is_not_hung(self, start_server: Any) -> None:
         """A worker that has nothing to do still gives signs of life."""
-        with start_server(hang_seconds=2) as (_, client):
+        with start_server(hang_seconds=2) as (server, client):
             session = begin(client)
-            time.sleep(4)
+            first = server.manager.get(session["id"]).worker.heard
+            wait_for(lambda: server.manager.get(session["id"]).worker.heard > first + 3, 60)
             assert state(client, session["id"]) == "ready"
 
     def test_processor_time(self, start_server: Any) -> None:
@@ -132,7 +132,8 @@ class TestSuspending:
             assert "Nobody was here" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
             with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
                 until(socket, lambda m: m["type"] == "hello" and m["session"]["state"] == "ready")
-                time.sleep(2)
+                visited = server.manager.get(session["id"]).left
+                wait_for(lambda: server.manager.get(session["id"]).left > visited + 2, 60)
                 assert state(client, session["id"]) == "ready"
             assert diagnostics(client, session["id"]) == before
 

@@ -178,7 +178,9 @@ def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path
     assert driver.stdout is not None
     driver.stdout.readline()
     workers = psutil.Process(driver.pid).children()
-    time.sleep(1)
+    spent = sum(worker.cpu_times().user for worker in workers)
+    while sum(worker.cpu_times().user for worker in workers) < spent + 1.0:
+        time.sleep(0.02)
     driver.kill()
     driver.wait()
     driver.stdout.close()
