@@ -111,6 +111,7 @@ def several(page: Any, server: Server) -> Several:
     return Several(page, server)
 
 
+@pytest.mark.scene
 def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, server: Server) -> None:
     """Two sessions of one clock show the same frame however they are steered; one is disposed of, the other goes on."""
     page = several.page
