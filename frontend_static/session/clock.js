@@ -33,7 +33,7 @@ export class Clock {
       this.#follow(member);
       return;
     }
-    // Each looks where it has to go, and shows anew what it has of the leader: whether it plays, and how fast.
+    // Each looks where it has to go, and shows again what it has of the leader: whether it plays, and how fast.
     for (const follower of this.#members.slice(1)) follower.store.touch("position");
   }
 

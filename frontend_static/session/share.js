@@ -9,14 +9,14 @@ import { toast } from "../shared/toast.js";
 import { linkTo } from "../shared/share_link.js";
 
 /** What makes this session again, up to the frame that is shown. */
-export function wishOf(session) {
+export function bodyOf(session) {
   const { recipe, upload, position } = session;
   return { recipe, upload, position };
 }
 
 /** Show the link of a session, ready to be copied. */
 export function shareDialog(session) {
-  const address = new URL(linkTo(wishOf(session)), location.href).href;
+  const address = new URL(linkTo(bodyOf(session)), location.href).href;
   openDialog("Share this run", (close) => {
     const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
     field.addEventListener("focus", () => field.select());

@@ -49,7 +49,7 @@ export class SpatialScene {
     store.on("session connection", () => {
       if (store.connection === "lost") down = true;
       if (this.#signal.aborted || store.session === null || store.connection !== "open") return;
-      // A frame without focus does not look for its server again, and a revived worker has a new one: load it anew.
+      // A frame without focus does not look for its server again, and a revived worker has a new one: load it again.
       if (store.isAwake && (down || !alive)) this.#load();
       alive = store.isAwake;
       if (this.#preview) this.#preview.stopped = !alive;

@@ -77,7 +77,7 @@ export class Steering {
     if (direction > 0 ? !this.isAtEnd : this.#store.known.position > 0) await this.#send(direction > 0 ? "step" : "back");
   }
 
-  /** Go to a frame and stay there. While one seek is under way only the newest wish is kept. */
+  /** Go to a frame and stay there. While one seek is under way only the newest request is kept. */
   async seek(frame) {
     if (!this.#able) return;
     const goal = Math.min(Math.max(0, Math.round(frame)), this.#store.known.frames - 1);

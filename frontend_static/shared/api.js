@@ -131,11 +131,11 @@ export const api = {
 
   sessions: () => request("GET", "sessions"),
   session: (id) => request("GET", session(id)),
-  start: (wish) => request("POST", "sessions", wish),
+  start: (body) => request("POST", "sessions", body),
   end: (id) => request("DELETE", session(id)),
   parameters: (id, values) => request("PATCH", session(id, "/parameters"), values),
   transport: (id, action, more = {}) => request("POST", session(id, "/transport"), { action, ...more }),
-  branch: (id, wish) => request("POST", session(id, "/branch"), wish),
+  branch: (id, body) => request("POST", session(id, "/branch"), body),
   activate: (id, branch) => request("POST", session(id, `/branch/${encodeURIComponent(branch)}/activate`)),
   resume: (id) => request("POST", session(id, "/resume")),
   diagnostics: (id, branch) => request("GET", session(id, `/diagnostics?branch=${encodeURIComponent(branch)}`)),

@@ -27,8 +27,8 @@ const sweep = (id, rest = "") => `sweeps/${encodeURIComponent(id)}${rest}`;
 /** @type {Sweeps} */
 export const sweeps = {
   example: (experiment) => request("GET", `experiments/${encodeURIComponent(experiment)}/sweep`),
-  estimate: (wish, measure) => request("POST", "sweeps/estimate", { ...wish, measure }),
-  begin: (wish) => request("POST", "sweeps", wish),
+  estimate: (body, measure) => request("POST", "sweeps/estimate", { ...body, measure }),
+  begin: (body) => request("POST", "sweeps", body),
   list: () => request("GET", "sweeps"),
   show: (id) => request("GET", sweep(id)),
   cancel: (id) => request("POST", sweep(id, "/cancel")),
@@ -53,6 +53,6 @@ export function runPage(id, run, tracker) {
 }
 
 /** The form of a new sweep, filled in. */
-export function newSweep(wish) {
-  return `/sweep/new#${encode(wish)}`;
+export function newSweep(body) {
+  return `/sweep/new#${encode(body)}`;
 }

@@ -13,7 +13,7 @@ const ASK_AGAIN_MS = 3000;
 
 /**
  * @param {HTMLFormElement} form
- * @param {() => object} read What is wished for now.
+ * @param {() => object} read What is asked for now.
  * @param {{sized: (estimate: object) => void}} on
  */
 export function sizeCard(form, read, on) {

@@ -73,6 +73,6 @@ export async function truthField(root, upload, experiment, changed) {
     const kept = await api.truth(upload.id, experiment.id);
     if (kept && picker.isConnected && picker.files.length === 0) tell(kept);
   } catch {
-    // Then it can be given anew.
+    // Then it can be given again.
   }
 }

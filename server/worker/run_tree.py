@@ -172,11 +172,11 @@ class RunTree:
 
     def activate(self, name: str, recipe: Recipe) -> bool:
         """Show another branch; return whether it had to be computed again because this worker did not hold it."""
-        anew = name not in self._runs
-        if anew:
+        missing = name not in self._runs
+        if missing:
             self._runs[name] = self._begin(recipe)
         self._show(name)
-        return anew
+        return missing
 
     def restart(self, seed: int | None = None) -> None:
         """Restart the active branch with the values in force and an empty past.

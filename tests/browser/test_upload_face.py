@@ -29,7 +29,7 @@ SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden]
 }))"""
 
 # What a link to a session says of it.
-SHARED = "async (session) => (await import('/static/session/share.js')).wishOf(session)"
+SHARED = "async (session) => (await import('/static/session/share.js')).bodyOf(session)"
 
 
 class Form(View):
