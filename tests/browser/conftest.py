@@ -69,6 +69,20 @@ def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
     return unchosen
 
 
+# What the pages share, and no script of theirs.
+BARE = """<head><title>Bare</title><link rel="stylesheet" href="/static/shared/palette.css">
+<link rel="stylesheet" href="/static/shared/style.css"></head><body><main></main></body>"""
+
+
+@pytest.fixture
+def bare(page: Any) -> Any:
+    """A page of the server with its styles and no script: whatever happens there is the work of what a test loads."""
+    page.route("**/favicon.ico", lambda route: route.fulfill(status=204))
+    page.goto("/healthz")
+    page.evaluate("(text) => (document.documentElement.innerHTML = text)", BARE)
+    return page
+
+
 @pytest.fixture
 def gallery(page: Any) -> Gallery:
     page.goto("/")

@@ -52,7 +52,8 @@ FILLED = """(() => {
 })()"""
 TWO = """async (session) => {
     const { mount } = await import('/static/session/flat/mount.js');
-    document.body.innerHTML = '<div id="a" style="height: 300px"></div><div id="b" style="height: 200px"></div>';
+    const main = document.querySelector('main');
+    main.innerHTML = '<div id="a" style="height: 300px"></div><div id="b" style="height: 200px"></div>';
     window.ends = ['a', 'b'].map((id) => mount(document.getElementById(id), { session }));
 }"""
 # Keeps count of the page's sockets.
@@ -294,21 +295,19 @@ def test_on_a_phone_the_panel_is_behind_a_button(look: Look) -> None:
     assert not slider.is_visible()
 
 
-def test_flat_views_stand_side_by_side_and_leave_nothing_behind(unchosen: Any, server: Server) -> None:
+def test_flat_views_stand_side_by_side_and_leave_nothing_behind(bare: Any, server: Server) -> None:
     """Two of one session show the same frame; one is taken away without a trace and the other goes on."""
-    unchosen.route("**/favicon.ico", lambda route: route.fulfill(status=204))
-    unchosen.add_init_script(COUNTING)
-    unchosen.goto("/healthz")
+    bare.evaluate(COUNTING)
     session = server.start_session()["id"]
-    unchosen.evaluate(TWO, session)
-    view = View(unchosen)
+    bare.evaluate(TWO, session)
+    view = View(bare)
     frames = "[...document.querySelectorAll('.flat-canvas')].map((it) => Number(it.dataset.frame))"
-    view.until(lambda: unchosen.evaluate(frames) == [0, 0], "both are painted")
+    view.until(lambda: bare.evaluate(frames) == [0, 0], "both are painted")
     server.seek(session, 8)
-    view.until(lambda: unchosen.evaluate(frames) == [8, 8], "both follow")
-    assert unchosen.evaluate("sockets.size") == 2
-    unchosen.evaluate("ends[0]()")
-    view.until(lambda: unchosen.evaluate("sockets.size") == 1, "its socket is closed")
-    assert unchosen.evaluate("document.getElementById('a').childElementCount") == 0
+    view.until(lambda: bare.evaluate(frames) == [8, 8], "both follow")
+    assert bare.evaluate("sockets.size") == 2
+    bare.evaluate("ends[0]()")
+    view.until(lambda: bare.evaluate("sockets.size") == 1, "its socket is closed")
+    assert bare.evaluate("document.getElementById('a').childElementCount") == 0
     server.seek(session, 3)
-    view.until(lambda: unchosen.evaluate(frames) == [3], "the other one goes on")
+    view.until(lambda: bare.evaluate(frames) == [3], "the other one goes on")

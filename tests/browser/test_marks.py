@@ -4,8 +4,6 @@ from typing import Any
 
 import pytest
 
-from tests.browser.views import Gallery
-
 CIRCLE = {
     "kind": "circle",
     "title": "Circle",
@@ -42,7 +40,7 @@ EDIT = """async ([description, [width, height]]) => {
     const { markEditor } = await import("/static/upload/marks/mark_editor.js");
     window.changes = 0;
     window.editor = markEditor(description, "target", () => (window.changes += 1));
-    document.querySelector("main").replaceChildren(editor.element);
+    document.querySelector("main").append(editor.element);
     editor.show("/api/v1/experiments/ball/thumbnail.png", width, height);
     editor.offer();
 }"""
@@ -51,9 +49,8 @@ EDIT = """async ([description, [width, height]]) => {
 class Editing:
     """An editor alone on a page."""
 
-    def __init__(self, gallery: Gallery, description: dict[str, Any]) -> None:
-        self.page = gallery.page
-        self.page.wait_for_selector("main")
+    def __init__(self, page: Any, description: dict[str, Any]) -> None:
+        self.page = page
         self.page.evaluate(EDIT, [description, list(SIZE)])
         self.surface = self.page.locator(".mark-surface")
 
@@ -73,9 +70,9 @@ class Editing:
         self.page.mouse.up()
 
 
-def test_a_circle_is_made_from_its_description(gallery: Gallery) -> None:
+def test_a_circle_is_made_from_its_description(bare: Any) -> None:
     """There is no mark until somebody makes one; then centre, edge, slider and keys each change what they should."""
-    editing = Editing(gallery, CIRCLE)
+    editing = Editing(bare, CIRCLE)
     page = editing.page
     assert editing.mark is None
     assert page.locator(".point").get_attribute("aria-label") == "Centre, 160 across, 120 down"
@@ -100,9 +97,9 @@ def test_a_circle_is_made_from_its_description(gallery: Gallery) -> None:
     assert page.evaluate("changes") > 3
 
 
-def test_an_outline_is_closed_and_stays_in_the_picture(gallery: Gallery) -> None:
+def test_an_outline_is_closed_and_stays_in_the_picture(bare: Any) -> None:
     """Corners lie in a list, a line closes the outline, and no corner leaves the picture."""
-    editing = Editing(gallery, OUTLINE)
+    editing = Editing(bare, OUTLINE)
     assert editing.page.locator("line.mark-line").count() == 3
     editing.drag((64 - 0.2, 72), (-80, -50))
     assert editing.mark == {
@@ -111,9 +108,9 @@ def test_an_outline_is_closed_and_stays_in_the_picture(gallery: Gallery) -> None
     }
 
 
-def test_a_mark_that_was_found_is_shown_to_be_corrected(gallery: Gallery) -> None:
+def test_a_mark_that_was_found_is_shown_to_be_corrected(bare: Any) -> None:
     """A mark that is set is a mark at once; what a model has placed is hollow until it is moved."""
-    editing = Editing(gallery, OUTLINE)
+    editing = Editing(bare, OUTLINE)
     found = {"kind": "outline", "corners": [[10, 10], [100, 20], [50, 90]]}
     editing.page.evaluate("(mark) => editor.set(mark, ['corners.2'])", found)
     assert editing.mark == found

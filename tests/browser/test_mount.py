@@ -61,10 +61,11 @@ LEFT = """() => ({
     views: [...(window.Bokeh?.index ?? [])].length,
     elements: document.querySelectorAll("body *").length,
 })"""
-PAGE = """<head><link rel="stylesheet" href="/static/shared/palette.css">
-<link rel="stylesheet" href="/static/shared/style.css"><title>Two</title>
-<style>main { display: grid; grid-template-columns: 1fr 1fr; height: 100vh }</style></head>
-<body><main><div id="a"></div><div id="b"></div></main></body>"""
+PLACES = """() => {
+    const main = document.querySelector("main");
+    main.style = "display: grid; grid-template-columns: 1fr 1fr; height: 100vh";
+    main.innerHTML = '<div id="a"></div><div id="b"></div>';
+}"""
 MOUNT = """async ([place, options, shared]) => {
     const { mount } = await import("/static/session/mount.js");
     const { Clock } = await import("/static/session/clock.js");
@@ -77,16 +78,13 @@ BOKEH = "import('/static/session/plots/bokeh.js').then(({ loadBokeh }) => loadBo
 
 
 class Several(View):
-    """A page with places for two sessions."""
+    """A page with places for two sessions; all that there is to count on it is the component's."""
 
     def __init__(self, page: Any, server: Server) -> None:
         super().__init__(page)
         self.server = server
-        page.add_init_script(COUNTING)
-        # A page of this server without any script of ours, so that what there is to count is the component's.
-        page.route("**/favicon.ico", lambda route: route.fulfill(status=204))
-        page.goto("/healthz")
-        page.evaluate("(text) => (document.documentElement.innerHTML = text)", PAGE)
+        page.evaluate(COUNTING)
+        page.evaluate(PLACES)
 
     def mount(self, place: str, options: dict[str, Any], *, shared: bool = False) -> None:
         """Mount a session in a place, and wait until it is connected."""
@@ -107,8 +105,8 @@ class Several(View):
 
 
 @pytest.fixture
-def several(page: Any, server: Server) -> Several:
-    return Several(page, server)
+def several(bare: Any, server: Server) -> Several:
+    return Several(bare, server)
 
 
 @pytest.mark.scene
