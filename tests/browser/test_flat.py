@@ -57,7 +57,7 @@ TWO = """async (session) => {
     window.ends = ['a', 'b'].map((id) => mount(document.getElementById(id), { session }));
 }"""
 # Keeps count of the page's sockets.
-COUNTING = """
+COUNTING = """() => {
 window.sockets = new Set();
 window.WebSocket = class extends WebSocket {
     constructor(...given) {
@@ -65,7 +65,8 @@ window.WebSocket = class extends WebSocket {
         sockets.add(this);
         this.addEventListener('close', () => sockets.delete(this));
     }
-};"""
+};
+}"""
 HIDDEN = "(it) => it.closest('.control[hidden]') !== null"
 
 
