@@ -71,7 +71,8 @@ def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
 
 # What the pages share, and no script of theirs.
 BARE = """<head><title>Bare</title><link rel="stylesheet" href="/static/shared/palette.css">
-<link rel="stylesheet" href="/static/shared/style.css"></head><body><main></main></body>"""
+<link rel="stylesheet" href="/static/shared/style.css">
+<link rel="stylesheet" href="/static/session/session.css"></head><body><main></main></body>"""
 
 
 @pytest.fixture
