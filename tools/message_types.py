@@ -110,8 +110,8 @@ def _type(schema: Schema, names: dict[str, str]) -> str:
         return _array(schema, names)
     if kind == "object":
         values = schema.get("additionalProperties", True)
-        return f"Record<string, {_type(values, names) if isinstance(values, dict) else 'any'}>"
-    return SCALARS.get(str(kind), "any")
+        return f"Record<string, {_type(values, names) if isinstance(values, dict) else 'unknown'}>"
+    return SCALARS.get(str(kind), "unknown")
 
 
 def _array(schema: Schema, names: dict[str, str]) -> str:

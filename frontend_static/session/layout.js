@@ -2,6 +2,8 @@
 
 import { fill, h } from "../shared/dom.js";
 
+/** @import { Properties } from "../shared/elements.js" */
+
 /** @typedef {"scene"|"panel"|"branches"|"plots"|"readout"|"transport"|"scrubber"} Part */
 
 /** @type {readonly Part[]} */
@@ -19,7 +21,7 @@ export function arrange(element, parts) {
   if (unknown.length > 0) throw new Error(`A session has the parts ${PARTS.join(", ")}, and no ${unknown.join(", ")}`);
   /** @type {Partial<Record<Part, HTMLElement>>} */
   const places = {};
-  /** @param {Part} part @param {string} tag @param {object} properties */
+  /** @param {Part} part @param {"section"|"nav"|"div"} tag @param {Properties} properties */
   const place = (part, tag, properties) => {
     if (!parts.includes(part)) return null;
     return (places[part] = h(tag, { ...properties, data: { part } }));

@@ -1,12 +1,14 @@
 /** The "this frame" box: the numbers behind the picture, as the experiment declares them. */
 
 import { fill, h, setText } from "../shared/dom.js";
-import { number, quantity, unitOf } from "../shared/format.js";
+import { number, quantity } from "../shared/format.js";
 import { coalesce } from "../shared/timing.js";
 import { curve } from "./history.js";
 import { between, withSpread } from "./plots/kinds/band.js";
 import { mostProbable } from "./plots/kinds/hypotheses.js";
 import { declared as declaration, measured, numberOf, samplers, samplesOf } from "./series.js";
+
+/** @import { Reading } from "../shared/messages.js" */
 
 /**
  * @param {HTMLElement} root
@@ -16,17 +18,21 @@ export function readout(root, { store, signal }) {
   const verdict = h("p", { class: "verdict" });
   const list = h("dl", {});
   fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, list);
+  /** @type {Reading[]} */
   let readings = [];
+  /** @type {{title: HTMLElement, value: HTMLElement}[]} */
+  let lines = [];
   const draw = coalesce(() => {
     const { session, history } = store;
     if (session === null) return;
     if (session.readings.length !== readings.length) {
       readings = session.readings;
-      fill(list, readings.map(({ title }) => [h("dt", {}, title), h("dd", {})]));
+      lines = readings.map(({ title }) => ({ title: h("dt", {}, title), value: h("dd", {}) }));
+      fill(list, lines.map(({ title, value }) => [title, value]));
     }
     const row = history.at(session.position);
     readings.forEach((reading, place) => {
-      const [title, value] = [list.children[2 * place], list.children[2 * place + 1]];
+      const { title, value } = lines[place];
       // A line of which the method has nothing at all is left out; one that is not known in this frame stays in its place.
       title.hidden = value.hidden = row !== undefined && !isMeasured(reading, row, session, history);
       setText(value, words(reading, row, session));
@@ -47,7 +53,7 @@ function isMeasured({ kind, series }, row, session, history) {
 function words(reading, row, session) {
   if (!row) return number(null);
   const { kind, unit, series } = reading;
-  const own = unitOf(session);
+  const own = session.unit;
   const several = (values) => values.map((value) => quantity(value, own)).join(", ");
   switch (kind) {
     case "estimate":

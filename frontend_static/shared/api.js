@@ -4,6 +4,9 @@
  */
 
 /** @import * as Messages from "./messages.js" */
+/** @import { Value } from "./format.js" */
+
+/** @typedef {Record<string, string|number|boolean>} Query */
 
 const ROOT = "/api/v1/";
 
@@ -23,12 +26,31 @@ export class ApiError extends Error {
 }
 
 /**
+ * What can be said of whatever was thrown.
+ *
+ * @param {unknown} error
+ */
+export function messageOf(error) {
+  return error instanceof Error ? error.message : String(error);
+}
+
+/**
+ * The status by which the server refused, or undefined if it was something else that went wrong.
+ *
+ * @param {unknown} error
+ */
+export function statusOf(error) {
+  return error instanceof ApiError ? error.status : undefined;
+}
+
+/**
  * Ask the server for something and return the JSON of its answer (null for an empty one).
  *
+ * @template Answer
  * @param {string} method
  * @param {string} path
  * @param {unknown} [body]
- * @returns {Promise<any>}
+ * @returns {Promise<Answer>}
  */
 export async function request(method, path, body) {
   const headers = { accept: "application/json", ...(body !== undefined && { "content-type": "application/json" }) };
@@ -45,16 +67,18 @@ export async function request(method, path, body) {
 /**
  * Send files with progress, which `fetch` cannot report.
  *
+ * @template Answer
  * @param {string} path
  * @param {Iterable<File>} files
  * @param {(sent: number, total: number) => void} onProgress
  * @param {string} [method]
- * @returns {{done: Promise<any>, stop: () => void}}
+ * @returns {{done: Promise<Answer>, stop: () => void}}
  */
 export function send(path, files, onProgress, method = "POST") {
   const form = new FormData();
   for (const file of files) form.append("file", file, file.name);
   const transfer = new XMLHttpRequest();
+  /** @type {Promise<Answer>} */
   const done = new Promise((resolve, reject) => {
     transfer.upload.addEventListener("progress", (event) => onProgress(event.loaded, event.total));
     transfer.addEventListener("load", () => {
@@ -73,6 +97,12 @@ export function send(path, files, onProgress, method = "POST") {
   return { done, stop: () => transfer.abort() };
 }
 
+/**
+ * @template Answer
+ * @param {number} status
+ * @param {string} text
+ * @returns {Answer}
+ */
 function read(status, text) {
   let answer = null;
   try {
@@ -82,6 +112,15 @@ function read(status, text) {
   }
   if (status >= 200 && status < 300) return answer;
   throw new ApiError(status, answer?.error ?? { message: `The server answered with status ${status}` });
+}
+
+/**
+ * A query as addresses have it.
+ *
+ * @param {Query} values
+ */
+export function query(values) {
+  return new URLSearchParams(Object.entries(values).map(([name, value]) => [name, String(value)])).toString();
 }
 
 /** @param {string} id @param {string} [rest] */
@@ -98,9 +137,9 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
  * @property {() => Promise<Messages.SessionPublic[]>} sessions
  * @property {(id: string) => Promise<Messages.SessionPublic>} session
- * @property {(body: object) => Promise<Messages.SessionPublic>} start
+ * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
  * @property {(id: string) => Promise<null>} end
- * @property {(id: string, values: Record<string, unknown>) => Promise<Messages.Changed>} parameters
+ * @property {(id: string, values: Record<string, Value>) => Promise<Messages.Changed>} parameters
  * @property {(id: string, action: Messages.TransportUpdate["action"], more?: Partial<Messages.TransportUpdate>) => Promise<Messages.SessionPublic>} transport
  * @property {(id: string, body: Messages.BranchCreate) => Promise<Messages.SessionPublic>} branch
  * @property {(id: string, branch: string) => Promise<Messages.SessionPublic>} activate
@@ -110,7 +149,7 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string, bookmark: string) => Promise<null>} unbookmark
  * @property {(id: string) => string} frameAddress
  * @property {(id: string) => Promise<Messages.UploadPublic>} upload
- * @property {(id: string, question: Record<string, any>) => Promise<Messages.SightingPublic>} mark
+ * @property {(id: string, question: Query) => Promise<Messages.SightingPublic>} mark
  * @property {(id: string, experiment: string) => Promise<Messages.TruthPublic|null>} truth
  * @property {(id: string, experiment: string, files: File[]) => Promise<Messages.TruthPublic>} giveTruth
  * @property {(id: string, experiment: string) => Promise<null>} removeTruth
@@ -144,7 +183,7 @@ export const api = {
   frameAddress: (id) => `${ROOT}${session(id, "/frame.png")}`,
 
   upload: (id) => request("GET", `uploads/${encodeURIComponent(id)}`),
-  mark: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/mark?${new URLSearchParams(question)}`),
+  mark: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/mark?${query(question)}`),
   truth: (id, experiment) => request("GET", truthPath(id, experiment)),
   giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
   removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),

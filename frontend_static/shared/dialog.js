@@ -1,27 +1,30 @@
 /** Dialogs, on the browser's own `<dialog>`: it keeps the focus, closes on Escape and gives the focus back. */
 
-import { h } from "./dom.js";
+import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
+
+/** @import { Child } from "./elements.js" */
 
 /**
  * Open a dialog.
  *
  * @param {string} title
- * @param {(close: () => void) => Node[]} body What is in it.
+ * @param {(close: () => void) => Child[]} body What is in it.
  * @param {{wide?: boolean}} [options]
  * @returns {HTMLDialogElement}
  */
 export function openDialog(title, body, { wide = false } = {}) {
   const element = h("dialog", { class: wide ? "dialog wide" : "dialog", "aria-label": title });
   const close = () => element.close();
-  element.append(
+  fill(
+    element,
     h(
       "header",
       {},
       h("h2", {}, title),
       h("button", { class: "quiet icon-only", type: "button", "aria-label": "Close", on: { click: close } }, icon("close")),
     ),
-    ...body(close),
+    body(close),
   );
   element.addEventListener("close", () => element.remove());
   element.addEventListener("pointerdown", (event) => {
@@ -29,11 +32,19 @@ export function openDialog(title, body, { wide = false } = {}) {
   });
   document.body.append(element);
   element.showModal();
-  element.querySelector("[autofocus]")?.focus();
+  const first = element.querySelector("[autofocus]");
+  if (first instanceof HTMLElement) first.focus();
   return element;
 }
 
-/** Ask before something is lost for good. Resolves to true when it shall be done. */
+/** @typedef {{title: string, text: string, action: string}} Question What would be lost, and the word for doing it. */
+
+/**
+ * Ask before something is lost for good.
+ *
+ * @param {Question} question
+ * @returns {Promise<boolean>} Whether it shall be done.
+ */
 export function confirmLoss({ title, text, action }) {
   return new Promise((resolve) => {
     let answer = false;

@@ -2,21 +2,30 @@
  * Building page elements. Text goes in as text nodes only, so nothing a person typed or named can become markup.
  */
 
+/** @import { Child, Properties } from "./elements.js" */
+
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
  * Make an element.
  *
- * @param {string} tag
- * @param {object} [properties] `on` holds listeners, `data` the data-attributes; true/false switch an attribute, the
- *     rest become attributes as they are.
- * @param {...(Node|string|number|null|undefined|false|Array)} children Strings become text.
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Properties} [properties]
+ * @param {...Child} children
  */
 export function h(tag, properties = {}, ...children) {
   return dress(document.createElement(tag), properties, children);
 }
 
-/** The same for SVG. */
+/**
+ * The same for SVG.
+ *
+ * @template {keyof SVGElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Properties} [properties]
+ * @param {...Child} children
+ */
 export function svg(tag, properties = {}, ...children) {
   return dress(document.createElementNS(SVG, tag), properties, children);
 }
@@ -42,36 +51,54 @@ export function lastOfAddress(before = 0) {
   return decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1 - before) ?? "");
 }
 
-/** Replace all that an element holds. */
+/**
+ * Replace all that an element holds.
+ *
+ * @template {Element} E
+ * @param {E} element
+ * @param {...Child} children
+ */
 export function fill(element, ...children) {
   element.replaceChildren(...flat(children));
   return element;
 }
 
-/** Set an element's text, touching the page only when it differs. */
+/**
+ * Set an element's text, touching the page only when it differs.
+ *
+ * @param {Element} element
+ * @param {string} text
+ */
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-function dress(element, properties, children) {
-  for (const [name, value] of Object.entries(properties)) {
-    if (name === "on") {
-      for (const [event, listener] of Object.entries(value)) element.addEventListener(event, listener);
-    } else if (name === "data") {
-      Object.assign(element.dataset, value);
-    } else if (value === true) {
-      element.setAttribute(name, "");
-    } else if (value !== false && value !== null && value !== undefined) {
-      element.setAttribute(name, String(value));
-    }
+/**
+ * @template {HTMLElement|SVGElement} E
+ * @param {E} element
+ * @param {Properties} properties
+ * @param {readonly Child[]} children
+ */
+function dress(element, { on = {}, data = {}, ...attributes }, children) {
+  // Each listener takes the events of its own type, which are not told apart here.
+  for (const [type, listener] of Object.entries(on)) element.addEventListener(type, /** @type {EventListener} */ (listener));
+  Object.assign(element.dataset, data);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, String(value));
   }
   element.append(...flat(children));
   return element;
 }
 
+/**
+ * @param {readonly Child[]} children
+ * @returns {(Node|string)[]} Strings become text.
+ */
 function flat(children) {
-  return children
-    .flat(Infinity)
-    .filter((child) => child !== null && child !== undefined && child !== false)
-    .map((child) => (child instanceof Node ? child : document.createTextNode(String(child))));
+  return children.flatMap((child) => {
+    if (child === null || child === undefined || child === false) return [];
+    if (child instanceof Node) return [child];
+    return typeof child === "object" ? flat(child) : [String(child)];
+  });
 }

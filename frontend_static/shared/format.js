@@ -2,28 +2,53 @@
 
 const MISSING = "–";
 
-/** A number with so many decimals; a dash where there is none. */
+/**
+ * A number with so many decimals; a dash where there is none.
+ *
+ * @param {unknown} value
+ * @param {number} [decimals]
+ */
 export function number(value, decimals = 1) {
   return typeof value === "number" && Number.isFinite(value) ? value.toFixed(decimals) : MISSING;
 }
 
-/** A number of a session's quantities: pixels to a tenth, signals to a thousandth. */
+/**
+ * A number of a session's quantities: pixels to a tenth, signals to a thousandth.
+ *
+ * @param {unknown} value
+ * @param {string} unit
+ */
 export function quantity(value, unit) {
   return number(value, unit === "" ? 3 : 1);
 }
 
-/** The smallest span worth an axis: what is smaller than a pixel shall not look like a mountain. */
+/**
+ * The smallest span worth an axis: what is smaller than a pixel shall not look like a mountain.
+ *
+ * @param {string} unit
+ */
 export function smallestSpan(unit) {
   return unit === "" ? 0.001 : 1;
 }
 
-/** A parameter's value, as short as it stays exact. */
+/** @typedef {boolean|number|string} Value A parameter's value. */
+
+/**
+ * A parameter's value, as short as it stays exact.
+ *
+ * @param {Value} value
+ * @param {{unit: string}|null} [declaration]
+ */
 export function parameterValue(value, declaration) {
   const text = typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
   return declaration?.unit ? `${text} ${declaration.unit}` : text;
 }
 
-/** 12,345,678 bytes -> "12.3 MB". */
+/**
+ * 12,345,678 bytes -> "12.3 MB".
+ *
+ * @param {number} amount
+ */
 export function bytes(amount) {
   const units = ["B", "kB", "MB", "GB"];
   let value = amount;
@@ -35,26 +60,34 @@ export function bytes(amount) {
   return `${value.toFixed(value >= 100 || unit === 0 ? 0 : 1)} ${units[unit]}`;
 }
 
-/** 0.1 -> "0.1×"; 0 -> "max". */
+/**
+ * 0.1 -> "0.1×"; 0 -> "max".
+ *
+ * @param {number} value
+ */
 export function speed(value) {
   return value === 0 ? "max" : `${Number(value.toPrecision(3))}×`;
 }
 
-/** A moment, as "today, 14:03" or "3 Mar 2026, 14:03". */
+/**
+ * A moment, as "today, 14:03" or "3 Mar 2026, 14:03".
+ *
+ * @param {string} text As ISO 8601 has it.
+ */
 export function moment(text) {
-  const date = new Date(typeof text === "number" ? text * 1000 : text);
+  const date = new Date(text);
   if (Number.isNaN(date.getTime())) return "";
   const time = date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
   if (date.toDateString() === new Date().toDateString()) return `today, ${time}`;
   return `${date.toLocaleDateString("en-GB", { day: "numeric", month: "short", year: "numeric" })}, ${time}`;
 }
 
-/** "1 frame", "2 frames". */
+/**
+ * "1 frame", "2 frames".
+ *
+ * @param {number} amount
+ * @param {string} noun
+ */
 export function count(amount, noun) {
   return `${amount.toLocaleString("en-GB")} ${noun}${amount === 1 ? "" : "s"}`;
-}
-
-/** What estimate and error of a session are measured in; empty for a pure number. */
-export function unitOf(session) {
-  return session?.unit ?? "";
 }

@@ -2,6 +2,11 @@
 
 import { svg } from "./dom.js";
 
+/**
+ * Paths; one may be filled instead of stroked.
+ *
+ * @satisfies {Record<string, [path: string, isFilled?: boolean]>}
+ */
 const PATHS = {
   play: ["M4.5 2.8v10.4l8.6-5.2z", true],
   pause: ["M4 3h3v10H4zM9 3h3v10H9z", true],
@@ -22,9 +27,11 @@ const PATHS = {
   film: ["M2.5 3.5h11v9h-11zM5 3.5v9M11 3.5v9M2.5 6.5H5M2.5 9.5H5M11 6.5h2.5M11 9.5h2.5"],
 };
 
-/** @param {keyof PATHS} name */
+/** @typedef {keyof typeof PATHS} IconName */
+
+/** @param {IconName} name */
 export function icon(name) {
-  const [path, solid = false] = PATHS[name];
+  const [path, solid = false] = /** @type {[string, boolean?]} */ (PATHS[name]);
   return svg(
     "svg",
     { viewBox: "0 0 16 16", width: 16, height: 16, class: "icon", "aria-hidden": "true", focusable: "false" },

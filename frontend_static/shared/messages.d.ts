@@ -33,7 +33,7 @@ export interface Bookmarks {
 export interface BranchCreate {
   frame: number;
   tracker?: string | null;
-  parameters?: Record<string, any>;
+  parameters?: Record<string, unknown>;
   title?: string | null;
 }
 
@@ -90,7 +90,7 @@ export interface CellsPublic {
 /** Values that take effect in computing a frame. */
 export interface Change {
   frame: number;
-  values: Record<string, any>;
+  values: Record<string, unknown>;
 }
 
 /** A change of parameters on the timeline, with what was in force before it, unless the run begins with it. */
@@ -111,7 +111,7 @@ export interface Changed {
 /** The diagnostics of a branch, a list a column. */
 export interface Columns {
   branch: string;
-  columns: Record<string, any[]>;
+  columns: Record<string, unknown[]>;
 }
 
 /** Two methods against each other, cell by cell. */
@@ -195,7 +195,7 @@ export interface EstimateRequest {
   frames?: number | null;
   seed?: number;
   /** Parameters that differ from the defaults in every run. */
-  parameters?: Record<string, any>;
+  parameters?: Record<string, unknown>;
   /** Whether to measure the time on a few runs, which takes some seconds. */
   measure?: boolean;
 }
@@ -227,7 +227,7 @@ export interface ExperimentDetail {
   thumbnail: string;
   declarations: Declaration[];
   layers: Layer[];
-  schema: Record<string, any>;
+  schema: Record<string, unknown>;
 }
 
 /** An experiment as the gallery shows it. */
@@ -263,7 +263,7 @@ export interface Footage {
   name: string;
   path: string | null;
   start: number;
-  mark: Record<string, any> | null;
+  mark: Record<string, unknown> | null;
   truth: Record<string, number[]> | null;
 }
 
@@ -273,7 +273,7 @@ export interface FootageRequest {
   name?: string;
   path?: string | null;
   start?: number;
-  mark?: Record<string, any> | null;
+  mark?: Record<string, unknown> | null;
   truth?: Record<string, number[]> | null;
 }
 
@@ -282,7 +282,7 @@ export interface Frame {
   version: 1;
   type: "frame";
   branch: string;
-  diagnostics: Record<string, any>;
+  diagnostics: Record<string, unknown>;
 }
 
 /** Several frames were computed since the last message. */
@@ -290,7 +290,7 @@ export interface Frames {
   version: 1;
   type: "frames";
   branch: string;
-  rows: Record<string, any>[];
+  rows: Record<string, unknown>[];
 }
 
 /** A point of a mark that a person can drag. */
@@ -482,7 +482,7 @@ export interface Refused {
   message: string;
   field: string | null;
   bound: string | null;
-  value: any;
+  value: unknown;
 }
 
 /** One run of a sweep. */
@@ -522,7 +522,7 @@ export interface RunPublic {
   frames: number;
   created: string;
   outcome: string;
-  summary: Record<string, any>;
+  summary: Record<string, unknown>;
   thumbnail: string;
   page: string;
 }
@@ -552,7 +552,7 @@ export interface SessionHello {
   version: 1;
   type: "hello";
   session: SessionPublic;
-  diagnostics: Record<string, any[]>;
+  diagnostics: Record<string, unknown[]>;
 }
 
 /** The session is in another state. */
@@ -583,7 +583,7 @@ export interface SessionPublic {
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
   message: string | null;
   parameters: Record<string, boolean | number | string>;
-  declarations: Record<string, any>[];
+  declarations: Declaration[];
   controls: ControlPublic[];
   trackers: TrackerPublic[];
   layers: Layer[];
@@ -615,7 +615,7 @@ export interface SessionSpec {
   branches_made: number;
   bookmarks: Bookmark[];
   created: string;
-  card: Record<string, any> | null;
+  card: Record<string, unknown> | null;
   values: Record<string, boolean | number | string>;
 }
 
@@ -624,7 +624,7 @@ export interface SightingPublic {
   /** Where it was found, or the last frame that was looked into */
   frame: number;
   /** The target, of the kind that is found; null if it was not found */
-  mark: Record<string, any> | null;
+  mark: Record<string, unknown> | null;
   /** Handles of the mark that a model has placed rather than the picture shown */
   placed: string[];
   /** What to look at, or why nothing was found */
@@ -641,7 +641,7 @@ export interface SweepAxis {
   start?: number | null;
   stop?: number | null;
   step?: number | null;
-  values?: any[] | null;
+  values?: unknown[] | null;
 }
 
 /** A new sweep: an experiment over a grid of conditions. */
@@ -658,7 +658,7 @@ export interface SweepCreate {
   frames?: number | null;
   seed?: number;
   /** Parameters that differ from the defaults in every run. */
-  parameters?: Record<string, any>;
+  parameters?: Record<string, unknown>;
 }
 
 /** The complete state; the first message of every connection. */

@@ -1,17 +1,36 @@
 /** What a session shall be like, as it travels in the fragment of a link, which no server logs. */
 
-/** Link to a new session that does what `body` says (the body of POST sessions, and where to stand or to play). */
+/** @import { SessionCreate, SweepCreate } from "./messages.js" */
+
+/** @typedef {SessionCreate & {play?: boolean}} Beginning What a session begins with, and whether it shall play. */
+
+/**
+ * Link to a new session.
+ *
+ * @param {Beginning} body
+ */
 export function linkTo(body) {
   return `/session/new#${encode(body)}`;
 }
 
-/** base64url of JSON, in UTF-8. */
+/**
+ * base64url of JSON, in UTF-8.
+ *
+ * @param {Beginning|SweepCreate} body
+ */
 export function encode(body) {
   const raw = String.fromCharCode(...new TextEncoder().encode(JSON.stringify(body)));
   return btoa(raw).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
-/** Read a fragment; throws when it holds no body. */
+/**
+ * Read a fragment. Whether the rest of it is right is for the server to say.
+ *
+ * @template Body
+ * @param {string} fragment
+ * @returns {Body}
+ * @throws {Error} It holds no experiment.
+ */
 export function decode(fragment) {
   const raw = atob(fragment.replace(/^#/, "").replaceAll("-", "+").replaceAll("_", "/"));
   const body = JSON.parse(new TextDecoder().decode(Uint8Array.from(raw, (letter) => letter.charCodeAt(0))));

@@ -5,12 +5,23 @@
  * connection counts as lost when it closes or when a ping stays unanswered (a laptop that slept, a dead tunnel).
  */
 
-import { api, streamAddress } from "./api.js";
+import { ApiError, api, streamAddress } from "./api.js";
 
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 4000;
 const PING_EVERY_MS = 5000;
 
+/**
+ * Who hears what comes over a stream.
+ *
+ * @template Message
+ * @typedef {object} Listener
+ * @property {(message: Message) => void} message
+ * @property {() => void} lost
+ * @property {(error: ApiError) => void} gone The server answers, but there is no such stream any more.
+ */
+
+/** @template {{type: string}} Message */
 export class Stream {
   #address;
   #look;
@@ -25,9 +36,8 @@ export class Stream {
 
   /**
    * @param {string} id The session.
-   * @param {{message: (message: object) => void, lost: () => void, gone: (error: import("./api.js").ApiError) => void}} on `gone`: the
-   *     server answers, but has no such session any more.
-   * @param {{address?: () => string, look?: () => Promise<object>, signal?: AbortSignal}} [what] Another stream than a session's: where it is,
+   * @param {Listener<Message>} on
+   * @param {{address?: () => string, look?: () => Promise<unknown>, signal?: AbortSignal}} [what] Another stream than a session's: where it is,
    *     and how to find out whether there still is one; `signal` stops it.
    */
   constructor(id, on, { address = () => streamAddress(id), look = () => api.session(id), signal } = {}) {
@@ -70,6 +80,7 @@ export class Stream {
     socket.addEventListener("close", () => this.#closed(socket, greeted));
   }
 
+  /** @param {WebSocket} socket */
   #watch(socket) {
     this.#unanswered = 0;
     clearInterval(this.#pings);
@@ -87,6 +98,10 @@ export class Stream {
     }, PING_EVERY_MS);
   }
 
+  /**
+   * @param {WebSocket} socket
+   * @param {boolean} greeted
+   */
   async #closed(socket, greeted) {
     if (socket !== this.#socket) return;
     this.#socket = null;
@@ -95,7 +110,7 @@ export class Stream {
     this.#on.lost();
     if (!greeted) {
       const error = await this.#look().then(() => null, (failure) => failure);
-      if (error !== null && [401, 403, 404, 410].includes(error.status)) {
+      if (error instanceof ApiError && [401, 403, 404, 410].includes(error.status)) {
         this.stop();
         this.#on.gone(error);
         return;
@@ -105,6 +120,7 @@ export class Stream {
     this.#wait = Math.min(this.#wait * 2, LONGEST_WAIT_MS);
   }
 
+  /** @param {number} milliseconds */
   #soon(milliseconds) {
     clearTimeout(this.#timer);
     if (this.#end.signal.aborted) return;

@@ -4,7 +4,11 @@ import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
 
 const KEY = "pftrack-theme";
+/** @typedef {"auto"|"light"|"dark"} Theme */
+
+/** @type {Record<Theme, Theme>} */
 const NEXT = { auto: "light", light: "dark", dark: "auto" };
+/** @type {Record<Theme, import("./icons.js").IconName>} */
 const LOOK = { auto: "auto", light: "sun", dark: "moon" };
 const WORDS = { auto: "as the system", light: "light", dark: "dark" };
 
@@ -13,8 +17,10 @@ const CHANGED = "pftrack-theme";
 
 const system = () => matchMedia("(prefers-color-scheme: dark)");
 
+/** @returns {Theme} */
 function chosen() {
-  return document.documentElement.dataset.theme ?? "auto";
+  const { theme } = document.documentElement.dataset;
+  return theme === "light" || theme === "dark" ? theme : "auto";
 }
 
 /** Whether the page is dark now. */

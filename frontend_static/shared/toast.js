@@ -1,5 +1,6 @@
 /** Short messages at the lower edge. News goes away by itself; what went wrong stays until it is read. */
 
+import { messageOf } from "./api.js";
 import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
 
@@ -47,7 +48,7 @@ export async function attempt(work) {
   try {
     return await work();
   } catch (error) {
-    toast(error.message, { kind: "error" });
+    toast(messageOf(error), { kind: "error" });
     return undefined;
   }
 }

@@ -30,6 +30,7 @@ function versus(store) {
   if (!store.compares) return null;
   const { view, sweep } = store;
   const methods = sweep.trackers.map(({ id }) => [id, store.shortOf(id)]);
+  const holm = h("input", { type: "checkbox", checked: view.correction === "holm", on: { change: () => store.show({ correction: holm.checked ? "holm" : "none" }) } });
   return h(
     "span",
     { class: "choice versus" },
@@ -44,7 +45,7 @@ function versus(store) {
       h(
         "label",
         { class: "check", title: "Holm's correction: the level holds for the whole map, not for each cell by itself" },
-        h("input", { type: "checkbox", checked: view.correction === "holm", on: { change: (event) => store.show({ correction: event.target.checked ? "holm" : "none" }) } }),
+        holm,
         "Holm",
       ),
     ],
@@ -81,9 +82,10 @@ function segments(label, options, chosen, choose) {
 }
 
 export function select(label, options, chosen, choose) {
-  return h(
+  const list = h(
     "select",
-    { "aria-label": label, on: { change: (event) => choose(event.target.value) } },
+    { "aria-label": label, on: { change: () => choose(list.value) } },
     options.map(([value, words]) => h("option", { value, selected: value === chosen }, words)),
   );
+  return list;
 }

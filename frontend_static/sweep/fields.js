@@ -20,11 +20,12 @@ export function parameterSelect(label, declarations, chosen, choose) {
     groups.get(declaration.group).push(declaration);
   }
   const option = ({ name, title, unit }) => h("option", { value: name, selected: name === chosen }, unit ? `${title}, ${unit}` : title);
-  return h(
+  const list = h(
     "select",
-    { "aria-label": label, on: { change: (event) => choose(event.target.value) } },
+    { "aria-label": label, on: { change: () => choose(list.value) } },
     [...groups].map(([group, members]) => (group ? h("optgroup", { label: group }, members.map(option)) : members.map(option))),
   );
+  return list;
 }
 
 /** An input for one value of a parameter. */

@@ -41,6 +41,7 @@ function show(experiments, experiment, plan) {
   fill(root, form.elements);
 }
 
+/** @returns {import("../shared/messages.js").SweepCreate|null} */
 function planOfAddress() {
   try {
     return decode(location.hash);

@@ -1,10 +1,11 @@
 /** Opens a run of a sweep as a session, and goes there. A page of its own, so that a plain link can open it in a tab. */
 
-import { fill, h } from "../shared/dom.js";
+import { messageOf } from "../shared/api.js";
+import { fill, h, part } from "../shared/dom.js";
 import { sweeps } from "./api.js";
 
 const [, sweep, , run] = location.pathname.split("/").filter(Boolean).map(decodeURIComponent);
-const root = document.querySelector('[data-part="wait"]');
+const root = part("wait");
 
 fill(root, h("div", { class: "notice", role: "status" }, h("h2", {}, `Opening run ${run}`), h("p", {}, "It is computed up to ten frames before it lost the target."), h("div", { class: "bone shimmer" })));
 try {
@@ -17,7 +18,7 @@ try {
       "div",
       { class: "notice", role: "alert" },
       h("h2", {}, "This run could not be opened"),
-      h("p", {}, error.message),
+      h("p", {}, messageOf(error)),
       h("button", { type: "button", class: "primary", on: { click: () => location.reload() } }, "Try again"),
       h("a", { href: `/sweep/${encodeURIComponent(sweep)}` }, "Back to the sweep"),
     ),

@@ -20,10 +20,10 @@ export function sizeCard(form, read, on) {
   const runs = h("p", { class: "figure" }, "–");
   const words = h("div", { class: "size-words" });
   const time = h("p", { class: "figure", data: { role: "time" } }, "–");
+  const jobs = h("p", { class: "hint", data: { role: "jobs" } });
   const problem = h("p", { class: "note", hidden: true });
   const button = h("button", { type: "button", class: "primary", on: { click: () => start() } }, "Start the sweep");
-  const element = h("aside", { class: "plan-size", "aria-label": "Size" }, h("div", { role: "status" }, runs, words), h("div", {}, time, h("p", { class: "hint", data: { role: "jobs" } })), problem, button);
-  const jobs = element.querySelector('[data-role="jobs"]');
+  const element = h("aside", { class: "plan-size", "aria-label": "Size" }, h("div", { role: "status" }, runs, words), h("div", {}, time, jobs), problem, button);
   let asked = 0;
   let timers = [];
 

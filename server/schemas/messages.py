@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
-from pftrack.parameters import Value
+from pftrack.parameters import Declaration, Value
 from pftrack.runs.recipe import Recipe
 from pftrack.series import Series
 from server.schemas.controls import ControlPublic
@@ -103,7 +103,7 @@ class SessionPublic(BaseModel):
     state: Phase
     message: str | None = None
     parameters: dict[str, Value]
-    declarations: list[dict[str, Any]]
+    declarations: list[Declaration]
     controls: list[ControlPublic] = []
     trackers: list[TrackerPublic]
     layers: list[Layer]

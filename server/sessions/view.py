@@ -23,6 +23,7 @@ DECLARATIONS: TypeAdapter[list[Declaration]] = TypeAdapter(list[Declaration])
 def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None, *, playing: bool) -> SessionPublic:
     """Return a session as everybody outside sees it."""
     active = spec.active
+    declarations = DECLARATIONS.validate_python(card.declarations)
     return SessionPublic(
         id=spec.id,
         recipe=active.recipe,
@@ -41,8 +42,8 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         state=state,
         message=message,
         parameters=spec.values,
-        declarations=card.declarations,
-        controls=controls_of(DECLARATIONS.validate_python(card.declarations), spec.values),
+        declarations=declarations,
+        controls=controls_of(declarations, spec.values),
         trackers=[TrackerPublic(id=name, title=title) for name, title in card.trackers.items()],
         layers=LAYERS.validate_python(card.layers),
         timeline=timeline_view(active, card.declarations),

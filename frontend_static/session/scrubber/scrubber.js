@@ -4,7 +4,7 @@
  */
 
 import { fill, h } from "../../shared/dom.js";
-import { smallestSpan, unitOf } from "../../shared/format.js";
+import { smallestSpan } from "../../shared/format.js";
 import { onTheme, tokens } from "../../shared/theme.js";
 import { coalesce, later, throttle } from "../../shared/timing.js";
 import { marks } from "../timeline.js";
@@ -164,7 +164,7 @@ export class Scrubber {
       thresholds: session.thresholds.filter(({ of }) => of === "sigma"),
       bookmarks: session.bookmarks.filter((mark) => !mark.branch || mark.branch === session.branch),
       marks: this.#marks,
-      smallest: smallestSpan(unitOf(session)),
+      smallest: smallestSpan(session.unit),
       weight: weightOf(session),
       mixture: mixtureOf(session),
       missing: missingOf(store),

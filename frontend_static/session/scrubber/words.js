@@ -1,6 +1,6 @@
 /** What the scrubber says of a frame, and what its strips show. */
 
-import { quantity, unitOf } from "../../shared/format.js";
+import { quantity } from "../../shared/format.js";
 import { curve } from "../history.js";
 import { numberOf, ofRole, samplers, samplesOf } from "../series.js";
 
@@ -13,7 +13,7 @@ import { numberOf, ofRole, samplers, samplesOf } from "../series.js";
  */
 export function describe({ known: session, history }, frame) {
   const row = history.at(frame);
-  const unit = unitOf(session);
+  const unit = session.unit;
   if (!row) return [`frame ${frame}`, "not computed yet"];
   const told = [`frame ${frame}`];
   if (curve.error(row) !== null) told.push(`error ${quantity(curve.error(row), unit)} ${unit}`.trim());

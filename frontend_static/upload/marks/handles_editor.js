@@ -22,7 +22,9 @@ const NAME_PX = 180;
 export class HandlesEditor {
   #description;
   #changed;
+  /** @type {{ends: [string, string], drawn: SVGElement[]}[]} */
   #lines;
+  /** @type {{number: NumberField, drawn: SVGElement[]}[]} */
   #circles;
   #numbers;
   #handles;

@@ -1,6 +1,6 @@
 /** Kinds that draw one line a branch: error, sigma beside its thresholds, effective sample size. */
 
-import { number, quantity, smallestSpan, unitOf } from "../../../shared/format.js";
+import { number, quantity, smallestSpan } from "../../../shared/format.js";
 import { curve, isGone } from "../../history.js";
 import { numberOf, ofRole } from "../../series.js";
 import { Lines } from "../figure.js";
@@ -45,11 +45,11 @@ export class ErrorPlot extends CurvePlot {
   }
 
   heading() {
-    return [`${this.declared.title} ${unitOf(this.session)}`.trim()];
+    return [`${this.declared.title} ${this.session.unit}`.trim()];
   }
 
   reading({ session, history }) {
-    return quantity(curve.error(history.at(session.position)), unitOf(session));
+    return quantity(curve.error(history.at(session.position)), session.unit);
   }
 
   build(Bokeh, frames) {
@@ -60,7 +60,7 @@ export class ErrorPlot extends CurvePlot {
 
   draw(store) {
     super.draw(store);
-    this.figure.reach(Math.max(smallestSpan(unitOf(store.session)), this.lines.most));
+    this.figure.reach(Math.max(smallestSpan(store.session.unit), this.lines.most));
   }
 }
 
@@ -72,12 +72,12 @@ export class SigmaPlot extends CurvePlot {
   }
 
   heading({ session }) {
-    return [`${this.declared.title}${inForce(session).length > 0 ? " | threshold" : ""} ${unitOf(session)}`.trim()];
+    return [`${this.declared.title}${inForce(session).length > 0 ? " | threshold" : ""} ${session.unit}`.trim()];
   }
 
   reading({ session, history }) {
     const values = [curve.sigma(history.at(session.position)), ...inForce(session)];
-    return values.map((value) => quantity(value, unitOf(session))).join(" | ");
+    return values.map((value) => quantity(value, session.unit)).join(" | ");
   }
 
   build(Bokeh, frames) {
@@ -98,7 +98,7 @@ export class SigmaPlot extends CurvePlot {
     const data = staircase(limitsOf(session), session.frames - 1);
     if (JSON.stringify(data) !== JSON.stringify(source.data)) source.data = data;
     const levels = data.value.filter(Number.isFinite);
-    this.figure.reach(Math.max(smallestSpan(unitOf(session)), this.lines.most, ...levels));
+    this.figure.reach(Math.max(smallestSpan(session.unit), this.lines.most, ...levels));
   }
 }
 

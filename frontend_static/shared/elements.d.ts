@@ -1,0 +1,24 @@
+/** What `h` and `svg` of dom.js are given. */
+
+/** What becomes of an attribute: true and false switch it, null and undefined leave it out, the rest is its text. */
+export type Attribute = string | number | boolean | null | undefined;
+
+type HtmlName =
+  | "accept" | "alt" | "as" | "autofocus" | "checked" | "class" | "disabled" | "download" | "draggable" | "fetchpriority" | "for"
+  | "allow" | "height" | "hidden" | "href" | "id" | "inputmode" | "label" | "loading" | "max" | "maxlength" | "method" | "min"
+  | "multiple" | "novalidate" | "open" | "placeholder" | "popover" | "popovertarget" | "readonly" | "rel" | "role" | "selected"
+  | "src" | "step" | "style" | "tabindex" | "target" | "title" | "type" | "value" | "width";
+type SvgName =
+  | "d" | "fill" | "focusable" | "preserveAspectRatio" | "stroke" | "stroke-linecap" | "stroke-linejoin" | "stroke-width" | "viewBox";
+
+/** Attributes by name. One that is not among these yet is added to the lists above. */
+export type Attributes = { [Name in HtmlName | SvgName | `aria-${string}` | `data-${string}`]?: Attribute };
+
+/** What to call, by the type of the event. */
+export type Listeners = { [Type in keyof HTMLElementEventMap]?: (event: HTMLElementEventMap[Type]) => unknown };
+
+/** Attributes, the listeners, and what becomes data attributes. */
+export type Properties = Attributes & { on?: Listeners; data?: Record<string, string | number | boolean> };
+
+/** What an element holds: strings and numbers become text, nothing becomes of false, null and undefined. */
+export type Child = Node | string | number | false | null | undefined | readonly Child[];
