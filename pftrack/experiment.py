@@ -11,6 +11,7 @@ from pftrack.drawing import Drawing
 from pftrack.frame import Frame
 from pftrack.layer import Layer
 from pftrack.marks import Mark, read_mark
+from pftrack.measures import HIT_RATE, Measure
 from pftrack.parameters import Parameters, Value
 from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.runs.diagnostics import Diagnostics
@@ -102,11 +103,14 @@ class Setup:
         parameters: Defaults in force for this source; one flat model of scene and tracker.
         footage: What a recipe says of the recording, with the target where it was marked or found; None for a
             simulated scene.
+        success: Name of the measure that decides on success, a share: its frames that miss are counted against the
+            parameter with the role "loss_share".
     """
 
     open_source: Callable[[int, Any], Source[Any]]
     parameters: Parameters
     footage: Footage | None = None
+    success: str = HIT_RATE.name
 
 
 class Draw(Protocol):
@@ -226,6 +230,7 @@ class Experiment:
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
         series: What it measures of every frame beside what its trackers report, such as distances from the truth.
         measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
+        measures: What a whole run beside its truth comes to, one number each.
         report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
         target: What is tracked, one word.
         plots: What is drawn of a run over its frames, in the order in which it is shown.
@@ -258,6 +263,7 @@ class Experiment:
     scale: float = 1.0
     series: tuple[Series, ...] = ()
     measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
+    measures: tuple[Measure, ...] = ()
     report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
     target: str = "target"
     plots: tuple[Plot, ...] = STANDARD_PLOTS
@@ -266,10 +272,11 @@ class Experiment:
     interface: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse plots and readings of series that nobody declares.
+        """Refuse plots and readings of series that nobody declares, and two columns of one name.
 
         Raises:
-            ValueError: A plot or reading names an unknown series, or two different series have one name.
+            ValueError: A plot or reading names an unknown series, or two different series have one name, or two
+                measures or reductions have.
         """
         known = {series.name for series in self.declared()}
         shown = [name for plot in self.plots for name in plot.names]
@@ -277,11 +284,33 @@ class Experiment:
         for name in shown:
             if name not in known:
                 raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
+        kept = [one.name for one in self.run_measures]
+        kept += [reduction.name for series in self.declared() for reduction in series.reductions]
+        for name in kept:
+            if kept.count(name) > 1:
+                raise ValueError(f"{self.id} declares {name!r} twice among its measures and reductions")
 
     def declared(self, *trackers: str) -> tuple[Series, ...]:
         """Return all series that a run with these trackers, or with any if none is named, may have."""
         chosen = trackers or tuple(self.trackers)
         return joined(*(self.trackers[name].series for name in chosen), self.series)
+
+    @property
+    def run_measures(self) -> tuple[Measure, ...]:
+        """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
+        return (*((HIT_RATE,) if self.lost else ()), *self.measures)
+
+    def measure_named(self, name: str) -> Measure:
+        """Return a measure.
+
+        Raises:
+            ValueError: Nobody declares one of that name.
+        """
+        for measure in (HIT_RATE, *self.measures):
+            if measure.name == name:
+                return measure
+        known = ", ".join(measure.name for measure in (HIT_RATE, *self.measures))
+        raise ValueError(f"{self.id} has no measure {name!r}, only {known}")
 
     @property
     def accepts_video(self) -> bool:

@@ -48,12 +48,14 @@ class Target:
         size: Longer side of the box around it, px; 0 for a signal.
         hidden: Whether it is known to be out of sight.
         landmarks: Its points, if it is a solid that is tracked by them.
+        extent: Width and height of the box around it, px; None for a target without one, such as a signal or a pose.
     """
 
     position: NDArray[np.float64]
     size: float = 0.0
     hidden: bool = False
     landmarks: Landmarks | None = None
+    extent: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

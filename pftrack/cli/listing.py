@@ -72,6 +72,10 @@ def show(
     typer.echo("")
     presets = [(it.title, it.tracker, " ".join(f"{k}={v}" for k, v in it.parameters.items())) for it in found.presets]
     table("Presets", ("title", "tracker", "parameters"), presets)
+    if found.run_measures:
+        typer.echo("")
+        measures = [(it.name, it.description, it.source) for it in found.run_measures]
+        table("Measures of a run", ("name", "definition", "source"), measures)
     if found.accepts_video:
         typer.echo("")
         marks = [(f"{kind.name()}:{kind.text}", kind.title, kind.instruction) for kind in found.marks]
@@ -92,6 +96,10 @@ def _about(experiment: "Experiment") -> dict[str, object]:
         "accepts_video": experiment.accepts_video,
         "default_tracker": experiment.default_tracker,
         "frames": experiment.frames,
+        "measures": [
+            {key: getattr(it, key) for key in ("name", "title", "description", "unit", "how", "better", "source")}
+            for it in experiment.run_measures
+        ],
         "trackers": [
             {"id": tracker.id, "title": tracker.title, "description": tracker.description}
             for tracker in experiment.trackers.values()

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment, Setup
+from pftrack.measures import Course, measured
 from pftrack.parameters import Parameters, Value, revise
 from pftrack.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
@@ -33,13 +34,14 @@ class Outcome:
     """What came of one run.
 
     Attributes:
-        success: Whether few enough frames were lost; None where the experiment has no notion of lost.
+        success: Whether the measure that decides is high enough; None where it is not known.
         mean_error: Over the frames whose truth is known, in the experiment's unit; None where there are none.
         lost_frames: How many frames were lost; None where the experiment has no notion of lost.
         first_lost_frame: The first of them, or None.
         labelled_frames: Frames whose truth is known.
         step_ms: Mean time of a step, ms; the one figure that differs from run to run.
         estimates_sha256: Hash of all estimates, as of a live run.
+        measures: Those that the experiment declares and the run has a truth for, by name.
         reductions: What is kept of the series of tracker and experiment, by the reductions' names; None where no
             frame has a value.
     """
@@ -51,6 +53,7 @@ class Outcome:
     labelled_frames: int
     step_ms: float
     estimates_sha256: str
+    measures: Mapping[str, float | int]
     reductions: Mapping[str, float | int | None]
 
 
@@ -63,12 +66,14 @@ class Block:
         pictures_rgb: (L, height, width, 3), read-only.
         truths: (L, d) true positions, NaN where unknown.
         sizes: (L,) of the target.
+        extents: (L, 2) of the box around it, NaN where unknown.
     """
 
     first: int
     pictures_rgb: NDArray[np.uint8]
     truths: NDArray[np.float64]
     sizes: NDArray[np.float64]
+    extents: NDArray[np.float64]
 
 
 def outcomes(
@@ -124,17 +129,30 @@ def _folded(
     runs = {
         (seed, name): _begun(experiment.trackers[name], source, parameters, seed) for seed in seeds for name in names
     }
-    truths, sizes = [], []
+    blocks: list[Block] = []
     for block in _blocks(source, parameters, min(frames, source.frame_count or frames)) if runs else ():
         for key in list(runs):
             if not runs[key].take(block, parameters):
                 del runs[key]
-        truths.append(block.truths)
-        sizes.append(block.sizes)
+        # The pictures are overwritten by the next block's; what is kept is the truth.
+        blocks.append(block)
     if not runs:
         return {}
-    positions, extents = np.concatenate(truths), np.concatenate(sizes)
-    return {key: run.outcome(experiment, parameters, positions, extents) for key, run in runs.items()}
+    truths, sizes, extents = (
+        np.concatenate([getattr(block, name) for block in blocks]) for name in ("truths", "sizes", "extents")
+    )
+    known = _Truths(setup.success, truths, sizes, extents)
+    return {key: run.outcome(experiment, parameters, known) for key, run in runs.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class _Truths:
+    """What is true of a run, frame by frame, and the name of the measure that decides on its success."""
+
+    success: str
+    positions: NDArray[np.float64]
+    sizes: NDArray[np.float64]
+    extents: NDArray[np.float64]
 
 
 def _blocks(source: Source[Any], parameters: Parameters, frames: int) -> Iterator[Block]:
@@ -148,13 +166,14 @@ def _blocks(source: Source[Any], parameters: Parameters, frames: int) -> Iterato
     for start in range(0, frames, held):
         length = min(held, frames - start)
         truths = np.full((length, len(source.start.position)), np.nan)
-        sizes = np.zeros(length)
+        sizes, extents = np.zeros(length), np.full((length, 2), np.nan)
         for place in range(length):
             frame = source.frame(start + place, history)
             pictures[place] = frame.image_rgb
             if frame.target is not None:
                 truths[place], sizes[place] = frame.target.position, frame.target.size
-        yield Block(start, pictures[:length], truths, sizes)
+                extents[place] = frame.target.extent or np.nan
+        yield Block(start, pictures[:length], truths, sizes, extents)
 
 
 def _begun(tracker: Tracker, source: Source[Any], parameters: Parameters, seed: int) -> "_Folding":
@@ -192,14 +211,14 @@ class _Folding:
             self._series.setdefault(name, []).append(column)
         return True
 
-    def outcome(
-        self, experiment: Experiment, parameters: Parameters, truths: NDArray[np.float64], sizes: NDArray[np.float64]
-    ) -> Outcome:
+    def outcome(self, experiment: Experiment, parameters: Parameters, known: _Truths) -> Outcome:
         """Judge the finished run."""
         estimates = np.concatenate(self._estimates)
-        errors = experiment.error(estimates, truths)
-        lost = experiment.lost(errors, sizes, parameters) if experiment.lost else None
-        verdict = judge(errors, lost, allowed_loss(parameters))
+        errors = experiment.error(estimates, known.positions)
+        lost = experiment.lost(errors, known.sizes, parameters) if experiment.lost else None
+        scale = experiment.scale
+        course = Course(scale * estimates, scale * known.positions, errors, lost, known.extents)
+        verdict = judge(course, experiment.measure_named(known.success), allowed_loss(parameters))
         steps = len(estimates) - 1
         return Outcome(
             verdict.success,
@@ -208,7 +227,8 @@ class _Folding:
             verdict.first_lost_frame,
             verdict.labelled_frames,
             1e3 * self._seconds / steps if steps else 0.0,
-            estimates_hash(experiment.scale * estimates),
+            estimates_hash(course.estimates),
+            measured(experiment.run_measures, course),
             self._reductions(),
         )
 
@@ -238,5 +258,6 @@ def _live(
         verdict.labelled_frames,
         float(np.mean([row.step_ms for row in rows])) if rows else 0.0,
         summary.estimates_sha256,
+        summary.measures,
         reductions(experiment.declared(tracker), rows),
     )

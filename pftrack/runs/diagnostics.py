@@ -25,6 +25,7 @@ class Diagnostics:
         sigma: Posterior standard deviations, same unit.
         log_evidence: log p(z_t | z_{1:t-1}) up to a constant of the likelihood; -inf if every weight was zero.
         truth: The true position; None where it is unknown.
+        extent: Width and height of the true box, px; None where it is unknown, or there is none.
         observation: What was seen of a signal; None for pictures.
         error: Distance of the estimate from the truth; None where the truth is unknown.
         lost: Whether that counts as lost; None where the truth is unknown.
@@ -40,6 +41,7 @@ class Diagnostics:
     sigma: tuple[float, ...]
     log_evidence: float
     truth: tuple[float, ...] | None
+    extent: tuple[float, float] | None
     observation: tuple[float, ...] | None
     error: float | None
     lost: bool | None
@@ -107,6 +109,7 @@ def diagnose(
         sigma=_scaled(state.sigma, scale),
         log_evidence=state.log_evidence,
         truth=_scaled(target.position, scale) if target else None,
+        extent=target.extent if target else None,
         observation=tuple(frame.signal.tolist()) if frame.signal is not None else None,
         error=error,
         lost=lost,

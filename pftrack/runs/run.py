@@ -18,12 +18,13 @@ import numpy as np
 
 from pftrack.experiment import Experiment, Setup, Step
 from pftrack.frame import Frame
+from pftrack.measures import measured
 from pftrack.parameters import ParameterError, Parameters, flat
 from pftrack.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.runs.diagnostics import Diagnostics, diagnose
 from pftrack.runs.keyframes import Keyframes
 from pftrack.runs.recipe import Recipe
-from pftrack.runs.scoring import allowed_loss, estimates_hash, judge
+from pftrack.runs.scoring import allowed_loss, course_of, estimates_hash, judge
 from pftrack.runs.summary import Summary
 from pftrack.runs.timeline import LONGEST_RUN, Change, Timeline
 from pftrack.trackers import TrackState
@@ -226,11 +227,12 @@ class Run:
     def summary(self) -> Summary:
         """Return what came of the run so far.
 
-        Success and the hit rate count the frames whose truth is known; both are None where there are none.
+        Success and measures count the frames whose truth is known; where there are none, success is None and no
+        measure is known.
         """
         parameters = self.parameters_at(self.computed)
-        errors = np.array([np.nan if row.error is None else row.error for row in self.diagnostics])
-        lost = np.array([bool(row.lost) for row in self.diagnostics]) if self.experiment.lost else None
+        course = course_of(self.diagnostics, judged=self.experiment.lost is not None)
+        decisive = self.experiment.measure_named(self.setup.success)
         return Summary(
             experiment=self.experiment.id,
             tracker=self.tracker,
@@ -239,7 +241,8 @@ class Run:
             parameters=flat(self.parameters_at(0)),
             changes=self.timeline.changes,
             unit=self.experiment.unit,
-            verdict=judge(errors, lost, allowed_loss(parameters)),
+            verdict=judge(course, decisive, allowed_loss(parameters)),
+            measures=measured(self.experiment.run_measures, course),
             step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
             estimates_sha256=self.estimates_sha256,
         )

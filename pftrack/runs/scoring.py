@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.measures import Course, Measure, succeeded
 from pftrack.parameters import Parameters, with_role
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.series import Series, columns, reduced
 
-__all__ = ["Verdict", "allowed_loss", "estimates_hash", "judge", "reductions"]
+__all__ = ["Verdict", "allowed_loss", "course_of", "estimates_hash", "judge", "reductions"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,37 +22,58 @@ class Verdict:
     Attributes:
         labelled_frames: Frames whose truth is known.
         mean_error: Over those, in the experiment's unit; None where there are none.
-        success: Whether few enough of them were lost; None where there are none, or no notion of lost.
-        lost_frames: How many of them were lost; None as for success.
+        success: Whether the measure that decides is high enough; None where it is not known.
+        success_measure: Name of that measure, a share; None where it is not known.
+        lost_frames: How many of them were lost; None where there are none, or no notion of lost.
         first_lost_frame: The first of them, or None.
     """
 
     labelled_frames: int
     mean_error: float | None
     success: bool | None
+    success_measure: str | None
     lost_frames: int | None
     first_lost_frame: int | None
 
 
-def judge(errors: NDArray[np.float64], lost: NDArray[np.bool_] | None, lost_share: float) -> Verdict:
+def judge(course: Course, decisive: Measure, allowed_share: float) -> Verdict:
     """Judge a run.
 
     Args:
-        errors: (L,) distance of the estimate from the truth in every frame, NaN where the truth is unknown.
-        lost: (L,) whether that counts as lost, False where the truth is unknown; None if there is no such notion.
-        lost_share: Share of the frames with known truth that may be lost, 0..1.
+        course: The run beside its truth.
+        decisive: The measure that decides on success, a share.
+        allowed_share: Share of the frames with known truth, 0..1, that may miss in a success.
     """
-    known = errors[~np.isnan(errors)]
+    known = course.errors[~np.isnan(course.errors)]
     mean_error = float(known.mean()) if len(known) else None
-    if lost is None or not len(known):
-        return Verdict(len(known), mean_error, None, None, None)
-    count = int(np.count_nonzero(lost))
-    first = int(np.argmax(lost)) if count else None
-    return Verdict(len(known), mean_error, count <= lost_share * len(known), count, first)
+    success = succeeded(decisive, course, allowed_share)
+    name = None if success is None else decisive.name
+    if course.lost is None or not len(known):
+        return Verdict(len(known), mean_error, success, name, None, None)
+    count = int(np.count_nonzero(course.lost))
+    first = int(np.argmax(course.lost)) if count else None
+    return Verdict(len(known), mean_error, success, name, count, first)
+
+
+def course_of(rows: Sequence[Diagnostics], *, judged: bool) -> Course:
+    """Return a run beside its truth.
+
+    Args:
+        rows: Of all its frames.
+        judged: Whether the experiment has a notion of lost.
+    """
+    unknown = (np.nan,) * len(rows[0].estimate)
+    return Course(
+        np.array([row.estimate for row in rows]),
+        np.array([row.truth or unknown for row in rows]),
+        np.array([np.nan if row.error is None else row.error for row in rows]),
+        np.array([bool(row.lost) for row in rows]) if judged else None,
+        np.array([row.extent or (np.nan, np.nan) for row in rows]),
+    )
 
 
 def allowed_loss(parameters: Parameters) -> float:
-    """Return the share of frames, 0..1, that may be lost in a success; none where no parameter has that role."""
+    """Return the share of frames, 0..1, that may miss in a success; none where no parameter has that role."""
     shares = with_role(type(parameters), "loss_share")
     return float(getattr(parameters, shares[0].name)) if shares else 0.0
 

@@ -24,6 +24,7 @@ class Summary:
         changes: Of the parameters.
         unit: Of the mean error.
         verdict: By the frames whose truth is known.
+        measures: Those that the experiment declares and the run has a truth for, by name.
         step_ms_median: Of a frame's time in the tracker, ms; None for a run of one frame.
         estimates_sha256: Hash of all estimates: equal if and only if they are to the bit.
     """
@@ -36,6 +37,7 @@ class Summary:
     changes: tuple[Change, ...]
     unit: str
     verdict: Verdict
+    measures: Mapping[str, float | int]
     step_ms_median: float | None
     estimates_sha256: str
 
@@ -58,6 +60,7 @@ class Summary:
             **verdict,
             "mean_error_px": self.verdict.mean_error if self.unit == "px" else None,
             "hit_rate": self.hit_rate,
+            **self.measures,
             "step_ms_median": self.step_ms_median,
             "estimates_sha256": self.estimates_sha256,
         }

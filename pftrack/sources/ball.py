@@ -136,7 +136,8 @@ def _target(parameters: BallSceneParameters, turns: float) -> Target:
     u, v = _centre(parameters, turns)
     left, right = strip(parameters, parameters.image_width_px)
     radius = parameters.ball_radius_px
-    return Target(np.array([u, v]), 2 * radius, hidden=left <= u - radius and u + radius < right)
+    hidden = left <= u - radius and u + radius < right
+    return Target(np.array([u, v]), 2 * radius, hidden=hidden, extent=(2 * radius, 2 * radius))
 
 
 @lru_cache(maxsize=64)

@@ -92,7 +92,7 @@ class TruthTable:
         if box is None:
             return None
         x, y, w, h = box
-        return Target(position=np.array([x + (w - 1) / 2, y + (h - 1) / 2]), size=max(w, h))
+        return Target(position=np.array([x + (w - 1) / 2, y + (h - 1) / 2]), size=max(w, h), extent=(w, h))
 
 
 def read_truth(path: Path) -> TruthTable:

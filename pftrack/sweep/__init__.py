@@ -10,7 +10,8 @@ In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_r
 """
 
 from pftrack.sweep.axis import MOST_RUNS, Axis, parse_axis
-from pftrack.sweep.cells import CellMap, Code, Counts, Significance, cells, count, error_significance, significance
+from pftrack.sweep.cells import CellMap, Code, Significance, cells, error_significance, significance
+from pftrack.sweep.counts import Counts, columns, count
 from pftrack.sweep.driver import Estimate, Progress, carry_out, estimate
 from pftrack.sweep.errors import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, begin, partial_of, resume
@@ -35,6 +36,7 @@ __all__ = [
     "begin",
     "carry_out",
     "cells",
+    "columns",
     "count",
     "csv_pieces",
     "error_significance",

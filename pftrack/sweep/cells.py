@@ -5,7 +5,7 @@ chunk by chunk: `count` one table, add, and `cells` makes rates, intervals and m
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Literal, TypeAlias
 
@@ -16,22 +16,16 @@ from numpy.typing import NDArray
 
 from pftrack.statistics import chi_square, fisher_exact, holm, rank_sum, wilson
 from pftrack.sweep.axis import Axis
+from pftrack.sweep.counts import OF_MEASURE, SUMS, Counts, columns, count, floats, nulls, row_places
 from pftrack.sweep.errors import SweepError
-from pftrack.sweep.plan import Plan
 from pftrack.sweep.result import Result
 
-__all__ = ["CellMap", "Code", "Counts", "Significance", "cells", "count", "error_significance", "significance"]
+__all__ = ["CellMap", "Code", "Significance", "cells", "error_significance", "errors_by_cell", "significance"]
 
 CONFIDENCE = 0.95
 
 Correction: TypeAlias = Literal["none", "holm"]
 Test: TypeAlias = Literal["chi-square", "fisher"]
-
-SUMS = ("runs", "judged", "successes", "measured", "error", "lost", "counted", "problems")
-"""What is added up: runs; runs with a verdict and those that succeeded; runs whose error counts and their errors; lost
-frames and the runs that know them; runs with a problem."""
-
-COLUMNS = ("tracker", "success", "mean_error", "lost_frames", "problem")
 
 
 class Code(IntEnum):
@@ -41,26 +35,6 @@ class Code(IntEnum):
     NOT_SIGNIFICANT = 1
     FIRST_BETTER = 2
     SECOND_BETTER = 3
-
-
-@dataclass(frozen=True)
-class Counts:
-    """Sums over runs by tracker and cell.
-
-    Attributes:
-        plan: Of the sweep.
-        x: Axis across, or None for a single column.
-        y: Axis down, or None for a single row.
-        sums: (sums, trackers, values of y, values of x), in the order of `SUMS`.
-    """
-
-    plan: Plan
-    x: Axis | None
-    y: Axis | None
-    sums: NDArray[np.float64]
-
-    def __add__(self, other: "Counts") -> "Counts":
-        return Counts(self.plan, self.x, self.y, self.sums + other.sums)
 
 
 @dataclass(frozen=True)
@@ -79,6 +53,7 @@ class CellMap:
         mean_error: Of the successful runs, or of all where there are no verdicts; NaN where there are none.
         mean_lost_frames: Of all runs.
         problems: How many runs could not be computed.
+        measures: Mean over all runs that have it, of each measure by its name; NaN where there are none.
     """
 
     x: Axis | None
@@ -92,6 +67,7 @@ class CellMap:
     mean_error: NDArray[np.float64]
     mean_lost_frames: NDArray[np.float64]
     problems: NDArray[np.int64]
+    measures: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -107,45 +83,6 @@ class Significance:
     codes: NDArray[np.uint8]
     p_values: NDArray[np.float64]
     effect: NDArray[np.float64]
-
-
-def count(plan: Plan, table: pa.Table | None, x: str | None, y: str | None = None) -> Counts:
-    """Add up the runs of a table by tracker and cell.
-
-    Args:
-        plan: Of the sweep.
-        table: Some of its rows; none gives sums of zero to begin with.
-        x: Name of the axis across; all values are pooled if None.
-        y: Name of the axis down; all values are pooled if None.
-
-    Raises:
-        SweepError: The sweep has no such axis, or both are the same.
-    """
-    if x is not None and x == y:
-        raise SweepError(f"a map needs two different axes, got {x} twice")
-    across, down = (None if name is None else plan.axis(name) for name in (x, y))
-    shape = len(plan.trackers), len(down.values) if down else 1, len(across.values) if across else 1
-    sums = np.zeros((len(SUMS), *shape))
-    if table is not None and len(table):
-        place = _places(plan, table, across, down)
-        success = table["success"]
-        judged, succeeded = (~_nulls(table, "success")).astype(float), _floats(pc.cast(success, pa.float64()))
-        error = _floats(table["mean_error"])
-        matters = ~_nulls(table, "mean_error") & ((succeeded > 0) | (judged == 0))
-        weights = (
-            np.ones(len(table)),
-            judged,
-            succeeded,
-            matters.astype(float),
-            np.where(matters, error, 0.0),
-            _floats(pc.cast(table["lost_frames"], pa.float64())),
-            (~_nulls(table, "lost_frames")).astype(float),
-            (~_nulls(table, "problem")).astype(float),
-        )
-        size = int(np.prod(shape))
-        for index, weight in enumerate(weights):
-            sums[index] = np.bincount(place, weight, size).reshape(shape)
-    return Counts(plan, across, down, sums)
 
 
 def cells(source: Result | Counts, x: str | None = None, y: str | None = None) -> dict[str, CellMap]:
@@ -227,11 +164,11 @@ def errors_by_cell(result: Result, x: str | None, y: str | None = None) -> dict[
     empty = count(plan, None, x, y)
     size = empty.sums[0].size
     places, errors = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
-    for piece in result.pieces(_columns(x, y)):
-        accepted = _nulls(piece, "success") | (_floats(pc.cast(piece["success"], pa.float64())) > 0)
-        matters = accepted & ~_nulls(piece, "mean_error")
-        places.append(_places(plan, piece, empty.x, empty.y)[matters])
-        errors.append(_floats(piece["mean_error"])[matters])
+    for piece in result.pieces(columns(plan, x, y)):
+        accepted = nulls(piece, "success") | (floats(pc.cast(piece["success"], pa.float64())) > 0)
+        matters = accepted & ~nulls(piece, "mean_error")
+        places.append(row_places(plan, piece, empty.x, empty.y)[matters])
+        errors.append(floats(piece["mean_error"])[matters])
     place, error = np.concatenate(places), np.concatenate(errors)
     order = np.argsort(place, kind="stable")
     edges = np.searchsorted(place[order], np.arange(size + 1))
@@ -242,25 +179,27 @@ def errors_by_cell(result: Result, x: str | None, y: str | None = None) -> dict[
 
 def _counted(result: Result, x: str | None, y: str | None) -> Counts:
     total = count(result.plan, None, x, y)
-    for piece in result.pieces(_columns(x, y)):
+    for piece in result.pieces(columns(result.plan, x, y)):
         total += count(result.plan, piece, x, y)
     return total
 
 
-def _columns(x: str | None, y: str | None) -> list[str]:
-    return [*COLUMNS, *(name for name in (x, y) if name is not None)]
-
-
 def _map(counts: Counts, tracker: int) -> CellMap:
-    sums: Mapping[str, NDArray[np.float64]] = dict(zip(SUMS, counts.sums[:, tracker], strict=True))
+    of_tracker = counts.sums[:, tracker]
+    sums: Mapping[str, NDArray[np.float64]] = dict(zip(SUMS, of_tracker, strict=False))
+    names = [measure.name for measure in counts.plan.wiring.run_measures]
     low, high = wilson(sums["successes"], sums["judged"], CONFIDENCE)
     with np.errstate(invalid="ignore", divide="ignore"):
         rate = sums["successes"] / sums["judged"]
         mean_error, mean_lost = sums["error"] / sums["measured"], sums["lost"] / sums["counted"]
+        means = of_tracker[len(SUMS) :: OF_MEASURE] / of_tracker[len(SUMS) + 1 :: OF_MEASURE]
+    measures = dict(zip(names, means, strict=True))
     runs, judged, successes, problems = (
         sums[name].astype(np.int64) for name in ("runs", "judged", "successes", "problems")
     )
-    return CellMap(counts.x, counts.y, runs, judged, successes, rate, low, high, mean_error, mean_lost, problems)
+    return CellMap(
+        counts.x, counts.y, runs, judged, successes, rate, low, high, mean_error, mean_lost, problems, measures
+    )
 
 
 def _coded(
@@ -274,29 +213,3 @@ def _coded(
     codes[significant & (effect > 0)] = Code.FIRST_BETTER
     codes[significant & (effect < 0)] = Code.SECOND_BETTER
     return Significance(codes, p_values, effect)
-
-
-def _places(plan: Plan, table: pa.Table, x: Axis | None, y: Axis | None) -> NDArray[np.int64]:
-    """Return for each row its flat index among tracker, y and x."""
-    place = _index(table["tracker"], pa.array(plan.trackers, pa.string()))
-    for axis in (y, x):
-        if axis is not None:
-            column = table[axis.name]
-            place = place * len(axis.values) + _index(column, pa.array(axis.values, column.type))
-    return place
-
-
-def _index(column: pa.ChunkedArray, values: pa.Array) -> NDArray[np.int64]:
-    found: NDArray[np.int64] = pc.index_in(column, value_set=values).to_numpy().astype(np.int64)
-    return found
-
-
-def _nulls(table: pa.Table, name: str) -> NDArray[np.bool_]:
-    missing: NDArray[np.bool_] = pc.is_null(table[name]).to_numpy()
-    return missing
-
-
-def _floats(column: pa.ChunkedArray) -> NDArray[np.float64]:
-    """Return a column as numbers, 0 where there is none."""
-    numbers: NDArray[np.float64] = pc.fill_null(column, 0.0).to_numpy()
-    return numbers

@@ -5,10 +5,11 @@
 | `run` | number of the run in the plan, the row's name |
 | one an axis | the condition |
 | `tracker`, `trial`, `seed` | which run of the condition |
-| `success` | whether few enough frames were lost; null where the experiment has no notion of lost |
+| `success` | whether the measure that decides is high enough; null where it is not known |
 | `mean_error` | over the frames whose truth is known, in the experiment's unit |
 | `lost_frames`, `first_lost_frame` | how many frames were lost, and the first of them |
 | `labelled_frames` | frames whose truth is known |
+| one a measure | what a run comes to beside its truth, as `pftrack.measures` defines it; null where there is none |
 | one a reduction | what is kept of the declared series of trackers and experiment; null where a method has none |
 | `step_ms` | mean time of a step; the one column that differs from time to time |
 | `estimates_sha256` | hash of all estimates, as of a live run, 32 bytes |
@@ -51,8 +52,9 @@ def schema(plan: Plan) -> pa.Schema:
     axes = [(axis.name, _kind(axis.values[0])) for axis in plan.axes]
     which = [("tracker", pa.string()), ("trial", pa.int32()), ("seed", pa.int64())]
     witness = [("estimates_sha256", pa.binary(32)), ("problem", pa.string())]
+    scores = [(measure.name, pa.float64()) for measure in plan.wiring.run_measures]
     kept = [(reduction.name, REDUCED[reduction.how]) for reduction in reductions(plan)]
-    return pa.schema([("run", pa.int64()), *axes, *which, *OUTCOME, *kept, (TIMING, pa.float64()), *witness])
+    return pa.schema([("run", pa.int64()), *axes, *which, *OUTCOME, *scores, *kept, (TIMING, pa.float64()), *witness])
 
 
 def reductions(plan: Plan) -> list[Reduction]:
@@ -155,6 +157,9 @@ def _table(
         arrays[name] = values.take(pa.array(np.repeat(places, by_piece)))
     for name, kind in (*OUTCOME, (TIMING, pa.float64())):
         arrays[name] = pa.array([None if it is None else getattr(it, name) for it in results], kind)
+    for measure in plan.wiring.run_measures:
+        scores = [None if it is None else it.measures.get(measure.name) for it in results]
+        arrays[measure.name] = pa.array(scores, pa.float64())
     for reduction in reductions(plan):
         kept = [None if it is None else it.reductions.get(reduction.name) for it in results]
         arrays[reduction.name] = pa.array(kept, REDUCED[reduction.how])

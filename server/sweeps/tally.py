@@ -7,7 +7,7 @@ methods block for some milliseconds; whoever calls them holds the lock.
 from pathlib import Path
 from typing import TypeAlias
 
-from pftrack.sweep import Counts, Plan, Result, SweepError, cells, count, partial_of, read_chunk
+from pftrack.sweep import Counts, Plan, Result, SweepError, cells, columns, count, partial_of, read_chunk
 
 __all__ = ["Pair", "Tally"]
 
@@ -15,7 +15,6 @@ Pair: TypeAlias = tuple[str | None, str | None]
 """Names of the axes of a map, across and up; None pools all values."""
 
 TOTAL: Pair = (None, None)
-COLUMNS = ("tracker", "success", "mean_error", "lost_frames", "problem")
 
 
 class Tally:
@@ -115,7 +114,7 @@ class Tally:
 
     def _sum(self, result: Result, pair: Pair) -> Counts:
         total = count(self._plan, None, *pair)
-        for piece in result.pieces([*COLUMNS, *(name for name in pair if name is not None)]):
+        for piece in result.pieces(columns(self._plan, *pair)):
             total += count(self._plan, piece, *pair)
         return total
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Axis, Plan, Result, SweepError, begin, carry_out, cells, read_result
 from pftrack.sweep.report import Report, write_report
 from pftrack.sweep.report.study import Study
@@ -19,9 +20,10 @@ def report(finished: Result, tmp_path_factory: pytest.TempPathFactory) -> Report
 
 
 def test_a_report_has_all_its_files(report: Report) -> None:
-    """Maps of success, error, difference and significance, curves, tables, and the page."""
+    """Maps of success, error, measures, difference and significance, curves, tables, and the page."""
     names = {path.name for path in report.files}
     maps = {"success.png", "error.png", "difference.png", "significance.png"}
+    maps |= {f"{measure.name}.png" for measure in EXPERIMENTS["ball"].run_measures}
     assert names == maps | {"curves.png", "tables.csv", "index.html"}
     assert {path.name for path in report.page.parent.iterdir()} == names
 
@@ -47,6 +49,10 @@ def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None
     with (report.page.parent / "tables.csv").open(newline="") as file:
         lines = list(csv.reader(file))
     assert lines[:3] == [["By tracker"], list(by_tracker.columns), list(by_tracker.rows[0])]
+    measures = report.tables[-1]
+    assert measures.columns[:3] == ("tracker", "not lost", "inside the true box")
+    for row in measures.rows:
+        assert row[2] == f"{cells(finished)[row[0]].measures['inside_share'][0, 0]:.3g}"
 
 
 def test_the_page_needs_nothing_else(report: Report) -> None:

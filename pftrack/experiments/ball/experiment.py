@@ -17,14 +17,15 @@ from pftrack.filters.fixed_lag import smoothed
 from pftrack.layer import Key, Layer
 from pftrack.likelihoods import chromaticity
 from pftrack.marks import Box, Mark
-from pftrack.parameters import ParameterError, revise
+from pftrack.measures import PICTURE_MEASURES
+from pftrack.parameters import ParameterError, parameter, revise
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage
 from pftrack.sources.ball import BallSceneParameters, BallSource
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.truth import Truth
-from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.ball.parameters import SCORING, BallTrackerParameters
 from pftrack.trackers.ball.step import TRACKERS
 
 __all__ = ["EXPERIMENT", "RecordedBallParameters", "SimulatedBallParameters"]
@@ -40,6 +41,18 @@ class SimulatedBallParameters(BallTrackerParameters, BallSceneParameters):
 
 class RecordedBallParameters(BallTrackerParameters, RecordingParameters):
     """A recording with an overlay, and its trackers."""
+
+    lost_share: float = parameter(
+        0.25,
+        "Frames that may miss",
+        "A run is a success if the estimate lies outside the true box in no more than this share of the frames with "
+        "known truth.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=SCORING,
+        role="loss_share",
+    )
 
 
 def simulate() -> Setup:
@@ -95,7 +108,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         del seed, parameters
         return RecordingSource(sequence, box, start, truth.at if truth else None)
 
-    return Setup(open_source, parameters, Footage.of(sequence, mark, start, truth))
+    return Setup(open_source, parameters, Footage.of(sequence, mark, start, truth), success="inside_share")
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -210,6 +223,7 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=_distance,
     lost=_lost,
+    measures=PICTURE_MEASURES,
     target="ball",
     example_sweep=ExampleSweep(  # the coarse map of the document: 25 cells
         {"occlusion_width_px": (5, 30, 55, 80, 100), "distracter_radius_px": (1, 6, 11, 16, 20)},

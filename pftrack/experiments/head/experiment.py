@@ -37,6 +37,7 @@ from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import wrapped
 from pftrack.layer import Key, Layer
+from pftrack.measures import POSE_MEASURES
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.trackers.head.memory import HeadMemory
@@ -211,6 +212,7 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=mean_error_deg,
     lost=_lost,
+    measures=POSE_MEASURES,
     on_video=on_video,
     marks=(FacePoints, FaceBox),
     advice="Left and right are the person's own.",

@@ -31,6 +31,7 @@ from pftrack.experiments.sketch import SECOND_RUN, at_height
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
 from pftrack.layer import Key, Layer
+from pftrack.measures import POSE_MEASURES
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.prism import (
     FACES,
@@ -174,6 +175,7 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=mean_error_deg,
     lost=_lost,
+    measures=POSE_MEASURES,
     scale=float(np.rad2deg(1.0)),
     series=pose_series(NAMES),
     measure=pose_measure,

@@ -5,6 +5,7 @@ Figures are made directly, without pyplot, so that nothing is kept in global sta
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Literal
 
 import matplotlib as mpl
@@ -16,6 +17,7 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from pftrack.measures import Measure
 from pftrack.parameters import with_role
 from pftrack.sweep.axis import Axis, declared
 from pftrack.sweep.cells import Code, errors_by_cell
@@ -40,6 +42,8 @@ def figures(study: Study) -> dict[str, Callable[[], Figure]]:
         if study.judged:
             wanted["success"] = lambda: success_maps([study])
         wanted["error"] = lambda: error_maps([study])
+        for measure in study.measures:
+            wanted[measure.name] = partial(measure_maps, study, measure)
         if study.comparisons and study.judged:
             wanted["difference"] = lambda: _difference(study)
         if study.comparisons:
@@ -69,6 +73,15 @@ def error_maps(studies: Sequence[Study]) -> Figure:
     runs = " of successful runs" if studies[0].judged else ""
     title = f"Mean error{runs}{f', {unit}' if unit else ''}"
     return _maps(studies[0], panels, mpl.colormaps["viridis"], scale, title)
+
+
+def measure_maps(study: Study, measure: Measure) -> Figure:
+    """Draw the mean of a measure over all runs of each cell, on one colour scale; a share from 0 to 1."""
+    panels = {study.title(name): cells.measures[measure.name] for name, cells in study.maps.items()}
+    known = np.concatenate([panel[~np.isnan(panel)] for panel in panels.values()])
+    most = 1.0 if measure.how == "share" else float(known.max(initial=0.0)) or 1.0
+    title = f"{measure.title}{f', {measure.unit}' if measure.unit else ''}, mean of all runs"
+    return _maps(study, panels, mpl.colormaps["viridis"], Normalize(0, most), title)
 
 
 def _panels(studies: Sequence[Study], quantity: str) -> dict[str, NDArray[np.float64]]:

@@ -4,6 +4,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 
+import numpy as np
+
+from pftrack.measures import Measure
 from pftrack.parameters import Value
 from pftrack.sweep.axis import Axis, declared
 from pftrack.sweep.cells import CellMap, Significance, cells, error_significance, significance
@@ -91,6 +94,14 @@ class Study:
     def totals(self) -> dict[str, CellMap]:
         """Each tracker's runs, all pooled in one cell."""
         return cells(self.result)
+
+    @cached_property
+    def measures(self) -> tuple[Measure, ...]:
+        """Those that any run has."""
+        declared = self.result.plan.wiring.run_measures
+        return tuple(
+            it for it in declared if any(np.isfinite(one.measures[it.name]).any() for one in self.totals.values())
+        )
 
     @cached_property
     def judged(self) -> bool:

@@ -24,7 +24,8 @@ class Table:
 def tables(study: Study) -> tuple[Table, ...]:
     """Return all tables."""
     along = tuple(_along(study, axis) for axis in study.result.plan.axes if len(axis.values) > 1)
-    return (_by_tracker(study), *along, *((_compared(study),) if study.comparisons else ()))
+    measures = (_measures(study),) if study.measures else ()
+    return (_by_tracker(study), *along, *((_compared(study),) if study.comparisons else ()), *measures)
 
 
 def _by_tracker(study: Study) -> Table:
@@ -46,6 +47,16 @@ def _by_tracker(study: Study) -> Table:
         )
     columns = "tracker", "runs", "success", "95 % interval", error, "lost frames", "not computed"
     return Table("By tracker", columns, tuple(rows))
+
+
+def _measures(study: Study) -> Table:
+    """The means of the measures over all runs, by tracker."""
+    rows = [
+        (name, *(_number(total.measures[it.name][0, 0]) for it in study.measures))
+        for name, total in study.totals.items()
+    ]
+    titles = (f"{it.title.lower()}, {it.unit}" if it.unit else it.title.lower() for it in study.measures)
+    return Table("Measures, means over all runs", ("tracker", *titles), tuple(rows))
 
 
 def _along(study: Study, axis: Axis) -> Table:

@@ -1,0 +1,284 @@
+"""Measures: one number each for a whole run beside its truth, as benchmarks of the field define them.
+
+An experiment declares the measures that make sense for its target, as it declares its series; summaries, sweeps, pages
+and exports take them from there and know none by name. All count the labelled frames alone, those whose truth is known,
+the first one included. A measure that a run has no truth for is absent, never 0.
+
+A measure looks at every frame by itself and then puts the frames together in one of three ways:
+
+| how | of the frames | the measure |
+|---|---|---|
+| share | 1 or 0 | share of the labelled frames that have a 1 |
+| median | a number | median over the labelled frames |
+| until | 1 where the target was missed | frames before the first 1; all frames of the run where there is none |
+
+Sources, by the names that `Measure.source` uses:
+
+- Wu, Lim, Yang, "Online object tracking: a benchmark", 2013 (OTB): precision is the share of frames whose estimate is
+  within a threshold of the centre of the true box, with 20 px for the figure that trackers are ranked by.
+- Čehovin, Leonardis, Kristan, "Visual object tracking performance measures revisited", 2016: centre error and centre
+  error divided by the size of the target; tracking length, the number of frames from the start to the first failure.
+- Kristan et al., "A novel performance evaluation methodology for single-target trackers", 2016 (VOT): a tracker has
+  failed when its region does not overlap the true one any more.
+- Zhang, Bargal, Lin, Brandt, Shen, Sclaroff, "Top-down neural attention by excitation backprop", 2018 (the pointing
+  game): the share of points that lie within the true region, for methods that answer with a point.
+- Fanelli, Dantone, Gall, Fossati, Van Gool, "Random forests for real time 3D face analysis", 2013: the share of
+  pictures whose head pose is within 10 degrees.
+
+OTB and VOT overlap regions. The trackers here estimate a point, so a region of the true size is taken to lie around it:
+what is measured is where the target was believed to be, not how well its size was followed.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "HIT_RATE",
+    "PICTURE_MEASURES",
+    "POSE_MEASURES",
+    "Course",
+    "How",
+    "Measure",
+    "measured",
+    "succeeded",
+]
+
+How: TypeAlias = Literal["share", "median", "until"]
+
+OTB = "Wu, Lim, Yang, Online object tracking: a benchmark, 2013"
+REVISITED = "Čehovin, Leonardis, Kristan, Visual object tracking performance measures revisited, 2016"
+VOT = "Kristan et al., A novel performance evaluation methodology for single-target trackers, 2016"
+POINTING = "Zhang et al., Top-down neural attention by excitation backprop, 2018"
+FACES = "Fanelli et al., Random forests for real time 3D face analysis, 2013"
+
+PRECISE_PX, PRECISE_DEG = 20.0, 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """A run of L frames beside its truth, in the experiment's unit; NaN where the truth is not known.
+
+    Attributes:
+        estimates: (L, d).
+        truths: (L, d).
+        errors: (L,) distance of the estimate from the truth.
+        lost: (L,) whether that counts as lost, False where the truth is unknown; None if there is no such notion.
+        extents: (L, 2) width and height of the box around the target, px; NaN for one without such a box.
+    """
+
+    estimates: NDArray[np.float64]
+    truths: NDArray[np.float64]
+    errors: NDArray[np.float64]
+    lost: NDArray[np.bool_] | None
+    extents: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """The declaration of a measure.
+
+    Attributes:
+        name: Key in summaries, columns of sweeps and exports.
+        title: What it is, a few words.
+        description: Its definition, one sentence.
+        how: How the frames are put together.
+        frames: Course -> (L,) value of each frame, NaN where it is not known.
+        unit: Of the number; empty for a share, 0..1, or a pure number.
+        better: Whether a "higher" or a "lower" number is better.
+        source: Author, title and year of whoever defined it; empty for this project.
+    """
+
+    name: str
+    title: str
+    description: str
+    how: How
+    frames: Callable[[Course], NDArray[np.float64]]
+    unit: str = ""
+    better: Literal["higher", "lower"] = "higher"
+    source: str = ""
+
+    def of(self, course: Course) -> float | int | None:
+        """Return the measure of a run; None where nothing is known."""
+        values = self.frames(course)
+        known = values[~np.isnan(values)]
+        if not len(known):
+            return None
+        match self.how:
+            case "share":
+                return 1.0 - np.count_nonzero(known == 0.0) / len(known)
+            case "median":
+                return float(np.median(known))
+            case "until":
+                missed = np.flatnonzero(values == 1.0)
+                return int(missed[0]) if len(missed) else len(values)
+
+
+def measured(measures: Sequence[Measure], course: Course) -> Mapping[str, float | int]:
+    """Return the measures of a run by name, without those that it has no truth for."""
+    values = {measure.name: measure.of(course) for measure in measures}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def succeeded(measure: Measure, course: Course, allowed_share: float) -> bool | None:
+    """Return whether a share is high enough.
+
+    Args:
+        measure: A "share".
+        course: The run.
+        allowed_share: Share of the labelled frames, 0..1, that may have a 0.
+
+    Returns:
+        The verdict; None where nothing is known.
+    """
+    values = measure.frames(course)
+    known = values[~np.isnan(values)]
+    # Counted rather than subtracted from 1, which would round.
+    return bool(np.count_nonzero(known == 0.0) <= allowed_share * len(known)) if len(known) else None
+
+
+# ---------------------------------------------------------------- frame by frame
+
+
+def _flags(flags: ArrayLike, known: ArrayLike) -> NDArray[np.float64]:
+    return np.where(known, np.asarray(flags, dtype=np.float64), np.nan)
+
+
+def _kept(course: Course) -> NDArray[np.float64]:
+    if course.lost is None:
+        return np.full(len(course.errors), np.nan)
+    return _flags(~course.lost, ~np.isnan(course.errors))
+
+
+def _missed(course: Course) -> NDArray[np.float64]:
+    return 1.0 - _kept(course)
+
+
+def _boxed(course: Course) -> NDArray[np.bool_]:
+    """Return in which frames a position and the box around it are known."""
+    return np.asarray(np.isfinite(np.column_stack([course.extents, course.truths])).all(axis=1))
+
+
+def _offsets(course: Course) -> NDArray[np.float64]:
+    """Return how far the estimate is from the centre of the true box, (L, 2), in widths and heights of the box."""
+    return np.abs(course.estimates[:, :2] - course.truths[:, :2]) / course.extents
+
+
+def _inside(course: Course) -> NDArray[np.float64]:
+    known = _boxed(course)
+    return _flags((_offsets(course) <= 0.5).all(axis=1), known)
+
+
+def _failed(course: Course) -> NDArray[np.float64]:
+    known = _boxed(course)
+    return _flags((_offsets(course) >= 1.0).any(axis=1), known)
+
+
+def _normalised(course: Course) -> NDArray[np.float64]:
+    return course.errors / np.hypot(course.extents[:, 0], course.extents[:, 1])
+
+
+def _errors(course: Course) -> NDArray[np.float64]:
+    return course.errors
+
+
+def _within(limit: float) -> Callable[[Course], NDArray[np.float64]]:
+    def within(course: Course) -> NDArray[np.float64]:
+        return _flags(course.errors <= limit, ~np.isnan(course.errors))
+
+    return within
+
+
+# ---------------------------------------------------------------- the families
+
+HIT_RATE = Measure(
+    "hit_rate",
+    "Not lost",
+    "Share of the labelled frames that do not count as lost by the experiment's own limit.",
+    "share",
+    _kept,
+)
+"""Of every experiment with a notion of lost, declared or not."""
+
+PICTURE_MEASURES = (
+    Measure(
+        "inside_share",
+        "Inside the true box",
+        "Share of the labelled frames whose estimate lies inside the true box, its edge included.",
+        "share",
+        _inside,
+        source=POINTING,
+    ),
+    Measure(
+        "precision_20px",
+        "Within 20 px",
+        "Share of the labelled frames whose estimate is at most 20 px from the centre of the true box.",
+        "share",
+        _within(PRECISE_PX),
+        source=OTB,
+    ),
+    Measure(
+        "normalised_error",
+        "Error by size",
+        "Median over the labelled frames of the error divided by the diagonal of the true box.",
+        "median",
+        _normalised,
+        better="lower",
+        source=REVISITED,
+    ),
+    Measure(
+        "median_error_px",
+        "Median error",
+        "Median over the labelled frames of the distance from the centre of the true box.",
+        "median",
+        _errors,
+        unit="px",
+        better="lower",
+        source=REVISITED,
+    ),
+    Measure(
+        "frames_to_failure",
+        "Frames to failure",
+        "Frames before the first labelled one in which a box of the true size around the estimate does not overlap "
+        "the true box; all frames of the run if that never happens.",
+        "until",
+        _failed,
+        unit="frames",
+        source=VOT,
+    ),
+)
+"""Of a target with a position and a box around it in the picture."""
+
+POSE_MEASURES = (
+    Measure(
+        "precision_10deg",
+        "Within 10°",
+        "Share of the labelled frames whose error is at most 10 degrees.",
+        "share",
+        _within(PRECISE_DEG),
+        source=FACES,
+    ),
+    Measure(
+        "median_error_deg",
+        "Median error",
+        "Median over the labelled frames of the error.",
+        "median",
+        _errors,
+        unit="°",
+        better="lower",
+        source=REVISITED,
+    ),
+    Measure(
+        "frames_to_failure",
+        "Frames to failure",
+        "Frames before the first labelled one that counts as lost; all frames of the run if none does.",
+        "until",
+        _missed,
+        unit="frames",
+        source=REVISITED,
+    ),
+)
+"""Of a target whose pose is estimated, in degrees: what has no box cannot be inside one."""
