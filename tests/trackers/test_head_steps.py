@@ -1,0 +1,252 @@
+"""Trackers of a head, step by step: what they say of a face that moves, is covered, or is seen in another light."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model
+from pftrack.random import Purpose, Stream
+from pftrack.trackers.head import step as head
+from pftrack.trackers.head.memory import FirstSight, Form, around, eye_distance
+from pftrack.trackers.pose.methods import METHODS, Method
+from tests.trackers.moving_face import (
+    HEIGHT,
+    NOTHING,
+    POINTS,
+    PX_PER_MM,
+    WIDTH,
+    begun,
+    covered,
+    frame,
+    grey,
+    memory,
+    parameters,
+    similar,
+    stepped,
+    target,
+)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_still_face_stays_where_it_is(method: Method) -> None:
+    """Without any motion the angles stay near 0, the features at their places, recognised, with nothing doubtful."""
+    given = parameters(joint_sample_count=3000)
+    state = begun(method, given)
+    for index in range(1, 7):
+        state = stepped(state, method, given, index, grey())
+        assert state.recognised.all()
+        assert memory(state).doubtful_frames == 0
+        assert memory(state).correlations.min() > (0.8 if method != "rb-pf" else 0.6)
+    assert np.rad2deg(np.abs(state.estimate)).max() < 3
+    assert np.abs(state.feature_means - POINTS).max() < (1.0 if method != "rb-pf" else 2.0)
+    assert state.seen(state.solid.points_mm) == pytest.approx(POINTS, abs=2.0)
+
+
+def test_a_moving_face_is_followed() -> None:
+    """What moves by three pixels a frame is there after ten frames, in the pose that it had."""
+    given = parameters()
+    state = begun("pf-asd", given)
+    for index in range(1, 11):
+        state = stepped(state, "pf-asd", given, index, grey(3 * index, -2 * index))
+    assert np.abs(state.feature_means - POINTS - [30, -20]).max() < 1.5
+    assert np.rad2deg(np.abs(state.estimate)).max() < 3
+    assert memory(state).box == pytest.approx(around(state.feature_means))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_where_the_face_is_in_the_picture_does_not_matter(method: Method) -> None:
+    """With the same random numbers features move as the picture does; pose, correlations and evidence stay."""
+    given = parameters()
+    here, there = begun(method, given), begun(method, given, 16, -8)
+    for index in range(1, 5):
+        here = stepped(here, method, given, index, grey(index, index))
+        there = stepped(there, method, given, index, grey(16 + index, -8 + index))
+        assert there.feature_means - here.feature_means == pytest.approx(np.tile([16.0, -8.0], (11, 1)), abs=1e-5)
+        assert there.estimate == pytest.approx(here.estimate, abs=1e-6)
+        assert there.log_evidence == pytest.approx(here.log_evidence, abs=1e-3)
+        assert memory(there).correlations == pytest.approx(memory(here).correlations, abs=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_light_does_not_matter(method: Method) -> None:
+    """A picture of half the contrast that is 60 levels brighter is the same one to normalised correlations."""
+    given = parameters()
+    one = other = begun(method, given)
+    for index in range(1, 5):
+        picture = grey(index, 0)
+        one = stepped(one, method, given, index, picture)
+        other = stepped(other, method, given, index, picture // 2 + 60)
+        assert other.feature_means == pytest.approx(one.feature_means, abs=1e-3)
+        assert other.estimate == pytest.approx(one.estimate, abs=1e-4)
+        assert other.recognised.tolist() == one.recognised.tolist()
+
+
+def test_covered_features_are_not_recognised() -> None:
+    """What lies under something flat correlates with nothing; the rest of the face is followed all the same."""
+    # Without some weight of hidden features they would cling to what looks like them by chance.
+    given = parameters(hidden_weight=0.02, sample_count=300)
+    state = begun("pf-asd", given)
+    names = ("lmou", "rmou")
+    for index in range(1, 7):
+        state = stepped(state, "pf-asd", given, index, covered(grey(), names))
+    hidden = np.array([name in names for name in FEATURES])
+    assert state.recognised.tolist() == (~hidden).tolist()
+    assert memory(state).correlations[hidden].max() < 0.5
+    found = head.TRACKERS["pf-asd"].measure(state)
+    assert found["feature_recognised"] == tuple((~hidden).astype(float))
+    assert found["correlation"] == tuple(memory(state).correlations.tolist())
+    deviations = np.array(found["feature_sd_px"])
+    assert deviations[hidden].min() > 1.5 * np.median(deviations[~hidden])
+    # Nothing says where they are but the rest of the face, and that they are where they were.
+    assert np.abs(state.feature_means - POINTS)[hidden].max() < 12
+    assert np.abs(state.feature_means - POINTS)[~hidden].max() < 1.5
+    assert memory(state).doubtful_frames == 0
+
+
+def test_a_weight_of_hidden_features_is_a_floor() -> None:
+    """Each particle's likelihood is that of its patch plus the weight, so that it never falls below that."""
+    picture, points = grey(), POINTS[:, None] + np.array([[0.0, 0.0], [9.0, -7.0], [900.0, 0.0]])
+    templates = memory(begun("pf-asd", parameters())).templates(np.zeros(3), by_pose=False)
+    plain, mixed = (
+        head._log_likelihood(picture, templates, parameters(hidden_weight=weight), points) for weight in (0.0, 0.1)
+    )
+    assert np.exp(mixed) == pytest.approx(np.exp(plain) + 0.1)
+    assert plain[:, 0] == pytest.approx(np.zeros(11), abs=1e-6)
+    assert mixed.min() >= np.log(0.1)
+    wider = head._log_likelihood(picture, templates, parameters(correlation_spread=0.3), points)
+    assert wider == pytest.approx(plain / 4)
+
+
+@pytest.mark.parametrize(("least", "doubtful"), [(9, False), (10, True)])
+def test_a_face_is_doubtful_with_too_few_features(least: int, doubtful: bool) -> None:
+    """With nine of eleven features to be seen it is one if nine make a face, and doubtful if ten do."""
+    given = parameters(least_recognised=least, hidden_weight=0.02)
+    state = begun("pf-asd", given)
+    for index in range(1, 4):
+        state = stepped(state, "pf-asd", given, index, covered(grey(), ("lmou", "rmou")))
+    assert int(state.recognised.sum()) == 9
+    assert (memory(state).doubtful_frames > 0) == doubtful
+    assert (memory(state).box == around(state.feature_means)) == (not doubtful)
+
+
+@pytest.mark.parametrize(("largest", "doubtful"), [(0.02, True), (2.0, False)])
+def test_a_face_is_doubtful_with_features_out_of_place(largest: float, doubtful: bool) -> None:
+    """Features that fit no pose are all recognised, and doubtful if they are further off than is allowed."""
+    given = parameters(largest_misfit=largest)
+    state = begun("alpha-0", given)
+    # Every other feature a little to the left: no affine camera sees the face like that.
+    off = np.where(np.arange(11) % 2, 4.0, -4.0)[:, None] * [1.0, 0.0]
+    moved = replace(state.solid, points_mm=state.solid.points_mm + np.column_stack([off / PX_PER_MM, np.zeros(11)]))
+    state = replace(state, solid=moved)
+    after = stepped(state, "alpha-0", given, 1, grey())
+    assert after.recognised.all()
+    assert (memory(after).doubtful_frames == 1) == doubtful
+
+
+def test_templates_are_renewed_only_while_nothing_is_doubtful() -> None:
+    """With renewal they change in a good frame, and stay the very same in a doubtful one."""
+    given = parameters(template_renewal=0.1)
+    state = begun("pf-asd", given)
+    good = stepped(state, "pf-asd", given, 1, grey())
+    assert memory(good).bank is not memory(state).bank
+    bad = stepped(good, "pf-asd", given, 2, NOTHING)
+    assert memory(bad).bank is memory(good).bank
+
+
+def test_a_bank_learns_only_from_what_correlates() -> None:
+    """A set of another pose is gathered where the features correlate, and not where they do not."""
+    given = parameters(templates_by_pose=True)
+    state = begun("pf-asd", given)
+    turned = replace(state, pose=replace(state.pose, mean=np.array([0.0, 0.25, 0.0])))
+    for correlation, gathered in ((0.9, 2), (0.5, 1)):
+        known = replace(memory(turned), correlations=np.full(11, correlation))
+        templates = known.templates(turned.pose.mean, by_pose=True)
+        learned = head._learned(known, grey(), turned, templates, given)
+        assert len(learned.bank.sets) == gathered
+        assert (learned is known) == (gathered == 1)
+
+
+def test_the_templates_in_use_are_those_of_the_pose() -> None:
+    """By pose, the set that was gathered nearest; otherwise the frontal one, wherever the head looks."""
+    given = parameters(templates_by_pose=True)
+    state = begun("pf-asd", given)
+    turned = replace(state, pose=replace(state.pose, mean=np.array([0.0, 0.25, 0.0])))
+    frontal = memory(state).templates(np.zeros(3), by_pose=True)
+    learned = head._learned(memory(turned), grey(3, 0), turned, frontal, given)
+    assert learned.templates(np.zeros(3), by_pose=True) is frontal
+    assert learned.templates(np.array([0.0, 0.3, 0.0]), by_pose=True) is not frontal
+    assert learned.templates(np.array([0.0, 0.3, 0.0]), by_pose=False) is frontal
+    assert learned.nbytes == 2 * memory(state).nbytes
+
+
+SIDES = {"l": "r", "r": "l"}
+MIRRORED = [FEATURES.index(SIDES.get(name[0], name[0]) + name[1:]) for name in FEATURES]
+
+
+def test_a_mirrored_face_is_seen_by_the_mirrored_camera() -> None:
+    """Of a face in the middle of a mirrored picture the turn and the roll change sign, and the nod does not."""
+    points_mm = mean_model().points_mm
+    symmetric = FaceModel((points_mm + points_mm[MIRRORED] * [-1, 1, 1]) / 2)
+    points = similar(1.0, 0.15, (3.0, 5.0)) * [0.9, 1.0]
+    mirrored = points[MIRRORED] * [-1, 1] + np.array([WIDTH, 0])
+    form = Form("personal", "perspective", 1.2, 1.0)
+    one, other = (head._solid(FirstSight(grey(), seen, symmetric), symmetric, form)[1] for seen in (points, mirrored))
+    mirror = np.diag([-1.0, 1.0, 1.0])
+    assert other == pytest.approx(mirror @ one @ mirror, abs=1e-6)
+    assert np.abs(one - np.eye(3)).max() > 0.1
+
+
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_the_solid_at_first_sight_is_where_the_features_are(upper: str) -> None:
+    """At theta = 0 the affine camera sees every feature where it was; the pinhole does to a tenth of the eyes."""
+    given = parameters(upper_layer=upper, focal_widths=1.3)
+    state = begun("pf-asd", given)
+    assert state.solid.focal_px == pytest.approx(1.3 * WIDTH)
+    assert state.solid.principal_px.tolist() == [WIDTH / 2, HEIGHT / 2]
+    expected = state.solid.points_mm @ state.solid.reference[:, :3].T + state.solid.reference[:, 3]
+    assert expected == pytest.approx(POINTS, abs=1e-6)
+    away = np.abs(state.seen(state.solid.points_mm, np.zeros(3)) - POINTS).max()
+    assert away < (1e-6 if upper == "affine" else 0.1 * eye_distance(POINTS))
+    assert state.solid.translation_mm[2] == pytest.approx(1.3 * WIDTH / PX_PER_MM, rel=0.1)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_step_leaves_its_state_alone(method: Method) -> None:
+    """A step taken twice gives the same; templates, first sight and particles of the state before are unchanged."""
+    given = parameters(template_renewal=0.05, joint_sample_count=150)
+    state = stepped(begun(method, given), method, given, 1, grey(1, 0))
+    frontal = memory(state).templates(np.zeros(3), by_pose=False)
+    held = {**state.arrays(), "templates": frontal.pixels, "sight": memory(state).sight.grey}
+    held |= {"correlations": memory(state).correlations, "turn": memory(state).turn, "pose": state.pose.mean}
+    before = {name: np.array(array) for name, array in held.items()}
+    one, other = (stepped(state, method, given, 2, grey(2, 0)) for _ in range(2))
+    for name, array in held.items():
+        assert np.array_equal(array, before[name]), name
+    assert np.array_equal(one.feature_means, other.feature_means)
+    assert np.array_equal(one.estimate, other.estimate)
+
+
+@pytest.mark.parametrize("before", METHODS)
+@pytest.mark.parametrize("after", METHODS)
+def test_a_method_takes_over_templates_and_doubt(before: Method, after: Method) -> None:
+    """Whichever was at work, the next one has its memory, and follows the face from where it is."""
+    given = parameters(joint_sample_count=2000)
+    state = begun(before, given)
+    for index in range(1, 4):
+        state = stepped(state, before, given, index, grey(index, 0))
+    taken = stepped(state, after, given, 4, grey(4, 0))
+    assert memory(taken).bank is memory(state).bank
+    assert memory(taken).sight is memory(state).sight
+    assert np.abs(taken.feature_means - POINTS - [4, 0]).max() < 4
+    assert np.rad2deg(np.abs(taken.estimate)).max() < 6
+
+
+def test_points_on_a_line_make_no_face() -> None:
+    """Marks that are all in one place, or on one line, are refused in a sentence."""
+    line = np.column_stack([np.linspace(40, 200, 11), np.full(11, 90.0)])
+    for points in (line, np.full((11, 2), 90.0)):
+        with pytest.raises(ValueError, match="points that make a face"):
+            head.start("pf-asd", target(points), frame(0, grey()), parameters(), Stream(3, 0, Purpose.START))
+    with pytest.raises(ValueError, match="within the picture"):
+        head.start("pf-asd", target(POINTS + 300.0), frame(0, grey()), parameters(), Stream(3, 0, Purpose.START))
