@@ -6,7 +6,10 @@ y = row, in px with the origin at the centre of the top left pixel; z is the hei
 towards the viewer. A renderer without depth ignores z. Where a drawing shows the camera itself (`Frustum`), what stands
 at a height stands on the way from its pixel to the camera, so that looked at from aside all has its true proportions.
 
-Each primitive names its layer; a viewer lets people switch layers on and off. Colours are the palette's.
+Beside the picture there may be worlds of their own (`pftrack.world`), in which a drawing shows the same primitives in
+the world's coordinates: lengths are in its unit, right-handed; only widths of lines stay px of the screen.
+
+ primitive names its layer; a viewer lets people switch layers on and off. Colours are the palette's.
 """
 
 from dataclasses import dataclass, field
@@ -16,13 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.palette import COLOURS, Colour
+from pftrack.world import World
 
 __all__ = [
     "COLOURS",
+    "Arrows",
     "Axes",
     "Colour",
     "Drawing",
     "Ellipse",
+    "Ellipsoids",
     "Frustum",
     "Links",
     "Mesh",
@@ -31,6 +37,7 @@ __all__ = [
     "Polyline",
     "Primitive",
     "Text",
+    "WorldDrawing",
 ]
 
 
@@ -95,7 +102,7 @@ class Mesh:
 
     Attributes:
         vertices: (n, 3) px.
-        faces: (m, 3) numbers of vertices.
+        faces: (m, 3) numbers of vertices, clockwise as they are seen from outside.
         colour: Of all of it, or (n, 3) RGB of the vertices, between which it changes gradually.
         opacity: Of all of it, 0..1, or (n,) of the vertices.
         layer: That it is on.
@@ -142,6 +149,47 @@ class Links:
 
 
 @dataclass(frozen=True, slots=True)
+class Arrows:
+    """Arrows (n, 2, 3) float32, px, each from its first position to its second, where its head is."""
+
+    segments: NDArray[np.float32]
+    colour: Colour
+    width: float
+    layer: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipsoids:
+    """Gaussian beliefs in places, as ellipsoids.
+
+    Attributes:
+        centres: (n, 3) px.
+        covariances: (n, 3, 3) px^2; one that is flat is shown as a disc.
+        colours: (n, 3) RGB.
+        opacity: Of their inside, 0..1; their outline is opaque.
+        layer: That they are on.
+        sigmas: How many standard deviations they extend.
+
+    Raises:
+        ValueError: There is not one covariance and one colour for each centre.
+    """
+
+    centres: NDArray[np.float32]
+    covariances: NDArray[np.float32]
+    colours: NDArray[np.uint8]
+    opacity: float
+    layer: str
+    sigmas: float = 2.0
+
+    def __post_init__(self) -> None:
+        """Refuse covariances and colours that do not belong to the centres."""
+        count = len(self.centres)
+        for what, values, shape in (("covariances", self.covariances, (3, 3)), ("colours", self.colours, (3,))):
+            if values.shape != (count, *shape):
+                raise ValueError(f"expected {what} of shape {(count, *shape)}, got {values.shape}")
+
+
+@dataclass(frozen=True, slots=True)
 class Text:
     """A short label at a position (3,), px."""
 
@@ -173,7 +221,31 @@ class Frustum:
     layer: str
 
 
-Primitive: TypeAlias = Picture | Points | Polyline | Ellipse | Axes | Mesh | Links | Text | Frustum
+Primitive: TypeAlias = (
+    Picture | Points | Polyline | Ellipse | Ellipsoids | Axes | Mesh | Links | Arrows | Text | Frustum
+)
+
+
+@dataclass(frozen=True, slots=True)
+class WorldDrawing:
+    """What is to be seen of one frame in a world of its own.
+
+    Attributes:
+        world: One that the experiment declares.
+        primitives: In the world's coordinates and unit, in painting order, by a name that stays the same.
+
+    Raises:
+        TypeError: A primitive belongs to a picture only.
+    """
+
+    world: World
+    primitives: dict[str, Primitive] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be turned about in space."""
+        for name, item in self.primitives.items():
+            if isinstance(item, Picture | Frustum | Ellipse):
+                raise TypeError(f"a {type(item).__name__} belongs to a picture, not to the world of {name!r}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,12 +258,14 @@ class Drawing:
         primitives: In painting order, by a name that stays the same from frame to frame, so that a viewer can update
             what it already shows.
         caption: One line of text about the frame.
+        worlds: What is to be seen beside the picture, in the order in which the experiment declares its worlds.
     """
 
     width: int
     height: int
     primitives: dict[str, Primitive] = field(default_factory=dict)
     caption: str = ""
+    worlds: tuple[WorldDrawing, ...] = ()
 
     @property
     def apex(self) -> NDArray[np.float32] | None:

@@ -21,6 +21,7 @@ from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.trackers import Tracker
+from pftrack.world import World
 
 __all__ = [
     "INTERFACE",
@@ -217,6 +218,7 @@ class Experiment:
         frames: Length of a simulated run.
         presets: Starting points that show something.
         layers: What can be drawn, in the order in which it is listed.
+        worlds: What is shown beside the picture in a space of its own; every drawing has all of them, in this order.
         simulate: Wire the simulated scene.
         draw: Draw a frame.
         error: (estimates (..., d), true positions (..., d)) -> distances (...).
@@ -269,15 +271,19 @@ class Experiment:
     plots: tuple[Plot, ...] = STANDARD_PLOTS
     readings: tuple[Reading, ...] = STANDARD_READINGS
     example_sweep: ExampleSweep | None = None
+    worlds: tuple[World, ...] = ()
     interface: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse plots and readings of series that nobody declares, and two columns of one name.
+        """Refuse plots and readings of series that nobody declares, and columns or worlds of one name.
 
         Raises:
             ValueError: A plot or reading names an unknown series, or two different series have one name, or two
-                measures or reductions have.
+                measures, reductions or worlds have.
         """
+        worlds = [world.name for world in self.worlds]
+        if len(set(worlds)) < len(worlds):
+            raise ValueError(f"{self.id} has two worlds of one name: {', '.join(worlds)}")
         known = {series.name for series in self.declared()}
         shown = [name for plot in self.plots for name in plot.names]
         shown += [name for reading in self.readings for name in reading.names]

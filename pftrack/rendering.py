@@ -4,6 +4,9 @@ One renderer without depth, for thumbnails, documentation and video: what the sc
 paints with OpenCV at a sixteenth of a pixel, antialiased, in the order in which an experiment lists its primitives. A
 drawing's coordinates count from the centre of the top left pixel, so at `scale` k a position x lands on
 `k (x + 1/2) - 1/2`.
+
+A film shows the worlds of a drawing beside the picture, each in a square as high as the picture, from its first
+viewpoint.
 """
 
 from collections.abc import Mapping
@@ -15,10 +18,12 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import (
     COLOURS,
+    Arrows,
     Axes,
     Colour,
     Drawing,
     Ellipse,
+    Ellipsoids,
     Frustum,
     Links,
     Mesh,
@@ -28,12 +33,17 @@ from pftrack.drawing import (
     Primitive,
     Text,
 )
+from pftrack.projection import looked_at
 
-__all__ = ["png", "render"]
+__all__ = ["png", "render", "render_beside"]
 
 SHIFT = 4  # OpenCV takes positions as whole sixteenths of a pixel
 FAR_PX = 30_000.0  # beyond this OpenCV's whole numbers overflow
 ELLIPSE_CORNERS = 72
+OUTLINE_PX = 1.0
+ARROW_HEAD, ARROW_HEAD_WIDTHS = 0.35, 6.0
+"""Length of an arrow's head: in widths of its line, but at most this share of the arrow."""
+ARROW_HALF_ANGLE = float(np.deg2rad(24.0))
 STAMPED_FROM = 5_000  # so many points are stamped at once, without antialiasing
 RIM_PX = 3
 LARGEST_PICTURE_PX = 64_000_000
@@ -44,7 +54,7 @@ GLYPHS = str.maketrans({"·": "-", "–": "-", "—": "-", "×": "x", "…": "..
 def render(
     drawing: Drawing, *, layers: Mapping[str, bool] | None = None, scale: float = 1.0, caption: bool = True
 ) -> NDArray[np.uint8]:
-    """Paint a drawing.
+    """Paint a drawing, without the worlds beside it.
 
     Args:
         drawing: What is to be seen.
@@ -66,6 +76,23 @@ def render(
         size = 0.4 * max(1.0, scale)
         _write(canvas, drawing.caption, (round(15 * size), round(35 * size)), (0, 0, 0), size)
     return canvas
+
+
+def render_beside(
+    drawing: Drawing, *, layers: Mapping[str, bool] | None = None, scale: float = 1.0
+) -> NDArray[np.uint8]:
+    """Paint a drawing and, to the right of it, its worlds.
+
+    Args:
+        drawing: What is to be seen.
+        layers: Which layers to show; one that is not named is shown.
+        scale: Pixels of the result per px of the drawing.
+
+    Returns:
+        (round(height * scale), width, 3) uint8 RGB.
+    """
+    parts = [drawing, *(looked_at(each, each.world.viewpoints[0], drawing.height) for each in drawing.worlds)]
+    return np.concatenate([render(part, layers=layers, scale=scale) for part in parts], axis=1)
 
 
 def png(picture_rgb: NDArray[np.uint8]) -> bytes:
@@ -167,6 +194,47 @@ def _ellipse(ellipse: Ellipse, canvas: NDArray[np.uint8], scale: float) -> None:
     outline = (ellipse.centre[:2] + circle @ ellipse.half_axes).astype(np.float32)
     closed = outline if ellipse.dashed else np.concatenate([outline, outline[:1]])
     _line(canvas, closed, ellipse.colour, ellipse.width, scale, dashed=ellipse.dashed)
+
+
+@_paint.register
+def _ellipsoids(ellipsoids: Ellipsoids, canvas: NDArray[np.uint8], scale: float) -> None:
+    """Paint their outlines, which are ellipses, and fill them."""
+    angles = np.linspace(0, 2 * np.pi, ELLIPSE_CORNERS, endpoint=False)
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    bodies = zip(ellipsoids.centres, ellipsoids.covariances, ellipsoids.colours.tolist(), strict=True)
+    for centre, covariance, colour in bodies:
+        outline = centre[:2] + ellipsoids.sigmas * circle @ _root(covariance[:2, :2]).T
+        if not np.isfinite(outline).all():
+            continue
+        filled = canvas.copy()
+        cv2.fillConvexPoly(filled, _sixteenths(outline, scale), colour, cv2.LINE_AA, SHIFT)
+        cv2.addWeighted(filled, ellipsoids.opacity, canvas, 1 - ellipsoids.opacity, 0, dst=canvas)
+        _line(canvas, np.concatenate([outline, outline[:1]]).astype(np.float32), colour, OUTLINE_PX, scale)
+
+
+def _root(covariance: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the lower triangular root (2, 2) of a covariance, which may be flat."""
+    (first, both), (_, second) = covariance.astype(np.float64)
+    across = np.sqrt(max(first, 0.0))
+    slope = both / across if across > 0.0 else 0.0
+    return np.array([[across, 0.0], [slope, np.sqrt(max(second - slope * slope, 0.0))]])
+
+
+@_paint.register
+def _arrows(arrows: Arrows, canvas: NDArray[np.uint8], scale: float) -> None:
+    for start, end in arrows.segments[..., :2].astype(np.float64):
+        if not np.isfinite((*start, *end)).all():
+            continue
+        way = end - start
+        length = float(np.hypot(*way))
+        _line(canvas, np.stack([start, end]).astype(np.float32), arrows.colour, arrows.width, scale)
+        if length <= 0.0:
+            continue
+        head = min(ARROW_HEAD * length, ARROW_HEAD_WIDTHS * arrows.width)
+        along = head * way / length
+        aside = np.tan(ARROW_HALF_ANGLE) * np.array([-along[1], along[0]])
+        corners = np.stack([end, end - along + aside, end - along - aside]).astype(np.float32)
+        cv2.fillConvexPoly(canvas, _sixteenths(corners, scale), arrows.colour, cv2.LINE_AA, SHIFT)
 
 
 @_paint.register

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import (
     COLOURS,
+    Arrows,
     Axes,
     Drawing,
     Ellipse,
+    Ellipsoids,
     Frustum,
     Links,
     Mesh,
@@ -50,11 +52,14 @@ def point(x: float, y: float, size: float = 6.0) -> Points:
     return Points(f32([x, y, 0]), np.array([BLUE], np.uint8), size)
 
 
+SPREAD = f32([[25, 10, 3], [10, 16, 2], [3, 2, 9]])
 EVERY = {
     "points": point(20, 15),
     "line": Polyline(f32([5, 5, 0], [30, 20, 0]), BLUE, 2.0, "trail"),
     "ellipse": Ellipse(f32(20, 15, 0), f32([8, 0], [0, 5]), BLUE, 1.0, "sigma"),
     "dashed": Ellipse(f32(20, 15, 0), f32([8, 0], [0, 5]), BLUE, 1.0, "gate", dashed=True),
+    "arrow": Arrows(f32([[5, 5, 0], [30, 20, 0]]), BLUE, 2.0, "arrows"),
+    "ellipsoid": Ellipsoids(f32([20, 15, 0]), SPREAD, np.uint8([BLUE]), 0.5, "bodies"),
     "axes": Axes(f32(20, 15, 0), np.eye(3, dtype=np.float32), 10.0, BLUE, 2.0, "axes"),
     "mesh": Mesh(f32([5, 5, 0], [30, 5, 0], [5, 25, 0]), np.array([[0, 1, 2]], np.int32), BLUE, 1.0, "mesh"),
     "links": Links(f32([[5, 5, 0], [9, 9, 0]], [[20, 5, 0], [25, 9, 0]]), BLUE, 1.0, "links"),
@@ -138,6 +143,8 @@ def test_what_lies_outside_or_is_not_finite_does_no_harm(name: str) -> None:
             "line": Polyline(f32([5, 5, 0], [30, 20, 0]) + shift, BLUE, 2.0, "trail"),
             "ellipse": Ellipse(f32(20, 15, 0) + shift, f32([8, 0], [0, 5]), BLUE, 1.0, "sigma"),
             "dashed": Ellipse(f32(20, 15, 0), f32([np.nan, 0], [0, 5]), BLUE, 1.0, "gate", dashed=True),
+            "arrow": Arrows(f32([[5, 5, 0], [9, 9, 0]]) + shift, BLUE, 2.0, "arrows"),
+            "ellipsoid": Ellipsoids(f32([20, 15, 0]) + shift, SPREAD, np.uint8([BLUE]), 0.5, "bodies"),
             "axes": Axes(f32(20, 15, 0) + shift, np.eye(3, dtype=np.float32), 10.0, BLUE, 2.0, "axes"),
             "mesh": Mesh(f32([5, 5, 0], [30, 5, 0], [5, 25, 0]) + shift, np.array([[0, 1, 2]]), BLUE, 1.0, "mesh"),  # type: ignore[arg-type]
             "links": Links(f32([[5, 5, 0], [9, 9, 0]]) + shift, BLUE, 1.0, "links"),
@@ -156,6 +163,9 @@ def test_empty_primitives_draw_nothing() -> None:
         Polyline(f32([1, 1, 0]), BLUE, 1.0, "trail"),
         Mesh(none, np.zeros((0, 3), np.int32), BLUE, 1.0, "mesh"),
         Links(np.zeros((0, 2, 3), np.float32), BLUE, 1.0, "links"),
+        Arrows(np.zeros((0, 2, 3), np.float32), BLUE, 1.0, "links"),
+        Arrows(np.zeros((1, 2, 3), np.float32) + np.float32(-99), BLUE, 1.0, "no way"),
+        Ellipsoids(none, np.zeros((0, 3, 3), np.float32), np.zeros((0, 3), np.uint8), 0.5, "bodies"),
     ):
         assert (single(primitive) == 255).all()
 
@@ -212,6 +222,33 @@ def test_an_ellipse_passes_through_the_ends_of_its_half_axes() -> None:
     for end in (*axes, *-axes):
         x, y = np.rint(centre[:2] + end).astype(int)
         assert ink(picture)[y - 1 : y + 2, x - 1 : x + 2].max() > 400
+
+
+def test_an_ellipsoid_is_seen_by_its_outline() -> None:
+    """Its spread across the line of sight, two standard deviations, is opaque at the rim and faint within."""
+    deep = np.diag([100.0, 25.0, 900.0]).astype(np.float32)[None]
+    picture = single(Ellipsoids(f32([60, 50, 0]), deep, np.uint8([(0, 0, 0)]), 0.5, "bodies"), 120, 100)
+    for x, y in ((80, 50), (40, 50), (60, 60), (60, 40)):
+        assert ink(picture)[y - 1 : y + 2, x - 1 : x + 2].max() > 500
+    assert int(picture[50, 60, 0]) == pytest.approx(127, abs=2)
+    assert ink(picture)[50, 83:].sum() == 0
+
+
+def test_a_flat_ellipsoid_is_a_disc_or_a_line() -> None:
+    """A variance of nothing is no error: seen from its edge a disc is a line."""
+    edge = np.diag([100.0, 0.0, 100.0]).astype(np.float32)[None]
+    picture = single(Ellipsoids(f32([60, 50, 0]), edge, np.uint8([(0, 0, 0)]), 0.5, "bodies"), 120, 100)
+    assert ink(picture)[50, 45:75].min() > 300
+    assert ink(picture)[:48].sum() == 0
+
+
+def test_an_arrow_has_its_head_at_its_end() -> None:
+    """There it is wider than its line, and ends in a point."""
+    picture = single(Arrows(f32([[10, 50, 0], [100, 50, 0]]), (0, 0, 0), 3.0, "arrows"), 120, 100)
+    across = (ink(picture) > 300).sum(axis=0)
+    assert across[50] == pytest.approx(3, abs=2)
+    assert across[83:86].max() > 10
+    assert not across[103:].any()
 
 
 def test_a_dashed_ellipse_has_gaps() -> None:

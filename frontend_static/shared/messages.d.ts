@@ -227,6 +227,7 @@ export interface ExperimentDetail {
   thumbnail: string;
   declarations: Declaration[];
   layers: Layer[];
+  worlds: World[];
   schema: Record<string, unknown>;
 }
 
@@ -756,6 +757,26 @@ export interface ValuesPublic {
   name: string;
   count: number;
   first: (boolean | number | string)[];
+}
+
+/** A side from which to look at a world. */
+export interface Viewpoint {
+  name: string;
+  title: string;
+  azimuth_deg: number;
+  elevation_deg: number;
+}
+
+/** A space with a unit, an extent, an upright axis and sides from which to look at it. */
+export interface World {
+  name: string;
+  title: string;
+  unit: string;
+  radius: number;
+  middle: [number, number, number];
+  up: [number, number, number];
+  front: [number, number, number];
+  viewpoints: Viewpoint[];
 }
 
 /** What a session's stream says. */

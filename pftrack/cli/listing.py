@@ -58,7 +58,8 @@ def show(
     values = flat(parameters)
     if json:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
-        emit({**_about(found), "layers": [asdict(layer) for layer in found.layers], "declarations": entries})
+        layers, worlds = ([asdict(each) for each in several] for several in (found.layers, found.worlds))
+        emit({**_about(found), "layers": layers, "worlds": worlds, "declarations": entries})
         return
     typer.echo(f"{found.title}\n{found.description}\nFrom {found.document}.\n")
     table(

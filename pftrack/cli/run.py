@@ -218,7 +218,7 @@ def _relative(video: Path, out: Path) -> str:
 
 def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
     from pftrack.film import FilmWriter
-    from pftrack.rendering import render
+    from pftrack.rendering import render_beside
     from pftrack.runs.scoring import reductions
 
     with ExitStack() as stack:
@@ -226,7 +226,9 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
         tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}"))
         for step in islice(run, frames):
             if film is not None:
-                film.write(render(run.experiment.draw(step, run.diagnostics), layers=run.experiment.shown_layers))
+                film.write(
+                    render_beside(run.experiment.draw(step, run.diagnostics), layers=run.experiment.shown_layers)
+                )
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
     said = run.experiment.report(run.diagnostics) if run.experiment.report else {}

@@ -1,21 +1,40 @@
-"""Checks of drawings: finite, within reach of the picture, on declared layers, and stable from frame to frame."""
+"""Checks of drawings: finite, within reach, on declared layers, in declared worlds, and stable from frame to frame."""
 
 from collections.abc import Iterator
 from dataclasses import fields
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pftrack.drawing import Drawing, Picture, Primitive
+from pftrack.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawing
 from pftrack.experiment import Experiment
-from pftrack.rendering import render
+from pftrack.rendering import render, render_beside
 from pftrack.testing.check import FRAMES, Check, begun, demand, each_tracker
+from pftrack.world import World
 
 __all__ = ["checks"]
 
 REACH = 10.0
 """How many times the picture's longer side a coordinate may lie from its corner: what is further is a mistake."""
 
-PLACES = ("positions", "centre", "half_axes", "origin", "vertices", "segments", "position", "apex", "corners")
+PLACES = (
+    "positions",
+    "centre",
+    "centres",
+    "half_axes",
+    "origin",
+    "vertices",
+    "segments",
+    "position",
+    "apex",
+    "corners",
+)
+
+ROUNDING = 1e-4
+"""Of the largest entry of a covariance, as a share: they are drawn from 32 bits."""
+
+WORLD_REACH = 1.01
+"""How many radii of a world a coordinate may lie from its middle; what is further is cut off."""
 
 
 def checks(experiment: Experiment) -> Iterator[Check]:
@@ -24,6 +43,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
         experiment,
         [
             ("drawings keep to the picture and to declared layers", _drawings_are_sound),
+            ("what is drawn in a world keeps to it", _worlds_are_sound),
             ("what has a name in a drawing stays what it is", _names_are_stable),
             ("a drawing shows no future", _no_future_is_drawn),
             ("a second run can be drawn beside it", _a_second_run_is_drawn),
@@ -43,6 +63,7 @@ def _drawings_are_sound(experiment: Experiment, tracker: str) -> None:
         if frame in {0, FRAMES - 1}:
             shape = render(drawing).shape
             demand(shape == (drawing.height, drawing.width, 3), f"frame {frame} is rendered to the shape {shape}")
+            render_beside(drawing)
 
 
 def _demand_sound(experiment: Experiment, drawing: Drawing, frame: int) -> None:
@@ -50,29 +71,83 @@ def _demand_sound(experiment: Experiment, drawing: Drawing, frame: int) -> None:
     demand(isinstance(first, Picture), f"the drawing of frame {frame} must begin with the picture, got {first!r:.60}")
     demand("\n" not in drawing.caption, f"the caption of frame {frame} must be one line, got {drawing.caption!r}")
     for name, item in drawing.primitives.items():
-        demand(
-            item.layer in experiment.shown_layers, f"{name} is drawn on the layer {item.layer!r}, which is not declared"
-        )
+        _demand_layer(experiment, name, item)
         if isinstance(item, Picture):
             shape = item.image_rgb.shape
             wanted = (drawing.height, drawing.width, 3)
             demand(shape == wanted, f"the picture of frame {frame} must have the shape {wanted}, got {shape}")
-        _demand_within(name, item, drawing, frame)
+        _demand_finite(name, item, frame)
+        most = REACH * max(drawing.width, drawing.height)
+        for part, values in _places(item):
+            far = float(np.abs(values).max(initial=0.0))
+            demand(far <= most, f"{part} of {name} in frame {frame} must lie within {most:g} px, got {far:g} px")
 
 
-def _demand_within(name: str, item: Primitive, drawing: Drawing, frame: int) -> None:
-    most = REACH * max(drawing.width, drawing.height)
-    for part in (field.name for field in fields(item) if field.name in PLACES):
-        values = np.asarray(getattr(item, part))
+def _demand_layer(experiment: Experiment, name: str, item: Primitive) -> None:
+    demand(item.layer in experiment.shown_layers, f"{name} is drawn on the layer {item.layer!r}, which is not declared")
+
+
+def _worlds_are_sound(experiment: Experiment, tracker: str) -> None:
+    for world in experiment.worlds:
+        stated = world.name and world.title and world.unit
+        demand(stated, f"the world {world.name!r} must have a name, a title and a unit")
+    for frame, drawing in _drawn(experiment, tracker):
+        drawn = tuple(each.world for each in drawing.worlds)
+        demand(
+            drawn == experiment.worlds,
+            f"the drawing of frame {frame} must have the worlds that are declared, {_named(experiment.worlds)}, got "
+            f"{_named(drawn)}",
+        )
+        for each in drawing.worlds:
+            _demand_within(experiment, each, frame)
+
+
+def _demand_within(experiment: Experiment, drawn: WorldDrawing, frame: int) -> None:
+    world = drawn.world
+    for name, item in drawn.primitives.items():
+        _demand_layer(experiment, name, item)
+        _demand_finite(name, item, frame)
+        for part, values in _places(item):
+            far = float(np.linalg.norm(values - np.array(world.middle), axis=-1).max(initial=0.0))
+            demand(
+                far <= WORLD_REACH * world.radius,
+                f"{part} of {name} in frame {frame} must lie within {world.radius:g} {world.unit} of the middle of "
+                f"the world {world.name!r}, got {far:.4g} {world.unit}",
+            )
+
+
+def _named(worlds: tuple[World, ...]) -> str:
+    return ", ".join(world.name for world in worlds) or "none"
+
+
+def _places(item: Primitive) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    for field in fields(item):
+        if field.name in PLACES:
+            yield field.name, np.asarray(getattr(item, field.name), dtype=np.float64)
+
+
+def _demand_finite(name: str, item: Primitive, frame: int) -> None:
+    for part, values in _places(item):
         demand(np.isfinite(values).all(), f"{part} of {name} in frame {frame} must be finite")
-        far = float(np.abs(values).max(initial=0.0))
-        demand(far <= most, f"{part} of {name} in frame {frame} must lie within {most:g} px, got {far:g} px")
+    if isinstance(item, Ellipsoids):
+        spread = item.covariances.astype(np.float64)
+        demand(np.isfinite(spread).all(), f"covariances of {name} in frame {frame} must be finite")
+        least = float(np.linalg.eigvalsh(spread).min(initial=0.0))
+        size = float(np.abs(spread).max(initial=0.0))
+        symmetric = np.allclose(spread, np.swapaxes(spread, 1, 2), atol=ROUNDING * size)
+        demand(
+            symmetric and least >= -ROUNDING * size,
+            f"covariances of {name} in frame {frame} must be symmetric and not negative, got the eigenvalue {least:g}",
+        )
 
 
 def _names_are_stable(experiment: Experiment, tracker: str) -> None:
     known: dict[str, tuple[str, str]] = {}
     for frame, drawing in _drawn(experiment, tracker):
-        for name, item in drawing.primitives.items():
+        in_worlds = {
+            f"{each.world.name} {name}": item for each in drawing.worlds for name, item in each.primitives.items()
+        }
+        for name, item in (drawing.primitives | in_worlds).items():
             is_now = type(item).__name__, item.layer
             was = known.setdefault(name, is_now)
             demand(
@@ -88,7 +163,7 @@ def _no_future_is_drawn(experiment: Experiment, tracker: str) -> None:
     run.finish()
     late = experiment.draw(run.seek(FRAMES // 2), run.diagnostics)
     same = early.caption == late.caption and early.primitives.keys() == late.primitives.keys()
-    same = same and np.array_equal(render(early), render(late))
+    same = same and np.array_equal(render_beside(early), render_beside(late))
     demand(same, f"frame {FRAMES // 2} is drawn differently once later frames are computed")
 
 

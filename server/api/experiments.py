@@ -40,6 +40,7 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
         **_shown(experiment),
         declarations=list(declarations(model)),
         layers=list(experiment.layers),
+        worlds=list(experiment.worlds),
         parameter_schema=model.model_json_schema(),
     )
 

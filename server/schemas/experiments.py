@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pftrack.layer import Layer
 from pftrack.marks import Editor
 from pftrack.parameters import Declaration, Value
+from pftrack.world import World
 
 __all__ = ["ExperimentDetail", "ExperimentPublic", "PluginPublic", "PresetPublic"]
 
@@ -50,6 +51,7 @@ class ExperimentDetail(ExperimentPublic):
 
     declarations: list[Declaration]
     layers: list[Layer]
+    worlds: list[World]
     parameter_schema: dict[str, Any] = Field(serialization_alias="schema")
 
 

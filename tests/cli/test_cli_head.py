@@ -111,14 +111,17 @@ def test_marked_points_are_used_and_replayed(call: Call, clip: Path, tmp_path: P
 
 
 def test_the_overlay_is_written_as_a_film(call: Call, clip: Path, tmp_path: Path) -> None:
-    """The film has the size of the clip and is no copy of it."""
+    """The film shows the clip, which is no copy, at its size, and beside it a square with the head's model."""
     from pftrack.sources.sequence import open_sequence
 
     status, _, _ = call("run", "head", "--video", clip, "--frames", 4, "--video-out", tmp_path / "o.mp4")
     assert status == 0
     drawn, plain = open_sequence(tmp_path / "o.mp4"), open_sequence(clip)
-    assert (drawn.frame_count, drawn.size) == (4, plain.size)
-    assert np.abs(drawn.picture(3).astype(int) - plain.picture(3)).mean() > 2
+    width, height = plain.size
+    assert (drawn.frame_count, drawn.size) == (4, (width + height, height))
+    picture, world = np.split(drawn.picture(3).astype(int), [width], axis=1)
+    assert 2 < np.abs(picture - plain.picture(3)).mean() < 40
+    assert (world > 240).all(axis=2).mean() > 0.5
     drawn.close()
     plain.close()
 

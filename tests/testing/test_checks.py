@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import pytest
 
-from pftrack.drawing import Points, Primitive
+from pftrack.drawing import Ellipsoids, Points, Primitive, WorldDrawing
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.sine.experiment import SineParameters
@@ -19,6 +19,7 @@ from pftrack.marks import Editor, Handle, Mark
 from pftrack.parameters import parameter
 from pftrack.sources.signal import SignalSource
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
+from pftrack.world import World
 from tests.installing import environment, install
 
 TRACKERS = find("sine").trackers
@@ -29,6 +30,8 @@ SOUND = replace(
     trackers={"kalman": KALMAN, **TRACKERS},
     presets=(Preset("works", "works", "kalman"),),
 )
+
+SPACE = World("space", "Space", "mm", 5.0)
 
 
 class Altered:
@@ -68,6 +71,12 @@ def layered(layer: Callable[[int], str]) -> Experiment:
         return replace(drawn, primitives={**drawn.primitives, "now": moved})
 
     return drawing(alter)
+
+
+def in_world(*items: Primitive, world: World = SPACE) -> Experiment:
+    """Return an experiment that draws in the world `SPACE`, or in another one."""
+    drawn = WorldDrawing(world, dict(zip(("it", "other"), items, strict=False)))
+    return replace(drawing(lambda flat, *_: replace(flat, worlds=(drawn,))), worlds=(SPACE,))
 
 
 def declaring(model: type[SineParameters]) -> Experiment:
@@ -237,6 +246,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: layered(lambda _: "secret"),
         "now is drawn on the layer 'secret', which is not declared",
     ),
+    "what is drawn in a world keeps to it": (
+        lambda: in_world(Points(np.array([[0.0, 0.0, 7.0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, "estimate")),
+        "positions of it in frame 0 must lie within 5 mm of the middle of the world 'space', got 7 mm",
+    ),
     "what has a name in a drawing stays what it is": (
         lambda: layered(lambda frame: ("estimate", "truth")[frame % 2]),
         "now is a Ellipse on the layer 'truth' in frame 1, and was a Ellipse on 'estimate' before",
@@ -271,6 +284,34 @@ def test_each_check_can_fail(name: str, monkeypatch: pytest.MonkeyPatch) -> None
         monkeypatch.setitem(EXPERIMENTS._known, experiment.id, experiment)
     with pytest.raises(CheckError, match=sentence):
         checks_of(experiment)[name]()
+
+
+def bodies(covariance: Any) -> Ellipsoids:
+    spread = np.array([covariance], np.float32)
+    return Ellipsoids(np.zeros((1, 3), np.float32), spread, np.zeros((1, 3), np.uint8), 0.5, "estimate")
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: replace(in_world(), worlds=()), "must have the worlds that are declared, none, got space"),
+        (
+            lambda: in_world(world=replace(SPACE, radius=6.0)),
+            "must have the worlds that are declared, space, got space",
+        ),
+        (
+            lambda: replace(in_world(), worlds=(replace(SPACE, unit=""),)),
+            "the world 'space' must have a name, a title and a unit",
+        ),
+        (lambda: in_world(bodies(np.diag([1, np.nan, 1]))), "covariances of it in frame 0 must be finite"),
+        (lambda: in_world(bodies(np.diag([1, -1, 1]))), "symmetric and not negative, got the eigenvalue -1"),
+        (lambda: in_world(bodies([[1, 1, 0], [0, 1, 0], [0, 0, 1]])), "must be symmetric and not negative"),
+    ],
+)
+def test_a_world_that_is_not_sound_is_found(make: Callable[[], Experiment], sentence: str) -> None:
+    """A drawing has the worlds that are declared, each with a unit, and beliefs in them have a covariance."""
+    with pytest.raises(CheckError, match=sentence):
+        checks_of(make())["what is drawn in a world keeps to it"]()
 
 
 def test_every_check_is_tried() -> None:

@@ -18,6 +18,7 @@ from pftrack.experiments.head.recording import on_video
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
 from pftrack.experiments.head.truth import POSES
+from pftrack.experiments.head.world import HEAD_WORLD, head_world
 from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_measure, pose_series
 from pftrack.experiments.pose.sketch import (
     BY_PREDICTION,
@@ -64,6 +65,8 @@ def simulate() -> Setup:
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a frame: picture, head, particles, features, where the head looks; the head in its true pose, in another's.
 
+    Beside it stands the model of the head, in a world of its own.
+
     The head of a second run is drawn in its pose, but where this one is: a row holds only the pose.
     """
     image, state = step.frame.image_rgb, step.state
@@ -95,7 +98,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     if step.frame.target is not None:
         primitives |= _truth(state, step.frame.target, mark)
     primitives |= camera(state, (width, height))
-    return Drawing(width, height, primitives, _caption(step, past))
+    return Drawing(width, height, primitives, _caption(step, past), (head_world(state, step.frame.target),))
 
 
 def _truth(state: PoseState, target: Target, size: float) -> dict[str, Primitive]:
@@ -208,6 +211,7 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
         Layer("camera"),
     ),
+    worlds=(HEAD_WORLD,),
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,

@@ -15,7 +15,7 @@ from pftrack.geometry.rotation import rotation
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["PlacedHead"]
+__all__ = ["Front", "PlacedHead", "front"]
 
 LONGITUDES, LATITUDES = 27, 33
 CUT_COLUMNS, CUT_ROWS = 5, 4
@@ -63,15 +63,15 @@ class PlacedHead:
 
     def surface(self, colour: Colour, opacity: float) -> dict[str, Mesh]:
         """Draw its surface."""
-        front = _front(self._memory.model)
-        return {"head": Mesh(self._drawn(front.vertices_mm), front.triangles, colour, opacity, "head")}
+        shape = front(self._memory.model)
+        return {"head": Mesh(self._drawn(shape.vertices_mm), shape.triangles, colour, opacity, "head")}
 
     def lines(self, name: str, colour: Colour, width: float, layer: str, *, few: bool = False) -> dict[str, Links]:
         """Draw lines on it, broken on its far side; or a few only, for a ghost."""
-        front = _front(self._memory.model)
-        edges = front.few_edges if few else front.edges
-        places = self._drawn(front.vertices_mm)[edges]
-        towards = front.normals @ -(rotation(self.theta) @ self._memory.turn)[2]
+        shape = front(self._memory.model)
+        edges = shape.few_edges if few else shape.edges
+        places = self._drawn(shape.vertices_mm)[edges]
+        towards = shape.normals @ -(rotation(self.theta) @ self._memory.turn)[2]
         near = towards[edges].mean(axis=1) > 0.0
         return {
             f"hidden {name} lines": dashes(places[~near], colour, width, layer, length=2.0),
@@ -96,7 +96,8 @@ class PlacedHead:
 
 
 @lru_cache(maxsize=8)
-def _front(model: FaceModel) -> Front:
+def front(model: FaceModel) -> Front:
+    """Return the front of the head of a face model."""
     mesh = head_mesh(model, LONGITUDES, LATITUDES)
     whole = np.arange(LONGITUDES * LATITUDES).reshape(LATITUDES, LONGITUDES)
     rows, columns = slice(CUT_ROWS, LATITUDES - CUT_ROWS), slice(CUT_COLUMNS, LONGITUDES - CUT_COLUMNS)

@@ -10,9 +10,25 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from pftrack.drawing import Axes, Drawing, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive, Text
+from pftrack.drawing import (
+    Arrows,
+    Axes,
+    Drawing,
+    Ellipse,
+    Ellipsoids,
+    Frustum,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+    WorldDrawing,
+)
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.runs.run import Run
+from pftrack.world import Viewpoint, World
 from server.flat.codec import DrawingEncoder, decode
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
@@ -32,7 +48,10 @@ def placed(rows: int) -> st.SearchStrategy[Primitive]:
     return st.one_of(
         st.builds(Points, floats(rows, 3), arrays(np.uint8, (rows, 3)), extent, layer),
         st.builds(Polyline, floats(rows, 3), colour, extent, layer),
-        st.builds(Links, floats(rows, 2, 3), colour, extent, layer),
+        *(st.builds(kind, floats(rows, 2, 3), colour, extent, layer) for kind in (Links, Arrows)),
+        st.builds(
+            Ellipsoids, floats(rows, 3), floats(rows, 3, 3), arrays(np.uint8, (rows, 3)), st.floats(0, 1), layer, extent
+        ),
         st.builds(
             Mesh,
             floats(rows, 3),
@@ -50,12 +69,30 @@ single = st.one_of(
     st.builds(Text, floats(3), st.text(max_size=20), colour, layer, st.sampled_from(["start", "middle"])),
     st.builds(Frustum, floats(3), floats(4, 3), colour, extent, layer),
 )
+anywhere = st.one_of(single, st.integers(0, 40).flatmap(placed))
+number = st.floats(-1e3, 1e3)
+worlds = st.builds(
+    World,
+    *(st.text(max_size=10) for _ in range(3)),
+    st.floats(1e-3, 1e6),
+    st.tuples(number, number, number),
+    viewpoints=st.lists(
+        st.builds(Viewpoint, st.text(), st.text(), number, st.floats(-90, 90)),
+        min_size=1,
+        max_size=4,
+        unique_by=lambda viewpoint: viewpoint.name,
+    ).map(tuple),
+)
+in_world = anywhere.filter(lambda item: not isinstance(item, Ellipse | Frustum))
 drawings = st.builds(
     Drawing,
     st.integers(1, 4000),
     st.integers(1, 4000),
-    st.dictionaries(st.text(max_size=10), st.one_of(single, st.integers(0, 40).flatmap(placed)), max_size=8),
+    st.dictionaries(st.text(max_size=10), anywhere, max_size=8),
     st.text(max_size=60),
+    st.lists(
+        st.builds(WorldDrawing, worlds, st.dictionaries(st.text(max_size=10), in_world, max_size=4)), max_size=2
+    ).map(tuple),
 )
 
 
@@ -78,6 +115,11 @@ def test_a_drawing_comes_back_as_it_was(drawing: Drawing, frame: int) -> None:
     assert list(read.primitives) == list(drawing.primitives)
     for name, item in drawing.primitives.items():
         assert_same(item, read.primitives[name])
+    assert [each.world for each in read.worlds] == [each.world for each in drawing.worlds]
+    for one, other in zip(drawing.worlds, read.worlds, strict=True):
+        assert list(one.primitives) == list(other.primitives)
+        for name, item in one.primitives.items():
+            assert_same(item, other.primitives[name])
     assert pictures == {}
 
 

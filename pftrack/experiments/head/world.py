@@ -1,0 +1,127 @@
+"""The model of the head in a world of its own: in mm in the head's own frame, at rest while the picture's head turns.
+
+It shows what the tracker assumes of the head, where in it each feature is seen in this frame, and from where the camera
+looks at it. A feature is known across the camera's line of sight only, so its uncertainty is a disc that faces the
+camera, at the depth of the model's point.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import (
+    COLOURS,
+    Arrows,
+    Axes,
+    Colour,
+    Ellipsoids,
+    Links,
+    Mesh,
+    Points,
+    Primitive,
+    Text,
+    WorldDrawing,
+)
+from pftrack.experiments.head.sketch import front
+from pftrack.frame import Target
+from pftrack.geometry.face_model import LINKS, FaceModel
+from pftrack.geometry.rotation import rotation
+from pftrack.trackers.head.memory import HeadMemory
+from pftrack.trackers.pose.state import PoseState
+from pftrack.world import Viewpoint, World
+
+__all__ = ["HEAD_WORLD", "head_world"]
+
+RADIUS_MM = 140.0
+POINT_MM = 4.5
+AXES_MM = 50.0
+NAMES_AT = 1.15
+"""Where the name of an axis stands, in lengths of the axis."""
+ARROW_MM = (70.0, 120.0)
+"""How far from the head's origin the arrow towards the camera begins and ends: clear of the face."""
+TRUE_ARROW_MM = (70.0, 110.0)
+
+HEAD_WORLD = World(
+    "head",
+    "Head model",
+    "mm",
+    RADIUS_MM,
+    middle=(0.0, 5.0, 0.0),
+    up=(0.0, -1.0, 0.0),
+    front=(0.0, 0.0, -1.0),
+    viewpoints=(
+        Viewpoint("aslant", "Aslant", -35.0, 15.0),
+        Viewpoint("front", "Front", 0.0, 0.0),
+        Viewpoint("side", "Side", -80.0, 0.0),
+        Viewpoint("above", "Above", 0.0, 90.0),
+    ),
+)
+
+
+def head_world(state: PoseState, target: Target | None) -> WorldDrawing:
+    """Draw the head's model, where its features are seen, and the way to the camera; the true way where it is known."""
+    memory: HeadMemory = state.memory
+    colour = COLOURS["lost" if memory.lost else "estimate"]
+    turn = rotation(state.estimate) @ memory.turn
+    drawn: dict[str, Primitive] = {**_surface(memory.model, colour), **_axes()}
+    if not memory.lost:
+        drawn["features"] = _features(state, turn)
+    if target is not None:
+        drawn["true camera"] = _arrow(state, rotation(target.position) @ memory.turn, TRUE_ARROW_MM, "truth", "truth")
+    drawn["camera"] = arrow = _arrow(state, turn, ARROW_MM, "camera", "camera")
+    drawn["camera name"] = Text(
+        np.float32(1.1) * arrow.segments[0, 1], "camera", COLOURS["camera"], "camera", anchor="middle"
+    )
+    return WorldDrawing(HEAD_WORLD, drawn)
+
+
+def _surface(model: FaceModel, colour: Colour) -> dict[str, Primitive]:
+    shape = front(model)
+    vertices = shape.vertices_mm.astype(np.float32)
+    points = model.points_mm.astype(np.float32)
+    colours = np.tile(np.array(colour, np.uint8), (len(points), 1))
+    pairs = [(model.names.index(one), model.names.index(other)) for one, other in LINKS]
+    return {
+        "surface": Mesh(vertices, shape.triangles, colour, 0.22, "head"),
+        "lines": Links(vertices[shape.edges], COLOURS["hidden"], 0.5, "head"),
+        "face": Links(points[np.array(pairs)], colour, 1.5, "model points"),
+        "points": Points(points, colours, POINT_MM, "model points"),
+    }
+
+
+def _axes() -> dict[str, Primitive]:
+    colour = COLOURS["hidden"]
+    axes = np.eye(3, dtype=np.float32)
+    drawn: dict[str, Primitive] = {"axes": Axes(np.zeros(3, np.float32), axes, AXES_MM, colour, 1.5, "axes")}
+    for name, axis in zip("xyz", axes, strict=True):
+        drawn[f"axis {name}"] = Text(np.float32(NAMES_AT * AXES_MM) * axis, name, colour, "axes", anchor="middle")
+    return drawn
+
+
+def _features(state: PoseState, turn: NDArray[np.float64]) -> Ellipsoids:
+    """Draw where the features are seen, at the depths of the model's points, with two standard deviations."""
+    memory: HeadMemory = state.memory
+    model = memory.model.points_mm
+    mm_per_px = (model @ turn[2] + state.translation_mm[2]) / state.solid.focal_px
+    off = np.zeros_like(model)
+    off[:, :2] = mm_per_px[:, None] * (state.feature_means - state.seen(state.solid.points_mm))
+    spread = np.zeros((len(model), 3, 3))
+    spread[:, :2, :2] = mm_per_px[:, None, None] ** 2 * state.feature_covariances
+    centres = model + off @ turn
+    near = np.linalg.norm(centres - HEAD_WORLD.middle, axis=1) < RADIUS_MM
+    colours = np.where(state.recognised[:, None], COLOURS["observation"], COLOURS["lost"]).astype(np.uint8)
+    return Ellipsoids(
+        centres[near].astype(np.float32),
+        (turn.T @ spread @ turn)[near].astype(np.float32),
+        colours[near],
+        0.35,
+        "features",
+    )
+
+
+def _arrow(
+    state: PoseState, turn: NDArray[np.float64], reach_mm: tuple[float, float], colour: str, layer: str
+) -> Arrows:
+    """Draw an arrow from before the face towards the camera, for a head that is turned so."""
+    way = -state.translation_mm @ turn
+    ends = np.outer(reach_mm, way / np.linalg.norm(way))
+    return Arrows(ends[None].astype(np.float32), COLOURS[colour], 3.0, layer)
