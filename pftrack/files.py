@@ -5,9 +5,19 @@ A file is written beside its place under a hidden name of its own, brought to th
 
 import os
 import secrets
+import shutil
 from pathlib import Path
 
-__all__ = ["part_of", "settle", "write_whole"]
+__all__ = ["free_bytes", "part_of", "settle", "write_whole"]
+
+
+def free_bytes(folder: Path) -> int:
+    """Return how much this user may still write to the disk of a folder.
+
+    Raises:
+        OSError: There is no such folder.
+    """
+    return shutil.disk_usage(folder).free
 
 
 def part_of(path: Path) -> Path:

@@ -47,14 +47,18 @@ class Settings(BaseSettings):
     max_upload_files: int = Field(5_000, ge=1, description="Pictures of one upload.")
     max_uploads: int = Field(200, ge=1, description="Uploads kept.")
     max_record_bytes: int = Field(64 * MEBIBYTE, ge=1, description="Bytes of one imported run.")
+    max_states_bytes: int = Field(
+        1024 * MEBIBYTE, ge=0, description="Disk space of the states that sessions keep, to come back at once."
+    )
+    reserve_bytes: int = Field(
+        256 * MEBIBYTE, ge=0, description="Free space on the disk of the data directory that is left to others."
+    )
     max_body_bytes: int = Field(1 * MEBIBYTE, ge=1024, description="Bytes of one request that is no upload.")
 
     worker_memory_bytes: int = Field(1024 * MEBIBYTE, ge=64 * MEBIBYTE, description="Memory of one worker of its own.")
     worker_cpu_seconds: int = Field(7200, ge=1, description="CPU time of one worker before its session is stopped.")
-    start_seconds: float = Field(60.0, gt=0, description="Longest start of a session.")
-    command_seconds: float = Field(10.0, gt=0, description="Longest wait for the answer to a command.")
-    seek_seconds: float = Field(120.0, gt=0, description="Longest wait for a seek that computes frames.")
-    hang_seconds: float = Field(15.0, gt=0, description="Silence after which a worker counts as hung.")
+    start_seconds: float = Field(60.0, gt=0, description="Silence after which a worker that starts counts as hung.")
+    hang_seconds: float = Field(15.0, gt=0, description="Silence after which a worker at work counts as hung.")
     idle_seconds: float = Field(900.0, gt=0, description="Time without visitors after which a session is suspended.")
 
     max_sweep_runs: int = Field(500_000, ge=1, description="Runs of one sweep.")

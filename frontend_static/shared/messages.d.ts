@@ -58,6 +58,7 @@ export interface BranchSpec {
   first_values: Record<string, boolean | number | string>;
   computed: number;
   position: number;
+  goal: Goal | null;
 }
 
 /** A branch was made or chosen. */
@@ -294,6 +295,8 @@ export interface Frames {
   rows: Record<string, unknown>[];
 }
 
+export type Goal = [number, number];
+
 /** A point of a mark that a person can drag. */
 export interface Handle {
   name: string;
@@ -412,6 +415,7 @@ export interface Position {
   branch: string;
   frame: number;
   computed: number;
+  goal: number | null;
   playing: boolean;
   speed: number;
 }
@@ -578,6 +582,8 @@ export interface SessionPublic {
   frames: number;
   position: number;
   computed: number;
+  /** Frame to which it is computing, while it is; a pause stops it */
+  goal: number | null;
   playing: boolean;
   speed: number;
   speeds: number[];

@@ -9,7 +9,7 @@ and repeats the few steps from there, to the same numbers. A change of a paramet
 past is the past, and a change to it makes a `branch`.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -21,6 +21,7 @@ from pftrack.frame import Frame
 from pftrack.measures import measured
 from pftrack.parameters import ParameterError, Parameters, flat
 from pftrack.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
+from pftrack.runs.checkpoint import Checkpoint
 from pftrack.runs.diagnostics import Diagnostics, diagnose
 from pftrack.runs.keyframes import Keyframes
 from pftrack.runs.recipe import Recipe
@@ -162,14 +163,24 @@ class Run:
         Raises:
             ParameterError: The run has no such frame.
         """
+        for _ in self.seeking(frame):
+            pass
+        return self.current
+
+    def seeking(self, frame: int) -> Iterator[Step]:
+        """Go to a frame like `seek`, and yield each step on the way, for whoever has something else to do in between.
+
+        Raises:
+            ParameterError: The run has no such frame.
+        """
         if not 0 <= frame < self.frames:
             raise ParameterError("frame", frame, f"a whole number between 0 and {self.frames - 1}")
         if frame < self.position or self._keyframes.latest(frame)[0] > self.position:
             index, state = self._keyframes.latest(frame)
             self.current = self._seen(index, state)
+            yield self.current
         while self.position < frame:
-            self.advance()
-        return self.current
+            yield self.advance()
 
     def change(self, values: Mapping[str, object]) -> Change:
         """Change parameters from the next frame on.
@@ -193,12 +204,19 @@ class Run:
         self.timeline = self.timeline.insert(Change(following, dict(values)))
         return next(change for change in self.timeline.changes if change.frame == following)
 
-    def branch(self, frame: int, values: Mapping[str, object] | None = None) -> "Run":
+    def branch(
+        self,
+        frame: int,
+        values: Mapping[str, object] | None = None,
+        *,
+        on_step: Callable[[], None] = lambda: None,
+    ) -> "Run":
         """Return a new run that shares this one's past up to a frame and stands there.
 
         Args:
             frame: The last frame shared, 0..computed.
             values: Changes from the frame after on.
+            on_step: Called after each step that has to be repeated to get there.
 
         Raises:
             ParameterError: The frame has not been computed, or a value is unknown or out of bounds.
@@ -216,8 +234,45 @@ class Run:
         )
         twin.diagnostics = self.diagnostics[: frame + 1]
         twin._keyframes = self._keyframes.until(frame)
-        twin.seek(frame)
+        for _ in twin.seeking(frame):
+            on_step()
         return twin
+
+    def checkpoint(self) -> Checkpoint:
+        """Return what was computed so far, for a run of the same recipe that shall not compute it again."""
+        return Checkpoint(self._past(self.computed), tuple(self.diagnostics), self._keyframes.states)
+
+    def recall(self, checkpoint: Checkpoint) -> bool:
+        """Take over what another run has computed; return whether it could be believed.
+
+        It must be of this run's recipe, and a step repeated from its last but newest state must come to its numbers:
+        what another version of the program has computed may be different.
+        """
+        first, *between, last = sorted({0, *checkpoint.states, len(checkpoint.diagnostics) - 1})
+        known = first == 0 and {first, *between, last} == checkpoint.states.keys()
+        if not known or last == 0 or checkpoint.recipe != self._past(last) or not self._agrees(checkpoint, between):
+            return False
+        self.diagnostics = list(checkpoint.diagnostics)
+        for frame, state in sorted(checkpoint.states.items()):
+            self._keyframes.offer(frame, state)
+        return True
+
+    def _agrees(self, checkpoint: Checkpoint, between: list[int]) -> bool:
+        index = between[-1] if between else 0
+        following = index + 1
+        tracker = self.experiment.trackers[self.tracker_at(following)]
+        rng = Stream(self.seed, following, Purpose.TRACK)
+        try:
+            state = tracker.step(checkpoint.states[index], self._frame(following), self.parameters_at(following), rng)
+        except Exception:  # noqa: BLE001 - it was made for another version, and may fail in any way
+            return False
+        row = checkpoint.diagnostics[following]
+        return tuple((self.experiment.scale * state.estimate).tolist()) == row.estimate
+
+    def _past(self, frame: int) -> str:
+        """Return the recipe as far as the frames up to one know of it, as JSON."""
+        timeline = self.timeline.shared_with(frame)
+        return self.recipe.model_copy(update={"timeline": timeline}).model_dump_json()
 
     @property
     def estimates_sha256(self) -> str:

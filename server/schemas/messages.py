@@ -97,6 +97,7 @@ class SessionPublic(BaseModel):
     frames: int
     position: int
     computed: int
+    goal: int | None = Field(None, description="Frame to which it is computing, while it is; a pause stops it")
     playing: bool
     speed: float
     speeds: list[float] = list(SPEEDS)
@@ -153,6 +154,7 @@ class Position(Message):
     branch: str
     frame: int
     computed: int
+    goal: int | None
     playing: bool
     speed: float
 

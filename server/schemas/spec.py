@@ -4,17 +4,27 @@ Recipe and position of each branch are enough, since a run is a pure fold of its
 the newest spec, so a worker may die at any moment, and the store holds it too, so the server may.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
 from pftrack.parameters import Value
 from pftrack.runs.recipe import Recipe
 
-__all__ = ["FIRST", "Bookmark", "BranchSpec", "SessionSpec"]
+__all__ = ["BEGINNING", "FIRST", "Bookmark", "BranchSpec", "Goal", "SessionSpec"]
 
 FIRST = "b0"
 """Name of a session's first branch."""
+
+
+class Goal(NamedTuple):
+    """Where a run is on its way to: the furthest frame to compute, and the frame to show then."""
+
+    computed: int
+    position: int
+
+
+BEGINNING = Goal(0, 0)
 
 
 class BranchSpec(BaseModel):
@@ -30,6 +40,7 @@ class BranchSpec(BaseModel):
         first_values: Parameters at frame 0.
         computed: Furthest frame computed.
         position: Frame that is shown.
+        goal: Where it is on its way to, while it is; whoever makes the run again goes on to there.
     """
 
     id: str
@@ -41,6 +52,12 @@ class BranchSpec(BaseModel):
     first_values: dict[str, Value] = {}
     computed: int = 0
     position: int = 0
+    goal: Goal | None = None
+
+    @property
+    def bound(self) -> Goal:
+        """Where it is on its way to, or where it is."""
+        return self.goal or Goal(self.computed, self.position)
 
 
 class Bookmark(BaseModel):

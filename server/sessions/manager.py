@@ -31,6 +31,8 @@ ROUND_S = 0.5
 # A position is worth a write every ten seconds; after a crash the run computes the rest again.
 POSITIONS_EVERY = 20
 LONGEST_CATCH_S = 5.0
+# So long whoever starts or resumes a session waits for it to be where it was; then the answer says how far it is.
+OPENING_S = 2.0
 
 
 class Manager:
@@ -114,6 +116,7 @@ class Manager:
         try:
             await self._start(session)
             await self.keep(positions=False)
+            await session.opened(OPENING_S)
         except BaseException:
             del self._sessions[spec.id]
             await session.close("The session could not be started.")
@@ -129,6 +132,7 @@ class Manager:
         if session.worker is None and session.phase != "starting":
             self._make_room()
             await self._start(session)
+            await session.opened(OPENING_S)
 
     async def end(self, session: Session) -> None:
         """End a session for good."""
@@ -136,6 +140,7 @@ class Manager:
         await session.close("The session was ended.")
         async with self._writing:
             await asyncio.to_thread(self._store.remove_session, session.spec.id)
+        await asyncio.to_thread(self._store.files.remove_states, session.spec.id)
 
     async def keep(self, *, positions: bool = True) -> None:
         """Write down every session that has changed; those that only moved on as well, if `positions`."""
@@ -188,11 +193,12 @@ class Manager:
             session=spec.id,
             recipe=branch.recipe.with_footage(truth=spec.truth),
             branch=branch.id,
-            computed=branch.computed,
-            position=branch.position,
+            goal=branch.bound,
             speed=spec.speed,
             video=str(video) if video else None,
             index=self._store.files.index(spec.upload) if spec.upload else None,
+            states=str(self._store.files.states_of(spec.id)),
+            reserve_bytes=self._settings.reserve_bytes,
             memory_bytes=self._settings.worker_memory_bytes,
             cpu_seconds=self._settings.worker_cpu_seconds,
             max_frames=self._settings.max_frames,
@@ -203,20 +209,23 @@ class Manager:
     async def _go_round(self) -> None:
         """Watch over workers and visitors, and write down what changed."""
         last = time.monotonic()
+        longest_s = min(LONGEST_CATCH_S, max(2 * ROUND_S, self._settings.hang_seconds / 2))
         for number in itertools.count(1):
             await asyncio.sleep(ROUND_S)
             now = time.monotonic()
-            late, last = now - last > LONGEST_CATCH_S, now
+            after_gap, last = now - last > longest_s, now
             for session in list(self._sessions.values()):
-                # If this process itself was stopped, the workers' signs of life are still unread in their pipes.
-                if not late:
-                    session.check()
+                session.check(after_gap=after_gap)
                 if session.visitors:
                     session.left = now
                 elif session.worker is not None and now - session.left > self._settings.idle_seconds:
                     message = "Nobody was here for a while; the session goes on where it was."
                     await self._attempt(session.suspend(message))
-            await self._attempt(self.keep(positions=number % POSITIONS_EVERY == 0))
+            seldom = number % POSITIONS_EVERY == 0
+            await self._attempt(self.keep(positions=seldom))
+            if seldom:
+                most_bytes = self._settings.max_states_bytes
+                await self._attempt(asyncio.to_thread(self._store.files.trim_states, most_bytes))
 
     async def _attempt(self, duty: Coroutine[Any, Any, None]) -> None:
         """Do a duty of the round; if it fails, say so and go on with the others."""

@@ -58,6 +58,7 @@ class Session:
         self._settings = settings
         self._config_of = config_of
         self._worker: WorkerHandle | None = None
+        self._starting: WorkerHandle | None = None
         self._door = asyncio.Lock()
         self._pending: dict[str, Any] = {}
         self._tasks: set[asyncio.Task[None]] = set()
@@ -108,7 +109,7 @@ class Session:
     # ------------------------------------------------------------ life
 
     async def start(self) -> None:
-        """Start a worker that makes the run as the spec has it.
+        """Start a worker that makes the run as the spec has it; it may then still be on its way to where it was.
 
         Raises:
             Exception: Whatever refused the spec.
@@ -118,15 +119,24 @@ class Session:
                 return
             self.state.become("starting")
             try:
-                worker = WorkerHandle(self._config_of(self.spec), self._event, self._lost)
-                ready = await worker.start(self._settings.start_seconds)
+                self._starting = WorkerHandle(self._config_of(self.spec), self._event, self._lost)
+                await self._starting.start()
             except BaseException as error:
                 self.state.become("crashed", str(error))
                 raise
-            self._worker = worker
-            self.state.begin(ready)
+            finally:
+                self._starting = None
             self.scene_feed.resumed()
             self.drawing_feed.resumed()
+
+    async def opened(self, patience_s: float) -> None:
+        """Wait for the run to be where it was, but no longer than this; who wants to see it can watch it on its way.
+
+        Raises:
+            WorkerLostError: The worker ended first.
+        """
+        if self._worker is not None:
+            await self._worker.opened(patience_s)
 
     async def suspend(self, message: str) -> None:
         """End the worker; the spec remembers everything."""
@@ -148,12 +158,22 @@ class Session:
             task.cancel()
         await self.scene_feed.close()
 
-    def check(self) -> None:
-        """End the worker if it has been silent for too long."""
-        worker = self._worker
-        if worker is not None and time.monotonic() - worker.heard > self._settings.hang_seconds:
+    def check(self, *, after_gap: bool) -> None:
+        """End the worker if it has been silent for too long.
+
+        Args:
+            after_gap: Nobody has looked for a while because this process itself was stopped. Then the worker may have
+                been stopped as well, and only its silence from now on counts.
+        """
+        patience = self._settings.start_seconds if self._starting else self._settings.hang_seconds
+        worker = self._starting or self._worker
+        if worker is None or worker.pid is None:
+            return
+        if after_gap:
+            worker.heard = time.monotonic()
+        elif time.monotonic() - worker.heard > patience:
             worker.kill(
-                f"The session's worker gave no sign of life for {self._settings.hang_seconds:g} s and was stopped. "
+                f"The session's worker gave no sign of life for {patience:g} s and was stopped. "
                 "Resume it to go on where it was."
             )
 
@@ -175,7 +195,7 @@ class Session:
             if self.spec.active.position < self.spec.active.computed:
                 self._room_for_branch()
             command = protocol.Change(values, self.spec.next_branch())
-            return await self._request(command, self._settings.command_seconds, self._changed)
+            return await self._request(command, self._changed)
 
     async def transport(
         self, action: str, frame: int | None = None, speed: float | None = None, seed: object = None
@@ -200,7 +220,7 @@ class Session:
             case _:
                 command = protocol.Transport(action, frame or 0)
         # Not through the door: a pause has to reach a worker that is busy with a long seek.
-        return await self._request(command, self._settings.seek_seconds, self._viewed)
+        return await self._request(command, self._viewed)
 
     async def branch(self, frame: int, values: dict[str, Any], title: str | None) -> messages.SessionPublic:
         """Leave the active branch at a frame and go on in a new one; return the session as it is then."""
@@ -213,24 +233,24 @@ class Session:
                     self.state.name_branch(name, title)
                 return self._viewed(result)
 
-            return await self._request(protocol.Branch(name, frame, values), self._settings.command_seconds, titled)
+            return await self._request(protocol.Branch(name, frame, values), titled)
 
     async def activate(self, branch: str) -> messages.SessionPublic:
         """Show another branch; return the session as it is then."""
         async with self._door:
             there = self.spec.branches[branch]
-            command = protocol.Activate(branch, there.recipe, there.computed, there.position)
-            return await self._request(command, self._settings.seek_seconds, self._viewed)
+            command = protocol.Activate(branch, there.recipe, there.bound)
+            return await self._request(command, self._viewed)
 
     async def save(self, path: str) -> dict[str, Any]:
         """Write the active branch to a file; return its summary and a picture."""
         async with self._door:
-            saved: dict[str, Any] = await self._request(protocol.Save(path), self._settings.seek_seconds, _plain)
+            saved: dict[str, Any] = await self._request(protocol.Save(path), _plain)
             return saved
 
     async def picture(self) -> bytes:
         """Return the current frame as PNG."""
-        png: bytes = await self._request(protocol.Picture(), self._settings.command_seconds, _plain)
+        png: bytes = await self._request(protocol.Picture(), _plain)
         return png
 
     def bookmark(self, name: str, note: str) -> Bookmark:
@@ -239,10 +259,10 @@ class Session:
             raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
         return self.state.bookmark(name, note)
 
-    async def _request(self, command: protocol.Command, timeout_s: float, then: Callable[[Any], Result]) -> Result:
+    async def _request(self, command: protocol.Command, then: Callable[[Any], Result]) -> Result:
         if self._worker is None:
             raise ConflictError(f"The session is {self.phase}; resume it first.")
-        return await self._worker.request(command, timeout_s, then)
+        return await self._worker.request(command, then)
 
     def _viewed(self, result: object) -> messages.SessionPublic:
         del result  # the commands that are answered so have none
@@ -317,6 +337,9 @@ class Session:
             self._worker.credit(form)
 
     def _event(self, event: protocol.Event) -> None:
+        if isinstance(event, protocol.Ready):
+            self._worker = self._starting
+            self.state.begin(event)
         if isinstance(event, protocol.Progress):
             self.state.stand(event.status, event.rows)
             if event.drawing is not None:
@@ -330,7 +353,7 @@ class Session:
         self.state.become("crashed", reason)
 
     async def _hang_up(self) -> None:
-        worker, self._worker = self._worker, None
+        worker, self._worker = self._worker or self._starting, None
         self.state.playing = False
         if worker is not None:
             await worker.close()

@@ -9,10 +9,10 @@ from typing import Any
 from pftrack.runs.loss import before_loss
 from server.schemas import messages
 from server.schemas.messages import Phase
-from server.schemas.spec import Bookmark, BranchSpec, SessionSpec
+from server.schemas.spec import Bookmark, BranchSpec, Goal, SessionSpec
 from server.sessions.history import History
 from server.sessions.timeline_view import threshold_views, timeline_view
-from server.sessions.view import branch_views, view
+from server.sessions.view import branch_views, last_of, view
 from server.stream.listeners import SessionListeners
 from server.worker.protocol import Ready, RunStatus, SessionInfo
 
@@ -108,13 +108,15 @@ class SessionState:
             changed["tracker"] = now.tracker
         self.spec.branch, self.spec.second, self.spec.values = now.branch, now.second, now.values
         branch.position, branch.computed = now.position, now.computed
+        bound, branch.goal = branch.goal != now.goal, now.goal
         branch.tracker, branch.first_values = now.tracker, now.first_values
         self.playing, self.spec.speed = now.playing, now.speed
         reseeded, branch.recipe = branch.recipe.seed != now.recipe.seed, now.recipe
         retimed = last is None or now.recipe.timeline != last.recipe.timeline
         self.moved = True
         # While it plays only its position changes, which is worth a look now and then.
-        self.dirty = self.dirty or not now.playing or changed != {} or switched or reseeded
+        moving = now.playing or now.goal is not None
+        self.dirty = self.dirty or not moving or bound or changed != {} or switched or reseeded
         if last is not None and now.restarts != last.restarts:
             self._forget(now.branch)
         self.become("playing" if now.playing else "ended" if now.ended else "ready")
@@ -212,7 +214,12 @@ class SessionState:
     def _tell_position(self, now: RunStatus) -> None:
         self.listeners.emit(
             messages.Position(
-                branch=now.branch, frame=now.position, computed=now.computed, playing=now.playing, speed=now.speed
+                branch=now.branch,
+                frame=now.position,
+                computed=now.computed,
+                goal=last_of(now.goal),
+                playing=now.playing,
+                speed=now.speed,
             )
         )
 
@@ -221,8 +228,8 @@ class SessionState:
         self.listeners.emit(messages.Bookmarks(bookmarks=self.spec.bookmarks))
 
 
-def _where(status: RunStatus) -> tuple[int, int, bool, float]:
-    return status.position, status.computed, status.playing, status.speed
+def _where(status: RunStatus) -> tuple[int, int, Goal | None, bool, float]:
+    return status.position, status.computed, status.goal, status.playing, status.speed
 
 
 def _card(stored: dict[str, Any]) -> SessionInfo:

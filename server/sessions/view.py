@@ -9,11 +9,11 @@ from pftrack.parameters import Declaration
 from pftrack.series import Series
 from server.schemas.controls import controls_of
 from server.schemas.messages import BranchPublic, Phase, SessionPublic, TrackerPublic
-from server.schemas.spec import SessionSpec
+from server.schemas.spec import Goal, SessionSpec
 from server.sessions.timeline_view import threshold_views, timeline_view
 from server.worker.protocol import SessionInfo
 
-__all__ = ["LAYERS", "branch_views", "view"]
+__all__ = ["LAYERS", "branch_views", "last_of", "view"]
 
 SERIES, LAYERS = TypeAdapter(list[Series]), TypeAdapter(list[Layer])
 PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
@@ -37,6 +37,7 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         frames=card.frames,
         position=active.position,
         computed=active.computed,
+        goal=last_of(active.goal),
         playing=playing,
         speed=spec.speed,
         state=state,
@@ -60,6 +61,11 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         page=f"/session/{spec.id}",
         viewer=f"/viz/{spec.id}/",
     )
+
+
+def last_of(goal: Goal | None) -> int | None:
+    """Return the frame that a run passes last on its way to a goal."""
+    return None if goal is None else max(goal)
 
 
 def branch_views(spec: SessionSpec) -> list[BranchPublic]:

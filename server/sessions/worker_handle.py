@@ -1,10 +1,12 @@
 """The worker handle: a worker process as the web process sees it.
 
-It starts the worker, numbers requests and waits for their answers, notices when the worker falls silent or dies, and
-says in one sentence why.
+It starts the worker, numbers requests and waits for their answers, notices when the worker dies, and says in one
+sentence why. Nothing is waited for by the clock: a worker that gives signs of life is at work, however long that takes,
+and one that gives none is ended by its session's watch.
 """
 
 import asyncio
+import contextlib
 import itertools
 import time
 from collections.abc import Callable
@@ -17,7 +19,7 @@ from pftrack.process import Ending, described, ending
 from server.errors import UnavailableError
 from server.worker import forkserver
 from server.worker.pipe import WebEnd, pair
-from server.worker.protocol import Command, Credit, Event, Failed, Form, Ready, Reply, Request, WorkerConfig
+from server.worker.protocol import OPENING, Command, Credit, Event, Failed, Form, Ready, Reply, Request, WorkerConfig
 from server.worker.worker import main
 
 __all__ = ["WorkerHandle", "WorkerLostError"]
@@ -44,9 +46,13 @@ class WorkerHandle:
         self._config = config
         self._on_event = on_event
         self._on_lost = on_lost
-        self._numbers = itertools.count(1)
-        self._waiting: dict[int, tuple[asyncio.Future[Any], Callable[[Any], object]]] = {}
-        self._ready: asyncio.Future[Ready] = asyncio.get_running_loop().create_future()
+        self._numbers = itertools.count(OPENING + 1)
+        loop = asyncio.get_running_loop()
+        self._ready: asyncio.Future[None] = loop.create_future()
+        self._opened: asyncio.Future[None] = loop.create_future()
+        self._waiting: dict[int, tuple[asyncio.Future[Any], Callable[[Any], object]]] = {
+            OPENING: (self._opened, lambda _: None)
+        }
         self._process: ForkServerProcess | None = None
         self._end: WebEnd | None = None
         self._reason: str | None = None
@@ -60,12 +66,12 @@ class WorkerHandle:
         """The worker's process number."""
         return self._process.pid if self._process else None
 
-    async def start(self, timeout_s: float) -> Ready:
-        """Start the worker and wait until its run stands.
+    async def start(self) -> None:
+        """Start the worker and wait until its run stands, at its beginning or at its checkpoint.
 
         Raises:
             Exception: Whatever refused the config, as the worker raised it.
-            WorkerLostError: It ended or did not get ready in time.
+            WorkerLostError: It ended first.
         """
         ours, theirs = pair()
         try:
@@ -78,16 +84,24 @@ class WorkerHandle:
             raise
         finally:
             theirs.close()
+        # Until now it could not give any.
+        self.heard = time.monotonic()
         try:
-            return await asyncio.wait_for(asyncio.shield(self._ready), timeout_s)
-        except TimeoutError:
-            self.kill(f"The worker was not ready after {timeout_s:g} s.")
-            raise WorkerLostError(f"The session did not start within {timeout_s:g} s; try again.") from None
+            await asyncio.shield(self._ready)
         except BaseException:
             await self.close()
             raise
 
-    async def request(self, command: Command, timeout_s: float, then: Callable[[Any], Result]) -> Result:
+    async def opened(self, patience_s: float) -> None:
+        """Wait for the run to be where the config wants it, but no longer than this.
+
+        Raises:
+            WorkerLostError: The worker ended first.
+        """
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(asyncio.shield(self._opened), patience_s)
+
+    async def request(self, command: Command, then: Callable[[Any], Result]) -> Result:
         """Send a command and return what `then` makes of its result.
 
         `then` is called as soon as the reply is read, before any later event is: what it looks at is as the command
@@ -96,7 +110,6 @@ class WorkerHandle:
         Raises:
             Exception: Whatever refused the command, as the worker raised it.
             WorkerLostError: The worker ended first.
-            UnavailableError: There was no answer in time.
         """
         if self._end is None or self._gone.is_set():
             raise WorkerLostError("The session's worker has ended; resume the session.")
@@ -105,9 +118,7 @@ class WorkerHandle:
         self._waiting[number] = future, then
         self._end.send(Request(number, command))
         try:
-            return await asyncio.wait_for(future, timeout_s)
-        except TimeoutError:
-            raise UnavailableError(f"The session did not answer within {timeout_s:g} s; it may be busy.") from None
+            return await future
         finally:
             self._waiting.pop(number, None)
 
@@ -136,8 +147,10 @@ class WorkerHandle:
         self.heard = time.monotonic()
         match event:
             case Ready():
+                # What follows it may be read in the same breath.
+                self._on_event(event)
                 if not self._ready.done():
-                    self._ready.set_result(event)
+                    self._ready.set_result(None)
             case Reply(number=number, result=result, error=error):
                 future, then = self._waiting.get(number, (None, None))
                 if future is not None and then is not None and not future.done():
@@ -166,8 +179,10 @@ class WorkerHandle:
                 future.set_exception(lost)
         if not self._ready.done():
             self._ready.set_exception(lost)
-        # Nobody may be waiting for it any more.
+        # Nobody may be waiting for them any more.
         self._ready.exception()
+        if not self._opened.cancelled():
+            self._opened.exception()
         if not self._closing:
             log.warning("worker lost", session=self._config.session, code=code, reason=reason)
             self._on_lost(reason)

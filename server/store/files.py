@@ -43,6 +43,7 @@ class DataDirectory:
         self.sweeps = root / "sweeps"
         self.cache = root / "cache"
         self.incoming = root / "incoming"
+        self.states = root / "states"
         # What is here belongs to its owner alone: videos of people, among others.
         root.mkdir(parents=True, exist_ok=True, mode=0o700)
         self._lock = os.open(root / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
@@ -57,7 +58,7 @@ class DataDirectory:
         shutil.rmtree(self.incoming, ignore_errors=True)
         # Pictures of experiments are drawn again by each version of the program.
         shutil.rmtree(self.cache, ignore_errors=True)
-        for folder in (self.uploads, self.runs, self.sweeps, self.cache, self.incoming):
+        for folder in (self.uploads, self.runs, self.sweeps, self.states, self.cache, self.incoming):
             folder.mkdir(exist_ok=True, mode=0o700)
 
     def close(self) -> None:
@@ -94,6 +95,24 @@ class DataDirectory:
     def remove_upload(self, name: str) -> None:
         """Delete an upload's folder."""
         shutil.rmtree(self.uploads / _checked(name), ignore_errors=True)
+
+    def states_of(self, session: str) -> Path:
+        """Return the folder of a session's checkpoints, which its worker makes."""
+        return self.states / _checked(session)
+
+    def remove_states(self, session: str) -> None:
+        """Delete a session's checkpoints."""
+        shutil.rmtree(self.states_of(session), ignore_errors=True)
+
+    def trim_states(self, most_bytes: int) -> None:
+        """Delete the checkpoints that were not used for the longest time, until the others take no more than this."""
+        found = [(path.stat(), path) for path in self.states.glob("*/*.states")]
+        total = sum(stat.st_size for stat, _ in found)
+        for stat, path in sorted(found, key=lambda it: it[0].st_mtime):
+            if total <= most_bytes:
+                return
+            path.unlink(missing_ok=True)
+            total -= stat.st_size
 
     def record(self, name: str) -> Path:
         """Return where a saved run lies."""

@@ -13,8 +13,10 @@ from pftrack.drawing import Drawing
 from pftrack.parameters import Value
 from pftrack.runs.recipe import Recipe
 from server.flat.codec import EncodedDrawing
+from server.schemas.spec import BEGINNING, Goal
 
 __all__ = [
+    "OPENING",
     "Activate",
     "Branch",
     "Change",
@@ -42,6 +44,9 @@ Values: TypeAlias = dict[str, Value]
 Form: TypeAlias = Literal["scene", "flat"]
 """The forms in which a drawing is sent."""
 
+OPENING = 0
+"""Number of the request that nobody sends: it is answered when the run is where the config wants it."""
+
 
 @dataclass(frozen=True, slots=True)
 class WorkerConfig:
@@ -51,11 +56,12 @@ class WorkerConfig:
         session: The session's name, for the log.
         recipe: What makes the run.
         branch: Name of the branch to begin with.
-        computed: Frame to compute up to before it is ready.
-        position: Frame to show then.
+        goal: Where it shall go before anybody asks for anything.
         speed: Times real time; 0 is as fast as possible.
         video: Path of an upload, or None for a simulated scene.
         index: What was found when the upload was decoded first, as JSON, so that it opens at once.
+        states: Folder in which checkpoints of the branches are kept, or None to keep none.
+        reserve_bytes: Free space on the disk that they must leave.
         memory_bytes: What the worker may allocate.
         cpu_seconds: CPU time that the worker may use.
         max_frames: Longest run allowed.
@@ -66,11 +72,12 @@ class WorkerConfig:
     session: str
     recipe: Recipe
     branch: str
-    computed: int = 0
-    position: int = 0
+    goal: Goal = BEGINNING
     speed: float = 1.0
     video: str | None = None
     index: str | None = None
+    states: str | None = None
+    reserve_bytes: int = 0
     memory_bytes: int = 1 << 30
     cpu_seconds: int = 7200
     max_frames: int = 20_000
@@ -115,6 +122,7 @@ class RunStatus:
         restarts: Counts how often the branch was restarted, which drops its past.
         first_values: Parameters at frame 0.
         second: Branch that is drawn beside the active one, if there is one.
+        goal: Where it is on its way to, while it is.
     """
 
     branch: str
@@ -129,6 +137,7 @@ class RunStatus:
     restarts: int
     first_values: Values = field(default_factory=dict)
     second: str | None = None
+    goal: Goal | None = None
 
 
 # ---------------------------------------------------------------- commands
@@ -179,8 +188,7 @@ class Activate:
 
     branch: str
     recipe: Recipe
-    computed: int
-    position: int
+    goal: Goal
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +226,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The run stands; the first event of every worker that did not fail.
+    """The run stands at its beginning or at its checkpoint; the first event of every worker that did not fail.
 
     Attributes:
         card: Its shape.

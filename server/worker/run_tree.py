@@ -4,19 +4,22 @@ It knows neither pipe nor clock: the worker drives it, and tests can too.
 """
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from pftrack.drawing import Drawing
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
+from pftrack.files import free_bytes
 from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise
-from pftrack.runs import record
+from pftrack.runs import checkpoint, record
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage, Recipe
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, open_sequence
+from server.schemas.spec import Goal
 from server.worker.protocol import RunStatus, SessionInfo, WorkerConfig
 
 __all__ = ["RunTree", "check_timeline"]
@@ -25,8 +28,12 @@ __all__ = ["RunTree", "check_timeline"]
 class RunTree:
     """The branches of a session's run, one of them active."""
 
-    def __init__(self, config: WorkerConfig) -> None:
-        """Wire the experiment and begin the run at frame 0.
+    def __init__(self, config: WorkerConfig, on_step: Callable[[], None] = lambda: None) -> None:
+        """Wire the experiment and begin the run at frame 0, or where its checkpoint is.
+
+        Args:
+            config: What makes the run.
+            on_step: Called after each step that is repeated for a branch, which may take a while.
 
         Raises:
             ParameterError: A value of the config is refused.
@@ -37,6 +44,9 @@ class RunTree:
         self._recipe = config.recipe
         self.experiment: Experiment = find(config.recipe.experiment)
         self._max_particles = config.max_particles
+        self._on_step = on_step
+        self._states = Path(config.states) if config.states else None
+        self._reserve_bytes = config.reserve_bytes
         frames = config.recipe.frames
         if frames is not None and frames > config.max_frames:
             raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
@@ -47,6 +57,7 @@ class RunTree:
         self._restarts = 0
         self._runs[self.active] = self._begin(config.recipe)
         check_timeline(config.recipe.timeline, self.run.frames)
+        self._recall()
 
     @property
     def run(self) -> Run:
@@ -84,8 +95,8 @@ class RunTree:
             readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
         )
 
-    def status(self, *, playing: bool, speed: float) -> RunStatus:
-        """Return where the active branch stands."""
+    def status(self, *, playing: bool, speed: float, goal: Goal | None = None) -> RunStatus:
+        """Return where the active branch stands, and where it is on its way to."""
         run = self.run
         following = run.position + 1
         return RunStatus(
@@ -101,6 +112,7 @@ class RunTree:
             restarts=self._restarts,
             first_values=flat(run.parameters_at(0)),
             second=self.second,
+            goal=goal,
         )
 
     def forward(self) -> dict[str, Any] | None:
@@ -109,6 +121,45 @@ class RunTree:
             return self.run.advance().diagnostics.as_dict()
         self.run.seek(self.run.position + 1)
         return None
+
+    def bound_for(self, goal: Goal) -> Goal:
+        """Return a goal as far as the run goes."""
+        computed = min(goal.computed, self.run.frames - 1)
+        return Goal(computed, min(goal.position, max(computed, self.run.computed)))
+
+    def way(self, goal: Goal) -> Iterator[dict[str, Any] | None]:
+        """Go to a goal; after each step on the way yield the diagnostics of its frame, if that had to be computed."""
+        if goal.computed > self.run.computed:
+            for _ in self.run.seeking(self.run.computed):
+                yield None
+            while self.run.computed < goal.computed:
+                yield self.forward()
+        for _ in self.run.seeking(goal.position):
+            yield None
+
+    def keep_states(self) -> None:
+        """Write a checkpoint of the active branch, if it is wanted and there is room.
+
+        Raises:
+            OSError: It cannot be written.
+            ValueError: The tracker's states cannot.
+        """
+        if self._states is None or free_bytes(self._states.parent) < self._reserve_bytes:
+            return
+        self._states.mkdir(exist_ok=True, mode=0o700)
+        checkpoint.write(self.run.checkpoint(), self._place(self._states))
+
+    def _recall(self) -> None:
+        """Have the active branch begin with what its checkpoint holds."""
+        if self._states is not None:
+            package = type(self._setup.parameters).__module__.partition(".")[0]
+            place = self._place(self._states)
+            found = checkpoint.read(place, package)
+            if found is not None and self.run.recall(found):
+                os.utime(place)  # the checkpoints that nobody has used for the longest time are the first to go
+
+    def _place(self, folder: Path) -> Path:
+        return folder / f"{self.active}.states"
 
     def rows(self, first: int) -> list[dict[str, Any]]:
         """Return the diagnostics of the active branch from a frame on."""
@@ -166,7 +217,7 @@ class RunTree:
         if not 0 <= frame <= self.run.computed:
             raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.computed}")
         self._limit_particles(values, frame)
-        self._runs[name] = self.run.branch(frame, values)
+        self._runs[name] = self.run.branch(frame, values, on_step=self._on_step)
         self._left[name] = self.active
         self._show(name)
 
@@ -176,6 +227,8 @@ class RunTree:
         if missing:
             self._runs[name] = self._begin(recipe)
         self._show(name)
+        if missing:
+            self._recall()
         return missing
 
     def restart(self, seed: int | None = None) -> None:

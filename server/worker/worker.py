@@ -1,14 +1,17 @@
 """The worker: one process that owns a session's run and computes it at the speed asked for.
 
 Between two frames it listens to the pipe. It reports every computed frame, at most thirty times a second, and draws
-only when the web process has taken the last drawing. A seek into frames not computed yet is worked off in the same
-loop, so that a pause or another seek can cut it short.
+only when the web process has taken the last drawing. Where many frames have to be computed, for a seek or to come back
+to where a session was, they are worked off in the same loop, so that everybody can watch and a pause or another seek
+can cut it short.
 """
 
 import socket
 import sys
 import time
 import traceback
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
@@ -20,8 +23,11 @@ from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from server.flat.codec import DrawingEncoder
+from server.schemas.spec import Goal
+from server.worker.checkpoints import Checkpoints
 from server.worker.pipe import WorkerEnd
 from server.worker.protocol import (
+    OPENING,
     Activate,
     Branch,
     Change,
@@ -53,6 +59,8 @@ TELL_S = 1 / 30
 # A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
 EARLY = 0.8
 HEARTBEAT_S = 1.0
+# So long a command or a start may take before it becomes a way that others can watch and cut short.
+AT_ONCE_S = 0.5
 OPEN_FILES = 256
 
 
@@ -99,29 +107,42 @@ def _farewell(pipe: WorkerEnd, failed: Failed) -> None:
         return
 
 
+@dataclass
+class Way:
+    """The way to a goal, a step at a time, and the request that waits for the end of it."""
+
+    goal: Goal
+    number: int
+    steps: Iterator[dict[str, Any] | None]
+
+
 class Worker:
     """The loop of a worker."""
 
     def __init__(self, pipe: WorkerEnd, config: WorkerConfig) -> None:
         self._pipe = pipe
-        self._tree = RunTree(config)
+        self._told = time.monotonic()
+        self._tree = RunTree(config, self._live_on)
+        self._checkpoints = Checkpoints(self._tree)
         self._playing = False
         self._speed = config.speed
         self._due = 0.0
-        self._told = 0.0
         self._rows: list[dict[str, Any]] = []
         self._news = False
         self._credits: set[Form] = set()
         self._undrawn: set[Form] = set(FORMS)
         self._drawing: Drawing | None = None
         self._encoder = DrawingEncoder()
-        self._goal: tuple[int, int | None] | None = None
-        self._catch_up(config.computed, config.position)
+        self._way: Way | None = None
+        self._go(config.goal, OPENING)
 
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
+        self._rows = []
         self._pipe.send(Ready(self._tree.card(), self._status(), self._tree.rows(0)))
         self._told = time.monotonic()
+        if self._way is None:
+            self._pipe.send(Reply(OPENING))
         while True:
             message = self._pipe.receive(self._patience())
             if isinstance(message, Credit):
@@ -135,7 +156,7 @@ class Worker:
 
     def _patience(self) -> float:
         """Return how long nothing has to be done, s."""
-        if self._goal is not None or (self._playing and self._speed == 0):
+        if self._way is not None or (self._playing and self._speed == 0):
             return 0.0
         now = time.monotonic()
         waits = [self._told + HEARTBEAT_S - now]
@@ -147,8 +168,9 @@ class Worker:
 
     def _compute(self) -> None:
         """Go on by one frame if one is due."""
-        if self._goal is not None:
-            self._approach(*self._goal)
+        if (way := self._way) is not None:
+            if not self._step(way):
+                self._reply(way.number)
         elif self._playing and time.monotonic() >= self._due:
             self._forward()
             if self._speed:
@@ -159,29 +181,42 @@ class Worker:
                 self._playing = False
 
     def _forward(self) -> None:
+        begun = time.monotonic()
         row = self._tree.forward()
+        self._went(row, begun)
+
+    def _went(self, row: dict[str, Any] | None, begun: float) -> None:
+        """Take note of a step and of how long its frame took, if it had to be computed."""
         if row is not None:
             self._rows.append(row)
+            self._checkpoints.computed(time.monotonic() - begun)
         self._changed()
+
+    def _go(self, goal: Goal, number: int, *, at_once_s: float = AT_ONCE_S) -> None:
+        """Go to a goal: at once if that takes but a moment, else step by step from now on."""
+        goal = self._tree.bound_for(goal)
+        way = self._way = Way(goal, number, self._tree.way(goal))
+        end = time.monotonic() + at_once_s
+        while time.monotonic() < end and self._step(way):
+            pass
+
+    def _step(self, way: Way) -> bool:
+        """Go a step; return whether there was one left."""
+        begun = time.monotonic()
+        try:
+            self._went(next(way.steps), begun)
+        except StopIteration:
+            self._way = None
+            return False
+        return True
 
     def _changed(self) -> None:
         self._news, self._undrawn, self._drawing = True, set(FORMS), None
 
-    def _approach(self, goal: int, number: int | None) -> None:
-        if self._tree.run.position < goal and not self._tree.ended:
-            self._forward()
-        if self._tree.run.position >= goal or self._tree.ended:
-            self._goal = None
-            if number is not None:
-                self._reply(number)
-
-    def _catch_up(self, computed: int, position: int) -> None:
-        """Compute what was computed before, alive for whoever watches over this process."""
-        while self._tree.run.computed < min(computed, self._tree.run.frames - 1):
-            self._tree.run.advance()
-            if time.monotonic() - self._told > HEARTBEAT_S:
-                self._heartbeat()
-        self._tree.run.seek(min(position, self._tree.run.computed))
+    def _live_on(self) -> None:
+        """Tell in the middle of something long that this process is alive."""
+        if time.monotonic() - self._told > HEARTBEAT_S:
+            self._heartbeat()
 
     def _heartbeat(self) -> None:
         self._pipe.send(Heartbeat())
@@ -190,7 +225,8 @@ class Worker:
     # ------------------------------------------------------------ events
 
     def _status(self) -> RunStatus:
-        return self._tree.status(playing=self._playing, speed=self._speed)
+        goal = self._way.goal if self._way is not None else None
+        return self._tree.status(playing=self._playing, speed=self._speed, goal=goal)
 
     def _tell(self) -> None:
         """Tell what is new, thirty times a second at most, or that there is life."""
@@ -224,12 +260,11 @@ class Worker:
     # ------------------------------------------------------------ commands
 
     def _answer(self, request: Request) -> None:
-        # A look at the picture interrupts nothing; any other command ends a seek that is under way.
+        # A look at the picture interrupts nothing; any other command ends the way to a goal.
         looks = isinstance(request.command, Picture)
-        if self._goal is not None and not looks:
-            waiting, self._goal = self._goal[1], None
-            if waiting is not None:
-                self._reply(waiting)
+        if self._way is not None and not looks:
+            waiting, self._way = self._way.number, None
+            self._reply(waiting)
         try:
             result = self._obey(request.command, request.number)
         except REFUSALS as error:
@@ -237,7 +272,7 @@ class Worker:
                 self._report(draw=not self._playing)
             self._pipe.send(Reply(request.number, error=error))
             return
-        if self._goal is None or looks:
+        if self._way is None or looks:
             self._reply(request.number, result)
 
     def _obey(self, command: Command, number: int) -> object:  # noqa: C901 - one case a command
@@ -263,7 +298,7 @@ class Worker:
                 self._flush()
                 self._tree.branch(branch, frame, values)
             case Activate():
-                self._activate(command)
+                self._activate(command, number)
             case Save(path=path):
                 return {"summary": self._tree.save(Path(path)), "thumbnail": self._picture()}
             case Picture():
@@ -283,11 +318,8 @@ class Worker:
         if not 0 <= frame <= last:
             raise ParameterError("frame", frame, f"a frame of the run, 0 to {last}")
         self._playing = False
-        if frame <= self._tree.run.computed:
-            self._tree.run.seek(frame)
-        else:
-            self._tree.run.seek(self._tree.run.computed)
-            self._goal = (frame, number)
+        known = self._tree.run.computed
+        self._go(Goal(max(frame, known), frame), number, at_once_s=AT_ONCE_S if frame <= known else 0.0)
 
     def _change(self, values: dict[str, object], branch: str) -> object:
         """Change parameters; the answer is the frame from which they count."""
@@ -299,14 +331,14 @@ class Worker:
             return 0
         return self._tree.run.position + 1
 
-    def _activate(self, command: Activate) -> None:
+    def _activate(self, command: Activate, number: int) -> None:
         self._flush()
         anew = self._tree.activate(command.branch, command.recipe)
         self._playing = False
         if anew:
-            self._catch_up(command.computed, command.position)
             # The web process may never have had them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
+            self._go(command.goal, number)
 
     def _anew(self) -> None:
         """Report the rows of a run that has just been restarted."""

@@ -1,57 +1,15 @@
 """The command `serve`: one link, clear sentences, a clean end."""
 
-import os
-import re
 import signal
 import socket
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
 import psutil
 
+from tests.server.command import failing, link, serving
 from tests.server.host import begin, wait_for
-
-ROOT = Path(__file__).parents[2]
-PROGRAM = "import sys; from server.command import serve; from pathlib import Path; serve({})"
-
-
-@contextmanager
-def serving(arguments: str) -> Iterator[subprocess.Popen[str]]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    with subprocess.Popen(
-        [sys.executable, "-c", PROGRAM.format(arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment,
-    ) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
-
-
-def failing(arguments: str, status: int = 1) -> str:
-    """Return what a server that cannot start says."""
-    with serving(arguments) as process:
-        out, err = process.communicate(timeout=60)
-    assert process.returncode == status
-    assert out == ""
-    assert len(err.strip().splitlines()) == 1, err
-    return err
-
-
-def link(process: subprocess.Popen[str]) -> str:
-    assert process.stdout is not None
-    line = process.stdout.readline()
-    found = re.search(r"http://\S+", line)
-    assert found, line
-    return found.group()
 
 
 def test_prints_the_link_and_ends_cleanly(tmp_path: Path) -> None:

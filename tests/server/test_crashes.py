@@ -12,6 +12,7 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
+from server.schemas.spec import Goal
 from server.worker.protocol import Activate, Request
 from tests.server.host import Server, begin, error_of, steer, wait_for
 from tests.server.test_stream import hear, until
@@ -184,7 +185,7 @@ def test_a_mistake_in_a_tracker(start_server: Any) -> None:
         steer(client, session["id"], "seek", frame=5)
         link = server.manager.get(session["id"]).worker
         # What the web process never sends, which is as good as a mistake of the worker's own.
-        link._end.send(Request(999, Activate("b9", None, 0, 0)))
+        link._end.send(Request(999, Activate("b9", None, Goal(0, 0))))
         wait_for(lambda: state(client, session["id"]) == "crashed")
         message = client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
         assert "Traceback" not in message

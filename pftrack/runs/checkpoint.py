@@ -1,0 +1,117 @@
+"""Checkpoints: what a run has computed, as a file, so that it need not be computed again.
+
+A checkpoint is a convenience and no record: it holds the states of one version of the program on one machine, and
+whoever cannot read it computes the run again. So it is written without waiting for the disk, and a file that was cut
+short is found out by its checksum. States are the trackers' own classes, hence pickled; a file is read with nothing
+but these classes and NumPy's arrays at hand, so that it can build values and call nothing.
+"""
+
+import dataclasses
+import enum
+import io
+import pickle
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pftrack import __version__
+from pftrack.files import part_of
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.trackers import TrackState
+
+__all__ = ["Checkpoint", "read", "write"]
+
+HEAD = f"pftrack checkpoint 1, pftrack {__version__}\n".encode()
+CHECKSUM_BYTES = 4
+ARRAYS = {
+    ("numpy", "dtype"),
+    ("numpy", "ndarray"),
+    ("numpy._core.multiarray", "_reconstruct"),
+    ("numpy._core.multiarray", "scalar"),
+    ("numpy._core.numeric", "_frombuffer"),
+}
+"""What NumPy's arrays and numbers are unpickled with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """What a run has computed.
+
+    Attributes:
+        recipe: What made it, as JSON, with the changes up to the furthest frame.
+        diagnostics: Of all frames.
+        states: Of some frames, frame 0 and the furthest among them.
+    """
+
+    recipe: str
+    diagnostics: tuple[Diagnostics, ...]
+    states: Mapping[int, TrackState]
+
+
+def write(checkpoint: Checkpoint, path: Path) -> None:
+    """Write a checkpoint to a file; what was there before is there until the new one is complete.
+
+    Raises:
+        OSError: The file cannot be written.
+        ValueError: A state cannot be written to any file.
+    """
+    try:
+        # In one piece: states share what does not change from frame to frame, and share it again when they are read.
+        body = pickle.dumps((checkpoint.recipe, checkpoint.diagnostics, dict(checkpoint.states)), protocol=5)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise ValueError(f"the tracker's states cannot be written to a file: {error}") from None
+    part = part_of(path)
+    try:
+        with part.open("wb") as file:
+            file.write(HEAD)
+            file.write(zlib.crc32(body).to_bytes(CHECKSUM_BYTES, "big"))
+            file.write(body)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def read(path: Path, package: str) -> Checkpoint | None:
+    """Read a checkpoint; None if there is none, or none that this version can use.
+
+    Args:
+        path: The file.
+        package: Where, besides `pftrack`, the classes of states may come from: that of the run's experiment.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    head, checksum = data[: len(HEAD)], data[len(HEAD) : len(HEAD) + CHECKSUM_BYTES]
+    body = memoryview(data)[len(HEAD) + CHECKSUM_BYTES :]
+    if head != HEAD or zlib.crc32(body).to_bytes(CHECKSUM_BYTES, "big") != checksum:
+        return None
+    try:
+        return Checkpoint(*_Values(io.BytesIO(body), {"pftrack", package}).load())
+    # What another version of a package has written may fail in any way; then there is no checkpoint.
+    except Exception:  # noqa: BLE001
+        return None
+
+
+class _Values(pickle.Unpickler):
+    """Reads values only: dataclasses, named tuples and enumerations of some packages, and NumPy's arrays."""
+
+    def __init__(self, file: io.BytesIO, packages: set[str]) -> None:
+        super().__init__(file)
+        self._packages = packages
+
+    def find_class(self, module_name: str, global_name: str, /) -> Any:  # noqa: ANN401 - pickle's own
+        """Return a class that a value may have.
+
+        Raises:
+            pickle.UnpicklingError: It may not.
+        """
+        if (module_name, global_name) in ARRAYS:
+            return super().find_class(module_name, global_name)
+        if module_name.partition(".")[0] in self._packages:
+            found = super().find_class(module_name, global_name)
+            if isinstance(found, type) and (dataclasses.is_dataclass(found) or issubclass(found, tuple | enum.Enum)):
+                return found
+        raise pickle.UnpicklingError(f"{module_name}.{global_name} is no value")

@@ -1,0 +1,48 @@
+"""The command `serve` in a process of its own, for tests of what happens to whole processes."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = "import sys; from server.command import serve; from pathlib import Path; serve({})"
+
+
+@contextmanager
+def serving(arguments: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
+    """Run `pftrack serve` with these arguments and environment variables for as long as the context lasts."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAM.format(arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def failing(arguments: str, status: int = 1, **variables: str) -> str:
+    """Return what a server that cannot start says, which is one line."""
+    with serving(arguments, **variables) as process:
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == status
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1, err
+    return err
+
+
+def link(process: subprocess.Popen[str]) -> str:
+    """Return the address that a server prints when it can be reached."""
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    found = re.search(r"http://\S+", line)
+    assert found, line
+    return found.group()

@@ -1,0 +1,210 @@
+"""Runs that take long to compute again: everybody sees how far they are, and only silence is a reason to give up."""
+
+import os
+import shutil
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+from websockets.sync.client import connect
+
+from server.worker.checkpoints import KEEP_AFTER_S, Checkpoints
+from server.worker.protocol import WorkerConfig
+from server.worker.run_tree import RunTree
+from tests.server.command import link, serving
+from tests.server.host import Server, begin, steer, wait_for
+from tests.server.test_crashes import diagnostics, state
+from tests.server.test_run_tree import config
+from tests.server.test_stream import hear
+
+FAR = 24
+# Some 0.15 s a frame: four seconds until frame 24.
+HEAVY = {"frames": 200, "tracker": "upf", "parameters": {"sample_count": 100_000}}
+
+
+def shown(client: httpx.Client, session: str) -> dict[str, Any]:
+    found: dict[str, Any] = client.get(f"/api/v1/sessions/{session}").json()
+    return found
+
+
+def resume(client: httpx.Client, session: str) -> dict[str, Any]:
+    answer = client.post(f"/api/v1/sessions/{session}/resume")
+    assert answer.status_code == 200, answer.text
+    resumed: dict[str, Any] = answer.json()
+    return resumed
+
+
+def states_of(data: Path, session: dict[str, Any]) -> Path:
+    folder: Path = data / "data" / "states" / session["id"]
+    return folder
+
+
+def kill(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    os.kill(server.pid_of(session["id"]), signal.SIGKILL)
+    wait_for(lambda: state(client, session["id"]) == "crashed")
+
+
+@contextmanager
+def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[dict[str, Any]]:
+    """A heavy session that had gone back by five frames when its worker was killed and its checkpoint was lost."""
+    session = begin(client, **HEAVY)
+    steer(client, session["id"], "seek", frame=FAR)
+    steer(client, session["id"], "seek", frame=FAR - 5)
+    kill(server, client, session)
+    shutil.rmtree(states_of(data, session), ignore_errors=True)
+    yield session
+    client.delete(f"/api/v1/sessions/{session['id']}")
+
+
+@pytest.mark.usefixtures("impatient")
+class TestResuming:
+    def test_it_takes_as_long_as_it_takes(self, start_server: Any, tmp_path: Path) -> None:
+        """A run that needs longer than any silence is allowed comes back, and tells on the way how far it is."""
+        with (
+            start_server(start_seconds=2, hang_seconds=2) as (server, client),
+            stopped(server, client, tmp_path) as session,
+        ):
+            before = diagnostics(client, session["id"])
+            resumed = resume(client, session["id"])
+            assert (resumed["state"], resumed["goal"]) == ("ready", FAR)
+            assert resumed["computed"] < FAR
+            with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
+                hear(socket)
+                told = []
+                while not told or told[-1]["goal"] is not None:
+                    told += [message for message in [hear(socket)] if message["type"] == "position"]
+            assert [message["computed"] for message in told] == sorted(message["computed"] for message in told)
+            assert len({message["computed"] for message in told}) > 5
+            arrived = shown(client, session["id"])
+            assert (arrived["position"], arrived["computed"], arrived["goal"]) == (FAR - 5, FAR, None)
+            assert diagnostics(client, session["id"]) == before
+
+    def test_it_can_be_stopped(self, start_server: Any, tmp_path: Path) -> None:
+        """A pause stops it at the frame that it has come to, and the session goes on from there."""
+        with (
+            start_server() as (server, client),
+            stopped(server, client, tmp_path) as session,
+        ):
+            assert resume(client, session["id"])["goal"] == FAR
+            paused = steer(client, session["id"], "pause")
+            assert paused["goal"] is None
+            assert paused["position"] == paused["computed"] < FAR
+            assert steer(client, session["id"], "step")["position"] == paused["position"] + 1
+
+    def test_it_can_be_ended(self, start_server: Any, tmp_path: Path) -> None:
+        """A session on its way can be deleted at once."""
+        with (
+            start_server() as (server, client),
+            stopped(server, client, tmp_path) as session,
+        ):
+            resume(client, session["id"])
+            pid = server.pid_of(session["id"])
+            assert client.delete(f"/api/v1/sessions/{session['id']}").status_code == 204
+            wait_for(lambda: not psutil.pid_exists(pid))
+
+    def test_it_goes_on_after_another_accident(self, start_server: Any, tmp_path: Path) -> None:
+        """A worker that is killed on the way back leaves the goal as it was."""
+        with (
+            start_server() as (server, client),
+            stopped(server, client, tmp_path) as session,
+        ):
+            assert resume(client, session["id"])["goal"] == FAR
+            kill(server, client, session)
+            assert resume(client, session["id"])["goal"] == FAR
+
+    def test_with_its_states_it_is_back_at_once(self, start_server: Any, tmp_path: Path) -> None:
+        """What took long is kept on the disk while it is computed: little of it is computed again."""
+        with (
+            start_server() as (server, client),
+        ):
+            session, far = begin(client, **HEAVY), 0
+            while not list(states_of(tmp_path, session).glob("b0.states")):
+                far = steer(client, session["id"], "seek", frame=far + 4)["position"]
+            before = diagnostics(client, session["id"])
+            kill(server, client, session)
+            assert resume(client, session["id"])["computed"] > far - 5
+            wait_for(lambda: shown(client, session["id"])["goal"] is None, 30)
+            assert shown(client, session["id"])["position"] == far
+            assert diagnostics(client, session["id"]) == before
+            client.delete(f"/api/v1/sessions/{session['id']}")
+            assert not states_of(tmp_path, session).exists()
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the server answer before a session is where it was, on fast machines, too."""
+    monkeypatch.setattr("server.sessions.manager.OPENING_S", 0.1)
+
+
+class TestCheckpoints:
+    def kept(self, folder: Path, **more: Any) -> WorkerConfig:
+        return WorkerConfig(session="s", recipe=config().recipe, branch="b0", states=str(folder / "states"), **more)
+
+    def test_what_took_long_is_written_once(self, tmp_path: Path) -> None:
+        """A branch is written down when computing it took some seconds, and begins there the next time."""
+        tree = RunTree(self.kept(tmp_path))
+        tree.run.seek(20)
+        checkpoints = Checkpoints(tree)
+        checkpoints.computed(KEEP_AFTER_S / 2)
+        assert not (tmp_path / "states").exists()
+        checkpoints.computed(KEEP_AFTER_S / 2)
+        assert RunTree(self.kept(tmp_path)).run.computed == 20
+
+    def test_the_disk_keeps_its_reserve(self, tmp_path: Path) -> None:
+        """Nothing is written where less would be left free than the server must leave."""
+        tree = RunTree(self.kept(tmp_path, reserve_bytes=1 << 60))
+        tree.run.seek(20)
+        tree.keep_states()
+        assert not (tmp_path / "states").exists()
+
+    def test_the_oldest_go_first(self, start_server: Any, tmp_path: Path) -> None:
+        """Of more checkpoints than there is room for, those that were not used for the longest time are deleted."""
+        with start_server(max_states_bytes=250) as (server, _):
+            files = server.app.state.services.store.files
+            for number in range(3):
+                folder = files.states_of(f"{number:016x}")
+                folder.mkdir()
+                (folder / "b0.states").write_bytes(bytes(100))
+                os.utime(folder / "b0.states", (number, number))
+            files.trim_states(250)
+            assert [path.parent.name[-1] for path in sorted(files.states.glob("*/*"))] == ["1", "2"]
+
+
+def tree_of(process: int) -> list[psutil.Process]:
+    """A process and all that it has started, itself first."""
+    return [psutil.Process(process), *psutil.Process(process).children(recursive=True)]
+
+
+@pytest.mark.parametrize("late_s", [0.0, 1.0])
+def test_a_freeze_of_everything_harms_nobody(tmp_path: Path, late_s: float) -> None:
+    """Sessions outlive a pause of the whole process tree, though it is longer than a worker may be silent."""
+    arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
+    with (
+        serving(arguments, PFTRACK_HANG_SECONDS="2") as process,
+        httpx.Client(base_url=link(process), timeout=60) as client,
+    ):
+        session = begin(client)
+        steer(client, session["id"], "seek", frame=10)
+        first, *others = tree_of(process.pid)
+        for each in (first, *others):
+            each.suspend()
+        time.sleep(4)
+        first.resume()
+        time.sleep(late_s)
+        for each in others:
+            each.resume()
+        time.sleep(2)
+        assert state(client, session["id"]) == "ready"
+        # Who is still silent after it is ended as ever.
+        for each in others:
+            each.suspend()
+        wait_for(lambda: state(client, session["id"]) == "crashed", 15)
+        for each in others:
+            if each.is_running():
+                each.resume()
