@@ -16,6 +16,7 @@ __all__ = [
     "ApiError",
     "ConflictError",
     "ErrorBody",
+    "NoRoomError",
     "NotFoundError",
     "RefusedError",
     "TooLargeError",
@@ -73,6 +74,12 @@ class TooLargeError(ApiError):
     """More bytes than allowed."""
 
     status = HTTPStatus.REQUEST_ENTITY_TOO_LARGE
+
+
+class NoRoomError(ApiError):
+    """The disk, or what is allowed of it, has no room for more."""
+
+    status = HTTPStatus.INSUFFICIENT_STORAGE
 
 
 class RefusedError(ApiError):

@@ -8,7 +8,6 @@ from starlette.responses import Response
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.files import write_whole
 from pftrack.parameters import declarations
 from server.api.dependencies import AnExperiment, AStore, TheTasks
 from server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
@@ -48,10 +47,10 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
 @router.get("/{experiment}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
 async def draw_thumbnail(experiment: AnExperiment, store: AStore, tasks: TheTasks) -> Response:
     """Return a picture of an experiment: a real frame of a real run."""
-    path = store.files.cache / f"{experiment.id}.png"
-    if not path.exists():
-        await asyncio.to_thread(write_whole, path, await tasks.run(draw_experiment, experiment.id))
-    picture = await asyncio.to_thread(path.read_bytes)
+    picture = await asyncio.to_thread(store.files.thumbnail_of, experiment.id)
+    if picture is None:
+        picture = await tasks.run(draw_experiment, experiment.id)
+        await asyncio.to_thread(store.files.keep_thumbnail_of, experiment.id, picture)
     return Response(picture, media_type="image/png", headers={"Cache-Control": "max-age=300"})
 
 

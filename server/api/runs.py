@@ -9,7 +9,7 @@ from starlette.responses import FileResponse, Response
 from server.api.dependencies import AManager, ARun, AStore, SettingsNow, TheTasks
 from server.api.uploads import MULTIPART
 from server.errors import NotFoundError
-from server.runs.service import bring_in, reopen, save
+from server.runs.service import bring_in, check_room, reopen, save
 from server.schemas.messages import SessionPublic
 from server.schemas.runs import RunCreate, RunPublic
 from server.store.tables import RunRow
@@ -23,16 +23,19 @@ RECORD = "application/vnd.pftrack.run"
 
 
 @router.post("", status_code=HTTPStatus.CREATED)
-async def save_run(body: RunCreate, manager: AManager, store: AStore) -> RunPublic:
+async def save_run(body: RunCreate, manager: AManager, store: AStore, settings: SettingsNow) -> RunPublic:
     """Save the active branch of a session."""
-    return _shown(await save(store, manager.get(body.session), body.title))
+    session = manager.get(body.session)
+    await asyncio.to_thread(check_room, store, settings)
+    return _shown(await save(store, session, body.title))
 
 
 @router.post("/import", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART)
 async def import_run(request: Request, store: AStore, settings: SettingsNow, tasks: TheTasks) -> RunPublic:
     """Take in a run that was saved elsewhere."""
+    await asyncio.to_thread(check_room, store, settings)
     folder = store.files.new_incoming()
-    received = await receive(request, folder, most_bytes=settings.max_record_bytes, most_files=1)
+    received = await receive(request, folder, store.room, most_bytes=settings.max_record_bytes, most_files=1)
     return _shown(await bring_in(store, tasks, settings, folder, received))
 
 

@@ -64,7 +64,7 @@ async def branch(session: ASession, body: BranchCreate, manager: AManager) -> Se
     """Leave the active branch at a frame and go on in a new one."""
     values = {**body.parameters, **({"tracker": body.tracker} if body.tracker else {})}
     made = await session.branch(body.frame, values, body.title)
-    await manager.keep(positions=False)
+    await manager.note()
     return made
 
 
@@ -102,7 +102,11 @@ async def picture(session: ASession) -> Response:
 async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | None = None) -> Bookmark:
     """Remember the frame that is shown."""
     made = session.bookmark(new_name(), body.note if body else "")
-    await manager.keep(positions=False)
+    try:
+        await manager.keep(positions=False)
+    except Exception:
+        session.state.unbookmark(made.id)
+        raise
     return made
 
 
@@ -111,4 +115,4 @@ async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) 
     """Forget a bookmark."""
     if not session.state.unbookmark(bookmark):
         raise NotFoundError("The session has no such bookmark.")
-    await manager.keep(positions=False)
+    await manager.note()

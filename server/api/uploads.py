@@ -15,7 +15,7 @@ from server.api.dependencies import AManager, AnUpload, AStore, SettingsNow, The
 from server.errors import ConflictError, RefusedError
 from server.schemas.uploads import SightingPublic, TruthPublic, UploadPublic
 from server.tasks.functions import Question, find_mark, frame_jpeg
-from server.uploads.intake import limits_of, take_in
+from server.uploads.intake import check_room, limits_of, take_in
 from server.uploads.multipart import receive
 from server.uploads.truth import forget_truth, keep_truth, kept_truth
 
@@ -72,9 +72,11 @@ MULTIPART = {
 @router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART)
 async def add_upload(request: Request, store: AStore, settings: SettingsNow, services: TheServices) -> UploadPublic:
     """Take in a video, an animated GIF, or several pictures that make a sequence."""
+    announced = request.headers.get("content-length", "")
+    await asyncio.to_thread(check_room, store, settings, int(announced) if announced.isdigit() else 0)
     folder = store.files.new_incoming()
     received = await receive(
-        request, folder, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
+        request, folder, store.room, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
     loop = asyncio.get_running_loop()
     row = await loop.run_in_executor(
@@ -146,7 +148,7 @@ async def give_truth(
 ) -> TruthPublic:
     """Take in a table of what is truly so in an upload; sessions that begin from then on are measured by it."""
     folder = store.files.new_incoming()
-    received = await receive(request, folder, most_bytes=LARGEST_FILE_BYTES, most_files=1)
+    received = await receive(request, folder, store.room, most_bytes=LARGEST_FILE_BYTES, most_files=1)
     return await keep_truth(store, tasks, upload, experiment, folder, received)
 
 

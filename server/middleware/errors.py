@@ -6,6 +6,7 @@ from typing import Any
 import structlog
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from sqlalchemy.exc import OperationalError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -16,6 +17,7 @@ from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from pftrack.sweep import SweepError
 from server.errors import ApiError, response, shape
+from server.middleware.system_errors import told
 
 __all__ = ["Net", "install"]
 
@@ -78,12 +80,13 @@ def install(app: FastAPI) -> None:
         return response(HTTPStatus.GONE, shape("The files of this sweep are damaged or were taken away."))
 
     @app.exception_handler(OSError)
-    async def _disk(request: Request, error: OSError) -> Response:
+    @app.exception_handler(OperationalError)
+    async def _system(request: Request, error: Exception) -> Response:
         # An operating system's message names paths.
-        log.error("disk", path=request.url.path, exc_info=error)
-        return response(
-            HTTPStatus.INSUFFICIENT_STORAGE, shape("The server could not read or write a file; is its disk full?")
-        )
+        status, message = told(error)
+        unknown = status == HTTPStatus.INTERNAL_SERVER_ERROR
+        log.error("system", path=request.url.path, error=message, exc_info=error if unknown else None)
+        return response(status, shape(message))
 
     @app.exception_handler(RequestValidationError)
     async def _request(_: Request, error: RequestValidationError) -> Response:

@@ -8,20 +8,39 @@ from typing import Any
 from pftrack.files import settle
 from pftrack.runs.recipe import EARLIER
 from pftrack.runs.record import Record
-from server.errors import ConflictError
+from server.errors import ConflictError, NoRoomError
 from server.schemas.spec import FIRST, Bookmark, SessionSpec
 from server.sessions.create import new_spec
 from server.sessions.session import Session
 from server.settings import Settings
 from server.store import Store
 from server.store.files import new_name, now
+from server.store.room import mebibytes
 from server.store.tables import RunRow
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.functions import read_record, weigh_record
 from server.uploads.intake import limits_of
 from server.uploads.multipart import Received
 
-__all__ = ["bring_in", "outcome", "reopen", "save"]
+__all__ = ["bring_in", "check_room", "outcome", "reopen", "save"]
+
+
+def check_room(store: Store, settings: Settings) -> None:
+    """Make sure that there is a place for one more saved run.
+
+    Raises:
+        ConflictError: There are as many as there may be.
+        NoRoomError: All together are as large as they may be, or the disk has no room.
+    """
+    if store.count(RunRow) >= settings.max_runs:
+        raise ConflictError(f"The server keeps at most {settings.max_runs} saved runs; delete one first.")
+    used = store.files.runs_bytes()
+    if used >= settings.max_runs_bytes:
+        raise NoRoomError(
+            f"The saved runs have {mebibytes(used)}, and all together may have {mebibytes(settings.max_runs_bytes)}; "
+            "delete one first."
+        )
+    store.room.check()
 
 
 async def save(store: Store, session: Session, title: str | None) -> RunRow:

@@ -8,6 +8,7 @@ import asyncio
 import contextlib
 import itertools
 import json
+import math
 import time
 from collections.abc import Coroutine
 from typing import Any
@@ -21,6 +22,7 @@ from server.schemas.spec import SessionSpec
 from server.sessions.session import Session
 from server.settings import Settings
 from server.store import Store
+from server.store.room import is_full
 from server.worker.protocol import WorkerConfig
 
 __all__ = ["Manager"]
@@ -33,6 +35,7 @@ POSITIONS_EVERY = 20
 LONGEST_CATCH_S = 5.0
 # So long whoever starts or resumes a session waits for it to be where it was; then the answer says how far it is.
 OPENING_S = 2.0
+COMPLAIN_EVERY_S = 60.0
 
 
 class Manager:
@@ -44,6 +47,7 @@ class Manager:
         self._sessions: dict[str, Session] = {}
         self._rounds: asyncio.Task[None] | None = None
         self._writing = asyncio.Lock()
+        self._complained = -math.inf
         self.started = 0
         self.lost = 0
 
@@ -67,7 +71,7 @@ class Manager:
             self._rounds.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await self._rounds
-        await self.keep()
+        await self._attempt(self.keep())
         message = "The server was stopped; the session goes on when it is back."
         await asyncio.gather(*(session.close(message) for session in self._sessions.values()))
         self._sessions.clear()
@@ -111,6 +115,7 @@ class Manager:
                 "end one first."
             )
         self._make_room()
+        await asyncio.to_thread(self._store.room.check)
         session = self._session(spec)
         self._sessions[spec.id] = session
         try:
@@ -158,6 +163,10 @@ class Manager:
                 for session in changed:
                     session.state.dirty = True
                 raise
+
+    async def note(self) -> None:
+        """Write down what has happened already; if that fails, every round tries again."""
+        await self._attempt(self.keep(positions=False))
 
     def uses(self, upload: str) -> bool:
         """Tell whether a session needs an upload."""
@@ -224,12 +233,19 @@ class Manager:
             seldom = number % POSITIONS_EVERY == 0
             await self._attempt(self.keep(positions=seldom))
             if seldom:
-                most_bytes = self._settings.max_states_bytes
-                await self._attempt(asyncio.to_thread(self._store.files.trim_states, most_bytes))
+                await self._attempt(asyncio.to_thread(self._tidy))
 
     async def _attempt(self, duty: Coroutine[Any, Any, None]) -> None:
-        """Do a duty of the round; if it fails, say so and go on with the others."""
+        """Do a duty; if it fails, say so and go on with the others."""
         try:
             await duty
-        except Exception:
-            log.exception("housekeeping failed")
+        except Exception as error:
+            if not is_full(error):
+                log.exception("housekeeping failed")
+            elif time.monotonic() > self._complained + COMPLAIN_EVERY_S:
+                self._complained = time.monotonic()
+                log.warning("the disk is full; what has changed is written down as soon as there is room")
+
+    def _tidy(self) -> None:
+        self._store.files.trim_states(self._settings.max_states_bytes)
+        self._store.room.take_ballast()

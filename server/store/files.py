@@ -3,6 +3,7 @@
 Nothing that a client sends ever becomes part of a path: identifiers are made here and checked on the way back.
 """
 
+import contextlib
 import fcntl
 import os
 import re
@@ -83,10 +84,21 @@ class DataDirectory:
         return self.uploads / _checked(name) / f"frame-{frame:06d}.jpg"
 
     def keep_preview(self, name: str, frame: int, picture: bytes) -> None:
-        """Keep a frame of an upload, unless many are kept already."""
+        """Keep a frame of an upload, unless many are kept already or the disk is full; it can be drawn again."""
         path = self.preview(name, frame)
         if sum(1 for _ in path.parent.glob("frame-*.jpg")) < MOST_PREVIEWS:
-            write_whole(path, picture)
+            with contextlib.suppress(OSError):
+                write_whole(path, picture)
+
+    def thumbnail_of(self, experiment: str) -> bytes | None:
+        """Return the picture of an experiment, if it was drawn already."""
+        path = self.cache / f"{experiment}.png"
+        return path.read_bytes() if path.exists() else None
+
+    def keep_thumbnail_of(self, experiment: str, picture: bytes) -> None:
+        """Keep the picture of an experiment, unless the disk is full; it can be drawn again."""
+        with contextlib.suppress(OSError):
+            write_whole(self.cache / f"{experiment}.png", picture)
 
     def truth(self, name: str, kind: str) -> Path:
         """Return where the truth of a kind is kept that was given for an upload."""
@@ -121,6 +133,10 @@ class DataDirectory:
     def thumbnail(self, name: str) -> Path:
         """Return where a saved run's picture lies."""
         return self.runs / f"{_checked(name)}.png"
+
+    def runs_bytes(self) -> int:
+        """Return how much room the files of all saved runs take."""
+        return sum(path.stat().st_size for path in self.runs.iterdir() if path.is_file())
 
     def remove_run(self, name: str) -> None:
         """Delete a run's files."""

@@ -13,6 +13,7 @@ from pftrack.files import write_whole
 from server.settings import Settings
 from server.store.database import connect
 from server.store.files import DataDirectory, now
+from server.store.room import Room
 from server.store.tables import Base, RunRow, SessionRow, SweepRow, UploadRow
 
 __all__ = ["Store"]
@@ -25,16 +26,19 @@ class Store:
 
     Attributes:
         files: The data directory.
+        room: On its disk.
     """
 
     def __init__(self, settings: Settings) -> None:
         self.files = DataDirectory(settings.data_dir)
         try:
+            self.room = Room(settings.data_dir, settings.reserve_bytes)
             self._engine = connect(settings.database)
         except BaseException:
             self.files.close()
             raise
         self._begin = sessionmaker(self._engine, expire_on_commit=False)
+        self.room.take_ballast()
 
     def close(self) -> None:
         """Close database and data directory."""
@@ -51,6 +55,11 @@ class Store:
     def add_upload(self, row: UploadRow) -> None:
         """Keep an upload whose files are in place."""
         self._add(row)
+
+    def uploads_bytes(self) -> int:
+        """Return how large all uploads are together."""
+        with self._begin() as database:
+            return database.scalar(select(func.sum(UploadRow.size_bytes))) or 0
 
     def uploads(self) -> list[UploadRow]:
         """Return all uploads, the newest first."""
@@ -101,9 +110,14 @@ class Store:
 
     def save_sessions(self, specs: Iterable[tuple[str, str]]) -> None:
         """Keep sessions as (name, spec as JSON), all or none."""
-        with self._begin.begin() as database:
-            for name, spec in specs:
-                database.merge(SessionRow(id=name, spec=spec, updated=now()))
+        rows = [{"id": name, "spec": spec, "updated": now()} for name, spec in specs]
+
+        def save() -> None:
+            with self._begin.begin() as database:
+                for row in rows:
+                    database.merge(SessionRow(**row))
+
+        self.room.write(save)
 
     def sessions(self) -> list[SessionRow]:
         """Return all sessions, the oldest first."""
@@ -118,8 +132,12 @@ class Store:
 
     def save_sweep(self, values: dict[str, Any]) -> None:
         """Keep a sweep, given by its columns, or what has changed of it."""
-        with self._begin.begin() as database:
-            database.merge(SweepRow(**values))
+
+        def save() -> None:
+            with self._begin.begin() as database:
+                database.merge(SweepRow(**values))
+
+        self.room.write(save)
 
     def sweeps(self) -> list[SweepRow]:
         """Return all sweeps, the oldest first."""
@@ -147,5 +165,8 @@ class Store:
             return database.get(kind, name)
 
     def _remove(self, kind: type[UploadRow | RunRow | SessionRow | SweepRow], name: str) -> None:
-        with self._begin.begin() as database:
-            database.execute(delete(kind).where(kind.id == name))
+        def remove() -> None:
+            with self._begin.begin() as database:
+                database.execute(delete(kind).where(kind.id == name))
+
+        self.room.write(remove)

@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import json
-import shutil
 from typing import Any
 
 import structlog
@@ -30,7 +29,6 @@ MEASURE_S = 60.0
 MEASURED_AT_ONCE = 1
 MOST_REMEMBERED = 64
 SHOWN_VALUES = 24
-SPARE_BYTES = 64 * 1024 * 1024
 
 
 class Sweeps:
@@ -190,8 +188,7 @@ class Sweeps:
                 f"The sweep may need {_mebibytes(wanted)}; of the {_mebibytes(settings.max_sweeps_bytes)} for all "
                 f"sweeps {_mebibytes(used)} are in use. Delete one first, or ask for fewer runs."
             )
-        if shutil.disk_usage(self._store.files.sweeps).free < wanted + SPARE_BYTES:
-            raise UnavailableError(f"The disk of the server has no {_mebibytes(wanted + SPARE_BYTES)} left.")
+        self._store.room.check(wanted)
 
     def _check_places(self) -> None:
         running = sum(sweep.state == "running" for sweep in self._sweeps.values())

@@ -11,14 +11,15 @@ from pathlib import Path
 from pftrack.sources.images import natural_order
 from pftrack.sources.probe import Probe, probe
 from pftrack.sources.sequence import DEFAULT_LIMITS, Limits
-from server.errors import ConflictError
+from server.errors import ConflictError, NoRoomError
 from server.settings import Settings
 from server.store.files import new_name, now
+from server.store.room import mebibytes
 from server.store.store import Store
 from server.store.tables import UploadRow
 from server.uploads.multipart import Received
 
-__all__ = ["limits_of", "take_in"]
+__all__ = ["check_room", "limits_of", "take_in"]
 
 
 def limits_of(settings: Settings) -> Limits:
@@ -31,6 +32,23 @@ def limits_of(settings: Settings) -> Limits:
     )
 
 
+def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
+    """Make sure that there is a place for one more upload.
+
+    Raises:
+        ConflictError: There are as many as there may be.
+        NoRoomError: All together they would be larger than they may be.
+    """
+    if store.count(UploadRow) >= settings.max_uploads:
+        raise ConflictError(f"The server keeps at most {settings.max_uploads} uploads; delete one first.")
+    used = store.uploads_bytes()
+    if used + wanted_bytes > settings.max_uploads_bytes:
+        raise NoRoomError(
+            f"All uploads together may have {mebibytes(settings.max_uploads_bytes)}, of which {mebibytes(used)} are in "
+            f"use, and this one has {mebibytes(wanted_bytes)}; delete one first."
+        )
+
+
 def take_in(
     store: Store, settings: Settings, folder: Path, received: Received, stopped: Callable[[], bool]
 ) -> UploadRow:
@@ -38,11 +56,11 @@ def take_in(
 
     Raises:
         SourceError: They are no sequence of pictures, or exceed the limits.
-        ConflictError: There is no room for more uploads.
+        ConflictError: There are as many uploads as there may be.
+        NoRoomError: There is no room for this one.
     """
     try:
-        if store.count(UploadRow) >= settings.max_uploads:
-            raise ConflictError(f"The server keeps at most {settings.max_uploads} uploads; delete one first.")
+        check_room(store, settings, received.size_bytes)
         content = _arranged(folder, received)
         found = probe(content, limits_of(settings), stopped=stopped)
         row = _row(found, received)

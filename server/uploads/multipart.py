@@ -17,10 +17,13 @@ from python_multipart.multipart import MultipartParser, parse_options_header
 from starlette.requests import ClientDisconnect
 
 from server.errors import ApiError, RefusedError, TooLargeError
+from server.store.room import Room
 
 __all__ = ["Received", "receive"]
 
 LONGEST_NAME = 200
+# So often the room on the disk is looked at while a body comes, which others may use up meanwhile.
+LOOK_BYTES = 4 * 1024 * 1024
 LONGEST_HEADER = 4096
 # Boundaries and headers of the parts are not part of what somebody wants to keep.
 OVERHEAD_BYTES = 64 * 1024
@@ -36,11 +39,12 @@ class Received:
     size_bytes: int = 0
 
 
-async def receive(request: Request, folder: Path, *, most_bytes: int, most_files: int) -> Received:
+async def receive(request: Request, folder: Path, room: Room, *, most_bytes: int, most_files: int) -> Received:
     """Write the files of a multipart request's field `file` into a folder, made for them; on failure it is removed.
 
     Raises:
         TooLargeError: More bytes or files than allowed came, or are announced.
+        NoRoomError: There is not as much room on the disk.
         RefusedError: There is no file in it.
     """
     kind, options = parse_options_header(request.headers.get("content-type"))
@@ -51,11 +55,12 @@ async def receive(request: Request, folder: Path, *, most_bytes: int, most_files
     overhead = OVERHEAD_BYTES + OVERHEAD_BYTES_A_FILE * most_files
     if announced.isdigit() and int(announced) > most_bytes + overhead:
         raise TooLargeError(_too_large(most_bytes))
+    await asyncio.to_thread(room.check, int(announced) if announced.isdigit() else 0)
     await asyncio.to_thread(folder.mkdir, mode=0o700)
     parts = _Parts(folder, most_bytes, most_files)
     try:
         parser = MultipartParser(boundary, parts.callbacks(), max_header_size=LONGEST_HEADER)  # type: ignore[arg-type]  # its own table
-        await _read(request, parser, parts, most_bytes + overhead)
+        await _read(request, parser, parts, room, most_bytes + overhead)
     except BaseException:
         parts.close()
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
@@ -63,13 +68,16 @@ async def receive(request: Request, folder: Path, *, most_bytes: int, most_files
     return parts.received
 
 
-async def _read(request: Request, parser: MultipartParser, parts: "_Parts", most_bytes: int) -> None:
-    total = 0
+async def _read(request: Request, parser: MultipartParser, parts: "_Parts", room: Room, most_bytes: int) -> None:
+    total = looked = 0
     try:
         async for chunk in request.stream():
             total += len(chunk)
             if total > most_bytes:
                 raise TooLargeError(_too_large(parts.most_bytes))
+            if total - looked > LOOK_BYTES:
+                looked = total
+                await asyncio.to_thread(room.check)
             if chunk:
                 await asyncio.to_thread(parser.write, chunk)
         parser.finalize()

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from starlette.requests import Request
 
 from server.errors import ApiError, RefusedError, TooLargeError
+from server.store.room import Room
 from server.uploads.multipart import Received, receive
 from tests.server.apart import run
 
@@ -47,7 +48,7 @@ def taken(
     with tempfile.TemporaryDirectory() as root:
         folder = Path(root) / "incoming"
         try:
-            received = run(receive(request, folder, most_bytes=most_bytes, most_files=most_files))
+            received = run(receive(request, folder, Room(Path(root), 0), most_bytes=most_bytes, most_files=most_files))
         except ApiError:
             assert not folder.exists(), "a refused upload leaves nothing"
             raise

@@ -1,0 +1,33 @@
+"""Errors of the operating system: what they mean for somebody who has only a browser."""
+
+import errno
+from http import HTTPStatus
+
+from server.store.room import DISK_FULL, is_full
+
+__all__ = ["told"]
+
+MEANINGS = {
+    errno.EFBIG: (
+        HTTPStatus.INSUFFICIENT_STORAGE,
+        "The server may not write a file of this length (the limit `ulimit -f` of the shell that started it).",
+    ),
+    errno.EMFILE: (
+        HTTPStatus.SERVICE_UNAVAILABLE,
+        "The server holds as many files and connections as it may (`ulimit -n`); close some pages, or end sessions.",
+    ),
+    errno.ENFILE: (
+        HTTPStatus.SERVICE_UNAVAILABLE,
+        "The server's machine holds as many files open as it may; try again later.",
+    ),
+    errno.EROFS: (HTTPStatus.INSUFFICIENT_STORAGE, "The server's disk is read-only."),
+}
+
+
+def told(error: Exception) -> tuple[HTTPStatus, str]:
+    """Return the status and the sentence with which a request is answered that met an error of the system."""
+    if is_full(error):
+        return HTTPStatus.INSUFFICIENT_STORAGE, DISK_FULL
+    number = error.errno if isinstance(error, OSError) else None
+    unknown = "The server could not read or write a file or its database; its log says which."
+    return MEANINGS.get(number or 0, (HTTPStatus.INTERNAL_SERVER_ERROR, unknown))
