@@ -1,6 +1,7 @@
 """The flat view's painter: every primitive where the film has it, to half a pixel."""
 
 import base64
+import itertools
 from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
@@ -11,9 +12,11 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import (
     COLOURS,
+    Arrows,
     Axes,
     Drawing,
     Ellipse,
+    Ellipsoids,
     Frustum,
     Links,
     Mesh,
@@ -22,8 +25,11 @@ from pftrack.drawing import (
     Polyline,
     Primitive,
     Text,
+    WorldDrawing,
 )
+from pftrack.projection import looked_at
 from pftrack.rendering import render
+from pftrack.world import Viewpoint, World
 from server.flat.codec import DrawingEncoder
 from tests.browser.host import Server
 
@@ -35,9 +41,9 @@ BLUE = COLOURS["estimate"]
 PURE = np.array([[BLUE]], np.uint8)
 
 # Paints a message on a canvas of its own and returns it as PNG.
-PAINT = """async ([message, scale, hidden]) => {
-    const [{ decode }, { paint }, { Pictures }] = await Promise.all(
-        ['decode', 'paint', 'pictures'].map((name) => import(`/static/session/flat/${name}.js`)));
+PAINT = """async ([message, scale, hidden, side]) => {
+    const [{ decode }, { paint }, { Pictures }, { paintWorld }] = await Promise.all(
+        ['decode', 'paint', 'pictures', 'world_view'].map((name) => import(`/static/session/flat/${name}.js`)));
     const drawing = decode(Uint8Array.from(atob(message), (letter) => letter.charCodeAt(0)).buffer);
     const bitmaps = await new Pictures().of(drawing, 1);
     const canvas = document.createElement('canvas');
@@ -45,20 +51,28 @@ PAINT = """async ([message, scale, hidden]) => {
     Object.assign(canvas, { width, height });
     const context = canvas.getContext('2d', { alpha: false });
     const surface = { context, width, height, scale, density: 1, picture: (key) => bitmaps.get(key) };
-    paint(surface, drawing, (layer) => !hidden.includes(layer));
+    if (side) paintWorld(context, drawing.worlds[0], ...side, (layer) => !hidden.includes(layer), scale);
+    else paint(surface, drawing, (layer) => !hidden.includes(layer));
     return canvas.toDataURL('image/png').split(',')[1];
 }"""
 
 
 @pytest.fixture(scope="module")
 def paint(chromium: Any, server: Server) -> Iterator[Paint]:
-    """Paint a drawing as the page does: (rows, columns, 3) RGB."""
+    """Paint a drawing as the page does, or a world from a side: (rows, columns, 3) RGB."""
     page = chromium.new_page(base_url=server.url)
     page.goto("/")
 
-    def painted(drawing: Drawing, scale: float = 1.0, hidden: tuple[str, ...] = ()) -> Image:
+    def painted(
+        drawn: Drawing | WorldDrawing,
+        scale: float = 1.0,
+        hidden: tuple[str, ...] = (),
+        side: tuple[float, float] | None = None,
+    ) -> Image:
+        drawing = drawn if isinstance(drawn, Drawing) else Drawing(100, 100, worlds=(drawn,))
         message = base64.b64encode(DrawingEncoder().encode(drawing, 0).message()).decode()
-        file = base64.b64decode(page.evaluate(PAINT, [message, scale, list(hidden)]))
+        seen = side or ((0.0, 0.0) if drawing is not drawn else None)
+        file = base64.b64decode(page.evaluate(PAINT, [message, scale, list(hidden), seen]))
         image = cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR)
         assert image is not None
         return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8)
@@ -85,6 +99,7 @@ def disc() -> Image:
 
 CORNERS = f32([18.2, 10.1, 0], [66.6, 14.3, 4], [30.4, 49.7, 2], [60.3, 44.8, 9])
 FACES = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+SPREAD = f32([[60, 25, 3], [25, 40, 2], [3, 2, 9]])
 EVERY: dict[str, Primitive] = {
     "picture": Picture(disc()),
     "point": Points(f32([31.3, 22.7, 0]), np.array([BLUE], np.uint8), 5.0),
@@ -94,6 +109,8 @@ EVERY: dict[str, Primitive] = {
     "gap": Polyline(f32([10.4, 8.2, 0], [np.nan, 20.1, 3], [35.5, 50.6, 0]), BLUE, 2.0, "trail"),
     "ellipse": Ellipse(f32(41.2, 27.9, 0), f32([18, 5], [-4, 11]), BLUE, 2.0, "sigma"),
     "dashed": Ellipse(f32(41.2, 27.9, 0), f32([18, 5], [-4, 11]), BLUE, 2.0, "gate", dashed=True),
+    "ellipsoid": Ellipsoids(f32([41.2, 27.9, 0]), SPREAD, np.uint8([BLUE]), 0.4, "bodies"),
+    "arrow": Arrows(f32([[12.4, 9.1, 0], [60.7, 40.3, 3]]), BLUE, 2.0, "arrows"),
     "axes": Axes(f32(33.3, 25.5, 0), f32([0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]), 20.0, BLUE, 2.0, "axes"),
     "mesh": Mesh(CORNERS, FACES, BLUE, 0.8, "solid"),
     "links": Links(f32([[12, 9, 0], [30.5, 14, 0]], [[12, 14, 0], [30.5, 9, 0]]), BLUE, 2.0, "links"),
@@ -116,8 +133,20 @@ def centre(image: Image) -> NDArray[np.float64]:
     return found
 
 
+def apart(one: Image, other: Image) -> NDArray[np.float64]:
+    """By how much, (x, y) px, the first must be moved to look most like the second: bold or thin lines count alike."""
+    still, moving = (cv2.GaussianBlur(blue(image), (0, 0), 1.0) for image in (other, one))
+    steps = np.arange(-1.5, 1.6, 0.25)
+
+    def unlike(way: tuple[float, float]) -> float:
+        moved = cv2.warpAffine(moving, np.array([[1, 0, way[0]], [0, 1, way[1]]]), moving.shape[::-1])
+        return float(((moved - still) ** 2).sum())
+
+    return np.array(min(itertools.product(steps, steps), key=unlike))
+
+
 @pytest.mark.parametrize("scale", [1.0, 2.3, 0.7])
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("name", [name for name, item in EVERY.items() if not isinstance(item, Arrows)])
 def test_a_primitive_stands_where_the_film_has_it(paint: Paint, name: str, scale: float) -> None:
     """The centre of every primitive's ink is that of the film, to half a pixel of the canvas.
 
@@ -137,6 +166,46 @@ def test_a_primitive_covers_what_the_film_has(paint: Paint, name: str, scale: fl
     for one, other in ((canvas, film), (film, canvas)):
         nearby = cv2.dilate(other, np.ones((3, 3)))
         assert (nearby[one > 0.7] > 0).all()
+
+
+WORLD = World("head", "Head", "mm", 40.0, middle=(5.0, -3.0, 8.0), up=(0.0, -1.0, 0.0), front=(0.0, 0.0, -1.0))
+SPREADS = f32([[60, 25, 3], [25, 40, 2], [3, 2, 9]], [[9, 0, -4], [0, 0, 0], [-4, 0, 30]])
+IN_WORLD: dict[str, Primitive] = {
+    "point": Points(f32([21.3, 12.7, -6]), np.array([BLUE], np.uint8), 5.0),
+    "cloud": Points(cloud(300).positions - f32(40, 30, 0), cloud(300).colours, 1.5),
+    "line": Polyline(f32([-10.4, 8.2, 0], [20.7, 20.1, 13], [22.5, -16.6, 4]), BLUE, 2.0, "trail"),
+    "ellipsoids": Ellipsoids(f32([11.2, 7.9, 4], [-9, 3, 12]), SPREADS, np.uint8([BLUE, BLUE]), 0.4, "bodies"),
+    "axes": Axes(f32(3.3, 5.5, 0), f32([0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]), 20.0, BLUE, 2.0, "axes"),
+    "mesh": Mesh(CORNERS - f32(40, 30, 0), FACES, BLUE, 0.8, "solid"),
+    "coloured mesh": Mesh(CORNERS - f32(40, 30, 0), FACES, np.uint8([BLUE] * 4), f32(1, 0.6, 0.9, 1), "solid"),
+    "links": Links(f32([[12, 9, 0], [30.5, 14, 5]], [[12, 14, 0], [-10.5, 9, 9]]), BLUE, 2.0, "links"),
+    "arrows": Arrows(f32([[-12, 9, 0], [20.5, 14, 15]], [[2, 14, 0], [-10.5, -9, -9]]), BLUE, 2.0, "arrows"),
+    "text": Text(f32(2.0, 10.0, 5.0), "HHH", BLUE, "labels", anchor="middle"),
+}
+SIDES = ((0.0, 0.0), (-35.0, 15.0), (140.0, -50.0), (0.0, 90.0))
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.3])
+@pytest.mark.parametrize("name", IN_WORLD)
+def test_a_primitive_of_a_world_stands_where_the_film_has_it(paint: Paint, name: str, scale: float) -> None:
+    """Seen from any side, to half a pixel of the canvas; of letters to a whole one, as in a picture."""
+    drawn, item = WorldDrawing(WORLD, {name: IN_WORLD[name]}), IN_WORLD[name]
+    for side in SIDES:
+        seen = looked_at(drawn, Viewpoint("v", "V", *side), 100)
+        film, canvas = render(seen, scale=scale, caption=False), paint(drawn, scale, side=side)
+        assert canvas.shape == film.shape
+        assert np.abs(apart(canvas, film)).max() <= (1.0 if isinstance(item, Text) else 0.5)
+
+
+def test_a_ruler_is_as_long_as_in_the_film(paint: Paint) -> None:
+    """Its line covers the same pixels, at the world's scale."""
+    drawn = WorldDrawing(WORLD)
+    film, canvas = (
+        (image[92:, :] < 200).all(axis=2)
+        for image in (render(looked_at(drawn, Viewpoint("v", "V", 0, 0), 100), caption=False), paint(drawn))
+    )
+    assert film.any()
+    np.testing.assert_allclose(*(np.flatnonzero(each.any(axis=0))[[0, -1]] for each in (canvas, film)), atol=1)
 
 
 def test_what_comes_later_lies_above(paint: Paint) -> None:

@@ -3,6 +3,8 @@
  * nothing is copied.
  */
 
+/** @import { World } from "../../shared/messages.js" */
+
 /** @typedef {[number, number, number]} Colour RGB, 0 to 255 */
 /** @typedef {Float32Array|Int32Array|Uint8Array} Numbers */
 
@@ -18,6 +20,11 @@
 /** @typedef {Named & {kind: "points", positions: Float32Array, colours: Uint8Array, size: number}} Points */
 /** @typedef {Named & {kind: "polyline", positions: Float32Array, colour: Colour, width: number}} Polyline */
 /** @typedef {Named & {kind: "links", segments: Float32Array, colour: Colour, width: number}} Links */
+/** @typedef {Named & {kind: "arrows", segments: Float32Array, colour: Colour, width: number}} Arrows */
+/**
+ * @typedef {Named & {kind: "ellipsoids", centres: Float32Array, covariances: Float32Array, colours: Uint8Array,
+ *     opacity: number, sigmas: number}} Ellipsoids
+ */
 /**
  * @typedef {Named & {kind: "ellipse", centre: Float32Array, half_axes: Float32Array, colour: Colour, width: number,
  *     dashed: boolean}} Ellipse
@@ -35,7 +42,10 @@
  *     anchor: "start"|"middle"}} Text
  */
 /** @typedef {Named & {kind: "frustum"}} Frustum Seen from aside only. */
-/** @typedef {Picture|Points|Polyline|Links|Ellipse|Axes|Mesh|Text|Frustum} Primitive */
+/** @typedef {Picture|Points|Polyline|Links|Arrows|Ellipse|Ellipsoids|Axes|Mesh|Text|Frustum} Primitive */
+
+/** @typedef {World & {ruler: number}} ShownWorld with the length of its ruler, in its unit */
+/** @typedef {{world: ShownWorld, primitives: Primitive[]}} WorldDrawing Primitives in the world's coordinates. */
 
 /**
  * A drawing; lengths in px of its picture, all positions as (x, y, z) one after the other.
@@ -46,6 +56,7 @@
  * @property {number} height
  * @property {string} caption
  * @property {Primitive[]} primitives In painting order.
+ * @property {WorldDrawing[]} worlds Beside the picture.
  * @property {Map<number, Uint8Array>} files Pictures that came with it, JPEG by key.
  */
 
@@ -71,10 +82,13 @@ export function decode(message) {
   if (version !== VERSION) throw new Error(`This page reads drawings of version ${VERSION}, the server sends version ${version}; reload the page`);
   const base = START_BYTES + view.getUint32(4, true);
   const text = new TextDecoder().decode(new Uint8Array(message, START_BYTES, base - START_BYTES));
-  const { arrays, primitives, ...head } = JSON.parse(text);
+  const { arrays, primitives, worlds, ...head } = JSON.parse(text);
+  /** @param {Record<string, unknown>[]} items */
+  const read = (items) => items.map((item) => withArrays(item, message, base));
   return {
     ...head,
-    primitives: primitives.map((/** @type {Record<string, unknown>} */ item) => withArrays(item, message, base)),
+    primitives: read(primitives),
+    worlds: worlds.map((/** @type {{world: ShownWorld, primitives: Record<string, unknown>[]}} */ each) => ({ ...each, primitives: read(each.primitives) })),
     files: files(message, view, base + arrays),
   };
 }

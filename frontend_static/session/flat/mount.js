@@ -2,7 +2,8 @@
  * The flat view of a session: its newest drawing from the front, on a canvas, without WebGL.
  *
  * The canvas is as large as its place allows in the picture's proportions, in pixels of the display. Drawings come as fast
- * as they are painted; of two that are ready between two frames of the display the newer one is painted.
+ * as they are painted; of two that are ready between two frames of the display the newer one is painted. What a drawing
+ * shows in worlds of their own stands beside the picture, and is painted together with it.
  */
 
 import { fill, h, setText } from "../../shared/dom.js";
@@ -11,9 +12,12 @@ import { decode } from "./decode.js";
 import { Layers } from "./layers.js";
 import { paint } from "./paint.js";
 import { Pictures } from "./pictures.js";
+import { watchRoom } from "./room.js";
 import { receiveDrawings } from "./stream.js";
+import { WorldView } from "./world_view.js";
 
-/** @import { Drawing } from "./decode.js" */
+/** @import { Drawing, WorldDrawing } from "./decode.js" */
+/** @import { Room } from "./room.js" */
 
 /**
  * @typedef {object} Options
@@ -45,16 +49,21 @@ class FlatView {
   #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is on its way" });
   #caption = h("p", { class: "flat-caption" });
   #place = h("div", { class: "flat-place" }, this.#canvas);
-  #root = h("div", { class: "flat-view" }, this.#place, h("div", { class: "flat-line" }, this.#caption));
+  /** @type {WorldView[]} */
+  #worlds = [];
+  #beside = h("div", { class: "worlds" });
+  #main = h("div", { class: "flat-main" }, h("div", { class: "flat-body" }, this.#place, this.#beside));
+  #root = h("div", { class: "flat-view" }, this.#main, h("div", { class: "flat-line" }, this.#caption));
   #pictures = new Pictures();
   #layers;
   #onPainted;
   #signal;
-  #sizes;
   #came = 0;
   /** @type {Ready|null} */
   #ready = null;
-  /** Extent of its place, pixels of the display. */
+  /** Extent of the picture's place.
+   *
+   * @type {Room} */
   #room = { width: 0, height: 0 };
   #soon;
 
@@ -69,33 +78,20 @@ class FlatView {
     this.#signal = signal;
     this.#soon = coalesce(() => this.#paint(), signal);
     fill(element, this.#root);
-    this.#sizes = new ResizeObserver(([entry]) => this.#resize(entry));
-    this.#watchSize();
+    watchRoom(this.#place, (room) => this.#resize(room), signal);
     layers.on(this.#soon, signal);
     receiveDrawings(session, { drawing: (message, painted) => this.#receive(message, painted), gone: onGone }, signal);
   }
 
   /** Leave nothing behind; the signal has ended the rest. */
   remove() {
-    this.#sizes.disconnect();
     this.#pictures.free(Infinity);
     this.#root.remove();
   }
 
-  #watchSize() {
-    try {
-      this.#sizes.observe(this.#place, { box: "device-pixel-content-box" });
-    } catch {
-      // Safari knows its pixels only roughly.
-      this.#sizes.observe(this.#place);
-    }
-  }
-
-  /** @param {ResizeObserverEntry} entry */
-  #resize({ devicePixelContentBoxSize: sizes, contentRect }) {
-    const width = sizes?.[0]?.inlineSize ?? Math.round(contentRect.width * devicePixelRatio);
-    const height = sizes?.[0]?.blockSize ?? Math.round(contentRect.height * devicePixelRatio);
-    this.#room = { width, height };
+  /** @param {Room} room */
+  #resize(room) {
+    this.#room = room;
     // At once: until the next frame of the display the canvas would be shown at its old size.
     this.#paint();
   }
@@ -133,10 +129,26 @@ class FlatView {
     const picture = (key) => bitmaps.get(key);
     const surface = { context, width, height, scale, density: devicePixelRatio, picture };
     paint(surface, drawing, (layer) => this.#layers.isShown(layer));
+    this.#showWorlds(drawing.worlds);
     this.#say(drawing);
     painted();
     this.#pictures.free(number);
     this.#onPainted(drawing.frame);
+  }
+
+  /** @param {readonly WorldDrawing[]} drawn What there is beside the picture. */
+  #showWorlds(drawn) {
+    for (const gone of this.#worlds.filter(({ world }) => !drawn.some((each) => each.world.name === world.name))) gone.remove();
+    this.#worlds = drawn.map((each) => {
+      const known = this.#worlds.find(({ world }) => world.name === each.world.name);
+      if (known !== undefined) {
+        known.show(each);
+        return known;
+      }
+      const view = new WorldView(each, this.#layers, this.#signal);
+      this.#beside.append(view.element);
+      return view;
+    });
   }
 
   /** @param {Drawing} drawing */

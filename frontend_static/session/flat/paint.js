@@ -5,6 +5,7 @@
  * canvas to the px, a position x lands on k (x + 1/2).
  */
 
+import { paintEllipsoids, paintHeads } from "./bodies.js";
 import { paintMesh } from "./mesh.js";
 import { css, placed } from "./pixels.js";
 import { paintPoints } from "./points.js";
@@ -36,7 +37,7 @@ const BRIGHT_FROM = 3 * 160;
  * Paint a drawing.
  *
  * @param {Surface} surface
- * @param {Drawing} drawing
+ * @param {Pick<Drawing, "primitives">} drawing
  * @param {(layer: string) => boolean} isShown
  */
 export function paint(surface, drawing, isShown) {
@@ -63,7 +64,12 @@ function paintPrimitive(surface, item) {
     case "polyline":
       return strokes(surface, item, [item.positions]);
     case "links":
-      return strokes(surface, item, Array.from({ length: item.segments.length / 6 }, (_, at) => item.segments.subarray(6 * at, 6 * at + 6)));
+      return strokes(surface, item, separate(item.segments));
+    case "arrows":
+      strokes(surface, item, separate(item.segments));
+      return paintHeads(surface, item);
+    case "ellipsoids":
+      return paintEllipsoids(surface, item);
     case "ellipse":
       return strokes(surface, item, outline(item));
     case "axes":
@@ -114,6 +120,14 @@ function strokes({ context, scale, density }, { colour, width }, lines) {
     }
   }
   context.stroke();
+}
+
+/**
+ * @param {Float32Array} segments
+ * @returns {Float32Array[]} Each by itself.
+ */
+function separate(segments) {
+  return Array.from({ length: segments.length / 6 }, (_, at) => segments.subarray(6 * at, 6 * at + 6));
 }
 
 /**

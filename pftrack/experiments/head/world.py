@@ -31,21 +31,21 @@ from pftrack.world import Viewpoint, World
 
 __all__ = ["HEAD_WORLD", "head_world"]
 
-RADIUS_MM = 140.0
+RADIUS_MM = 130.0
 POINT_MM = 4.5
 AXES_MM = 50.0
 NAMES_AT = 1.15
 """Where the name of an axis stands, in lengths of the axis."""
-ARROW_MM = (70.0, 120.0)
+ARROW_MM = (62.0, 98.0)
 """How far from the head's origin the arrow towards the camera begins and ends: clear of the face."""
-TRUE_ARROW_MM = (70.0, 110.0)
+TRUE_ARROW_MM = (62.0, 90.0)
 
 HEAD_WORLD = World(
     "head",
     "Head model",
     "mm",
     RADIUS_MM,
-    middle=(0.0, 5.0, 0.0),
+    middle=(0.0, 8.0, 20.0),
     up=(0.0, -1.0, 0.0),
     front=(0.0, 0.0, -1.0),
     viewpoints=(
