@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
 
 import server.schemas
+from server.stream.duplex import GONE
 
 __all__ = ["PLACE", "generate"]
 
@@ -43,7 +44,7 @@ def generate() -> str:
         _interface(names[key], body, names)
         for key, body in sorted(schema["$defs"].items(), key=lambda it: names[it[0]])
     ]
-    return HEAD + "\n" + "\n".join([*texts, *_unions(models, set(names.values()))])
+    return HEAD + "\n" + "\n".join([*texts, *_unions(models, set(names.values())), _gone()])
 
 
 def _models() -> Iterator[type[BaseModel]]:
@@ -78,6 +79,11 @@ def _unions(models: list[type[BaseModel]], known: set[str]) -> Iterator[str]:
         names = [it.__name__ for it in messages if ("sweep" in it.__module__) == (about == "Sweep")]
         members = [about + name if about + name in known else name for name in names]
         yield f"/** What a {about.lower()}'s stream says. */\nexport type {about}Message = {' | '.join(members)};\n"
+
+
+def _gone() -> str:
+    """Return the type of the code that a page has to know."""
+    return f"/** The code by which a socket ends when what it tells of is no more. */\nexport type Gone = {GONE};\n"
 
 
 def _interface(name: str, schema: Schema, names: dict[str, str]) -> str:

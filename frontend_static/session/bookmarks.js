@@ -5,10 +5,10 @@ import { fill, h, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { attempt } from "../shared/toast.js";
 
-/**
- * @param {import("./mount.js").Mounted} view
- * @returns {HTMLElement}
- */
+/** @import { Bookmark } from "../shared/messages.js" */
+/** @import { Mounted } from "./mount.js" */
+
+/** @param {Mounted} view */
 export function bookmarkMenu(view) {
   const { store, commands } = view;
   const label = h("span", { class: "wide-only" }, "Bookmarks");
@@ -48,16 +48,20 @@ export function bookmarkMenu(view) {
       [...marks].sort((a, b) => a.frame - b.frame).map((mark) => entry(mark, view)),
     );
   };
-  store.on("bookmarks session", draw);
+  store.on(["bookmarks", "session"], draw);
   return h("div", { class: "menu-root" }, button, menu);
 }
 
+/**
+ * @param {Bookmark} mark
+ * @param {Mounted} view
+ */
 function entry(mark, { store, commands, steering }) {
   const go = async () => {
-    if (mark.branch && mark.branch !== store.session.branch) await commands.activate(mark.branch);
+    if (mark.branch && mark.branch !== store.known.branch) await commands.activate(mark.branch);
     await steering.seek(mark.frame);
   };
-  const remove = () => attempt(() => api.unbookmark(store.session.id, mark.id));
+  const remove = () => attempt(() => api.unbookmark(store.known.id, mark.id));
   return h(
     "li",
     {},

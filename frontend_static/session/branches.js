@@ -13,7 +13,7 @@ export function branchLegend(root, { store, commands, signal }) {
   const draw = coalesce(() => {
     const { session } = store;
     if (session === null) return;
-    const branches = session.branches ?? [];
+    const { branches } = session;
     const now = JSON.stringify([session.branch, branches]);
     if (now === shown) return;
     shown = now;
@@ -39,7 +39,7 @@ export function branchLegend(root, { store, commands, signal }) {
       }),
     );
   }, signal);
-  store.on("branches session", draw);
+  store.on(["branches", "session"], draw);
 }
 
 /**

@@ -20,7 +20,7 @@ export class Clock {
    */
   join(member, signal) {
     this.#members.push(member);
-    member.store.on("position session connection", () => this.#moved(member));
+    member.store.on(["position", "session", "connection"], () => this.#moved(member));
     signal.addEventListener("abort", () => {
       this.#members = this.#members.filter((other) => other !== member);
       if (this.leader) this.#moved(this.leader);

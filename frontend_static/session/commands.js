@@ -3,6 +3,8 @@
 import { api } from "../shared/api.js";
 import { attempt, toast } from "../shared/toast.js";
 
+/** @import { BranchCreate } from "../shared/messages.js" */
+
 export class Commands {
   #store;
 
@@ -24,11 +26,17 @@ export class Commands {
     });
   }
 
-  /** Leave the past for a new branch; tells whether that was possible. */
+  /**
+   * Leave the past for a new branch.
+   *
+   * @param {BranchCreate} wanted
+   * @returns {Promise<boolean>} Whether that was possible.
+   */
   async branch(wanted) {
     return (await attempt(() => api.branch(this.#session.id, wanted))) !== undefined;
   }
 
+  /** @param {string} branch */
   async activate(branch) {
     await attempt(() => api.activate(this.#session.id, branch));
   }

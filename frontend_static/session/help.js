@@ -13,5 +13,5 @@ export function helpDialog(presets) {
       HELP.map(({ keys, what }) => [h("dt", {}, keys.split(" ").map((key) => (key === "–" ? " – " : h("kbd", {}, key)))), h("dd", {}, what)]),
     ),
     presets.length > 0 && h("p", { class: "hint" }, `Presets: ${presets.map(({ title }, index) => `${index + 1} ${title}`).join(", ")}`),
-  ].filter(Boolean));
+  ]);
 }

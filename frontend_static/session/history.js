@@ -4,11 +4,25 @@
 
 import { isKnown } from "./series.js";
 
+/** @import { SeriesValue } from "./series.js" */
+
 /**
- * What the server has told of a frame: numbers, flags and series by name.
+ * What the server tells of a frame, as `Diagnostics` of the library has it; null where a thing is not known.
  *
- * @typedef {Record<string, any> & {frame: number}} Row
+ * @typedef {object} Row
+ * @property {number} frame
+ * @property {(number|null)[]} estimate
+ * @property {(number|null)[]} sigma
+ * @property {number|null} log_evidence
+ * @property {number|null} error
+ * @property {boolean|null} lost
+ * @property {boolean|null} hidden
+ * @property {boolean|null} searching
+ * @property {number|null} step_ms
+ * @property {Record<string, SeriesValue>} series
  */
+
+/** @typedef {(row: Row|undefined) => number|null} Curve A number of a row; null where it is not known. */
 
 export class History {
   /** @type {Row[]} */
@@ -35,7 +49,7 @@ export class History {
   /**
    * Forget everything and take over what the server sends, column by column.
    *
-   * @param {Record<string, any[]>} columns
+   * @param {Record<string, unknown[]>} columns
    */
   replace(columns) {
     this.#rows = [];
@@ -59,7 +73,7 @@ export class History {
   /**
    * Fill in what the server sends; rows that came by the stream in the meantime stay.
    *
-   * @param {Record<string, any[]>} columns
+   * @param {Record<string, unknown[]>} columns
    */
   merge(columns) {
     const names = Object.keys(columns);
@@ -133,9 +147,10 @@ export class History {
   /**
    * Largest of the numbers that `value` gives, over the frames from..to; null where there is none.
    *
-   * @param {(row: Row|undefined) => number|null} value
+   * @param {Curve} value
    */
   most(value, from = 0, to = this.#rows.length - 1) {
+    /** @type {number|null} */
     let most = null;
     for (let frame = from; frame <= to; frame += 1) {
       const number = value(this.#rows[frame]);
@@ -145,11 +160,15 @@ export class History {
   }
 }
 
-/** The curves that every method has; null where a row does not know. */
+/**
+ * The curves that every method has.
+ *
+ * @type {Record<"error"|"sigma", Curve>}
+ */
 export const curve = {
   error: (row) => finite(row?.error),
   /** A filter switches as soon as any component spreads too far, so the largest one is the one to look at. */
-  sigma: (row) => finite(row?.sigma?.length ? Math.max(...row.sigma) : null),
+  sigma: (row) => finite(Math.max(...(row?.sigma ?? []).filter((value) => value !== null))),
 };
 
 /**

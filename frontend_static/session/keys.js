@@ -54,8 +54,8 @@ export const HELP = [
 export function listen(element, actions, sceneWindow, signal) {
   listening.add(element);
   signal.addEventListener("abort", () => listening.delete(element));
-  const isMine = (target) => listening.size === 1 || (target instanceof Node && element.contains(target));
-  const press = (key, shiftKey) => {
+  const isMine = (/** @type {EventTarget|null} */ target) => listening.size === 1 || (target instanceof Node && element.contains(target));
+  const press = (/** @type {string} */ key, /** @type {boolean} */ shiftKey) => {
     const action = find(actions, key, shiftKey);
     if (!action || dialogIsOpen()) return false;
     action();
@@ -71,11 +71,18 @@ export function listen(element, actions, sceneWindow, signal) {
   }, { signal });
   globalThis.addEventListener("message", (event) => {
     if (event.origin !== location.origin || event.source !== sceneWindow()) return;
+    /** @type {{source?: unknown, key?: unknown, shiftKey?: unknown}} */
     const { source, key, shiftKey } = event.data ?? {};
     if (source === "pftrack-viser" && typeof key === "string") press(key, shiftKey === true);
   }, { signal });
 }
 
+/**
+ * @param {Partial<Actions>} actions
+ * @param {string} key
+ * @param {boolean} shiftKey
+ * @returns {(() => void)|undefined}
+ */
 function find(actions, key, shiftKey) {
   switch (key) {
     case " ":
@@ -109,7 +116,12 @@ function find(actions, key, shiftKey) {
   }
 }
 
-/** Whether the element that has the focus needs this key itself. */
+/**
+ * Whether the element that has the focus needs this key itself.
+ *
+ * @param {EventTarget|null} target
+ * @param {string} key
+ */
 function takesKeys(target, key) {
   if (!(target instanceof Element)) return false;
   // A slider moves by arrows and the like; everything else goes to the run.

@@ -3,7 +3,7 @@
  * taken away again.
  */
 
-import { api } from "../shared/api.js";
+import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill } from "../shared/dom.js";
 import { notice } from "../shared/notice.js";
 import { Stream } from "../shared/stream.js";
@@ -25,11 +25,14 @@ import { transport } from "./transport.js";
 const GALLERY = { label: "Back to the gallery", href: "/" };
 const KEPT = "What was saved of it is in the gallery.";
 
+/** @import { SessionMessage } from "../shared/messages.js" */
+/** @import { NewSession } from "../shared/share_link.js" */
+
 /**
  * @typedef {object} Options
  * @property {SessionStart} [start] A beginning that was made before, instead of `session` or `recipe` and `parts`.
  * @property {string} [session]
- * @property {object|Promise<object>} [recipe]
+ * @property {NewSession|Promise<NewSession>} [recipe]
  * @property {readonly import("./layout.js").Part[]} [parts]
  * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
@@ -96,10 +99,14 @@ export class Mounted {
     if (places.panel) this.#panel(places.panel);
     this.scene?.follow(this);
     listen(element, this.actions, () => this.scene?.window ?? null, this.signal);
-    this.store.on("refused", ({ message }) => toast(message, { kind: "error" }));
+    this.store.on(["refused"], () => toast(this.store.refusal, { kind: "error" }));
   }
 
-  /** The panel of parameters, where there is no scene to have one. */
+  /**
+   * The panel of parameters, where there is no scene to have one.
+   *
+   * @param {HTMLElement} place
+   */
   async #panel(place) {
     try {
       await this.#start.begun;
@@ -112,11 +119,13 @@ export class Mounted {
 
   /** Resolves when the session has told about itself. */
   #known() {
-    return /** @type {Promise<void>} */ (new Promise((resolve) => {
+    /** @type {Promise<void>} */
+    const known = new Promise((resolve) => {
       const look = () => this.store.session !== null && resolve();
-      this.store.on("session", look);
+      this.store.on(["session"], look);
       look();
-    }));
+    });
+    return known;
   }
 
   async #begin() {
@@ -130,7 +139,7 @@ export class Mounted {
     if (this.signal.aborted) return;
     const { session, recipe } = begun;
     const on = {
-      message: (message) => this.store.receive(message),
+      message: (/** @type {SessionMessage} */ message) => this.store.receive(message),
       lost: () => this.store.setConnection("lost"),
       gone: () => {
         this.store.setConnection("gone");
@@ -144,17 +153,26 @@ export class Mounted {
     }
   }
 
+  /** @param {unknown} error */
   #refuse(error) {
-    if (error.status === 404 && !this.#start.isNew) this.#fail("There is no such session", `It may have been ended. ${KEPT}`);
-    else this.#fail(this.#start.isNew ? "This session could not be started" : "This session cannot be shown", error.message);
+    if (statusOf(error) === 404 && !this.#start.isNew) this.#fail("There is no such session", `It may have been ended. ${KEPT}`);
+    else this.#fail(this.#start.isNew ? "This session could not be started" : "This session cannot be shown", messageOf(error));
   }
 
+  /**
+   * @param {string} title
+   * @param {string} message
+   */
   #fail(title, message) {
     if (this.scene) this.scene.fail(title, message, GALLERY);
     else fill(this.#start.element, notice(title, message, GALLERY));
   }
 
-  /** Do something as soon as the session listens. */
+  /**
+   * Do something as soon as the session listens.
+   *
+   * @param {() => void} work
+   */
   #whenOpen(work) {
     let done = false;
     const look = () => {
@@ -162,10 +180,11 @@ export class Mounted {
       done = true;
       work();
     };
-    this.store.on("session connection", look);
+    this.store.on(["session", "connection"], look);
     look();
   }
 
+  /** @returns {Partial<import("./keys.js").Actions>} */
   #ownActions() {
     return {
       toggle: () => this.steering.toggle(),

@@ -13,6 +13,7 @@ const id = lastOfAddress();
 export const start = new SessionStart(part("session"), id === NEW ? { recipe: readRecipe() } : { session: id });
 if (id === NEW) start.begun.then(({ session }) => history.replaceState(null, "", session.page + location.search), () => {});
 
+/** @returns {Promise<import("../shared/share_link.js").NewSession>} */
 async function readRecipe() {
   try {
     return decode(location.hash);

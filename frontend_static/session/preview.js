@@ -42,6 +42,8 @@ export class Preview {
   /**
    * Show the frame that is the current one now. While the run plays that is done at a modest rate; otherwise only once
    * it stands, because asking for a picture would end a seek that is under way.
+   *
+   * @param {boolean} isPlaying
    */
   refresh(isPlaying) {
     this.#unsettle();

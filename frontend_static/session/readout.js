@@ -6,9 +6,10 @@ import { coalesce } from "../shared/timing.js";
 import { curve } from "./history.js";
 import { between, withSpread } from "./plots/kinds/band.js";
 import { mostProbable } from "./plots/kinds/hypotheses.js";
-import { declared as declaration, measured, numberOf, samplers, samplesOf } from "./series.js";
+import { declared, measured, numberOf, samplers, samplesOf, vectorOf } from "./series.js";
 
-/** @import { Reading } from "../shared/messages.js" */
+/** @import { Reading, SessionPublic } from "../shared/messages.js" */
+/** @import { History, Row } from "./history.js" */
 
 /**
  * @param {HTMLElement} root
@@ -41,20 +42,31 @@ export function readout(root, { store, signal }) {
     setText(verdict, text);
     verdict.dataset.kind = kind;
   }, signal);
-  store.on("session position history branches", draw);
+  store.on(["session", "position", "history", "branches"], draw);
 }
 
+/**
+ * @param {Reading} reading
+ * @param {Row} row
+ * @param {SessionPublic} session
+ * @param {History} history
+ */
 function isMeasured({ kind, series }, row, session, history) {
   if (kind === "particles") return measured(session, "particles", row) !== undefined || measured(session, "ess", row) !== undefined;
   if (kind === "samplers") return samplesOf(session, row) !== null;
   return series === "" || history.measures(series);
 }
 
+/**
+ * @param {Reading} reading
+ * @param {Row|undefined} row
+ * @param {SessionPublic} session
+ */
 function words(reading, row, session) {
   if (!row) return number(null);
   const { kind, unit, series } = reading;
   const own = session.unit;
-  const several = (values) => values.map((value) => quantity(value, own)).join(", ");
+  const several = (/** @type {(number|null)[]} */ values) => values.map((value) => quantity(value, own)).join(", ");
   switch (kind) {
     case "estimate":
       return withUnit(several(row.estimate), own);
@@ -77,31 +89,50 @@ function words(reading, row, session) {
     case "hypotheses":
       return mostProbable(row, { series: [series], unit });
     case "count": {
-      const flags = row.series[series] ?? [];
-      return `${flags.filter((flag) => flag === 1).length} of ${declaration(session, series)?.components.length || flags.length}`;
+      const flags = vectorOf(row, series);
+      return `${flags.filter((flag) => flag === 1).length} of ${declared(session, series)?.components.length || flags.length}`;
     }
     default:
       return "";
   }
 }
 
+/**
+ * @param {string} text
+ * @param {string} unit
+ */
 function withUnit(text, unit) {
   return unit && text !== number(null) ? `${text} ${unit}` : text;
 }
 
+/**
+ * @param {Row} row
+ * @param {SessionPublic} session
+ */
 function particles(row, session) {
   const [count, ess] = [numberOf(session, "particles", row), numberOf(session, "ess", row)];
   return [count, ess !== null && `ESS ${number(ess, 0)}`].filter((part) => part !== null && part !== false).join(", ");
 }
 
-/** The one sampler that all particles came from, or how many came from which. */
+/**
+ * The one sampler that all particles came from, or how many came from which.
+ *
+ * @param {Row} row
+ * @param {SessionPublic} session
+ */
 function proposal(row, session) {
   const samples = samplesOf(session, row) ?? [];
   const used = samples.filter((count) => count > 0);
   return used.length === 1 ? `${samplers(session)[samples.indexOf(used[0])].name} ${used[0]}` : `mixed ${samples.join(" | ")}`;
 }
 
-/** One line that says how it goes. */
+/**
+ * One line that says how it goes.
+ *
+ * @param {History} history
+ * @param {SessionPublic} session
+ * @returns {[words: string, kind: "unknown"|"lost"|"good"|"hidden"]}
+ */
 function state(history, { position, target, frame_rate_hz: frameRate }) {
   const row = history.at(position);
   if (!row) return ["not computed yet", "unknown"];
@@ -116,7 +147,13 @@ function state(history, { position, target, frame_rate_hz: frameRate }) {
   return [row.error === null ? "truth not known" : "", "unknown"];
 }
 
-/** The first of the frames up to this one that all say so. */
+/**
+ * The first of the frames up to this one that all say so.
+ *
+ * @param {History} history
+ * @param {number} position
+ * @param {"searching"|"lost"} what
+ */
 function since(history, position, what) {
   let first = position;
   while (history.at(first - 1)?.[what]) first -= 1;

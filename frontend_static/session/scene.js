@@ -93,7 +93,7 @@ export class Scene {
     const { store, commands } = mounted;
     this.#mounted = mounted;
     this.#view?.follow(mounted);
-    store.on("session connection", () => {
+    store.on(["session", "connection"], () => {
       if (store.session !== null && store.connection === "open") this.#state(store.session, commands);
     });
   }

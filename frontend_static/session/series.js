@@ -3,59 +3,127 @@
  * declares; a row has only those that its tracker reports.
  */
 
-/** The declaration of a series; undefined where nobody declares one of that name. */
+/** @import { Series } from "../shared/messages.js" */
+/** @import { History, Row } from "./history.js" */
+
+/** @typedef {{series: readonly Series[]}} Declaring What declares series, such as a session. */
+/** @typedef {Series["role"]} Role */
+/** @typedef {{values: (number|null)[][], weights: (number|null)[]}} Hypotheses Row i of the values has weight i. */
+/** @typedef {number|null|(number|null)[]|Hypotheses} SeriesValue By its shape: a number, a vector or interval, hypotheses. */
+
+/**
+ * The declaration of a series; undefined where nobody declares one of that name.
+ *
+ * @param {Declaring} session
+ * @param {string} name
+ */
 export function declared(session, name) {
-  return session.series?.find((series) => series.name === name);
+  return session.series.find((series) => series.name === name);
 }
 
-/** The declarations of a role. */
+/**
+ * The declarations of a role.
+ *
+ * @param {Declaring} session
+ * @param {Role} role
+ */
 export function ofRole(session, role) {
-  return (session.series ?? []).filter((series) => series.role === role);
+  return session.series.filter((series) => series.role === role);
 }
 
-/** What a row has of a role: the value of the first series of it, or undefined. */
+/**
+ * What a row has of a role: the value of the first series of it, or undefined.
+ *
+ * @param {Declaring} session
+ * @param {Role} role
+ * @param {Row|undefined} row
+ */
 export function measured(session, role, row) {
-  const series = ofRole(session, role).find(({ name }) => row?.series?.[name] !== undefined);
-  return series && row.series[series.name];
+  const values = ofRole(session, role).map(({ name }) => row?.series?.[name]);
+  return values.find((value) => value !== undefined);
+}
+
+/**
+ * A vector or an interval of a frame; empty where the frame has none.
+ *
+ * @param {Row|undefined} row
+ * @param {string} name
+ */
+export function vectorOf(row, name) {
+  const value = row?.series?.[name];
+  return Array.isArray(value) ? value : [];
+}
+
+/**
+ * The hypotheses of a frame; undefined where the frame has none.
+ *
+ * @param {Row|undefined} row
+ * @param {string} name
+ */
+export function hypothesesOf(row, name) {
+  const value = row?.series?.[name];
+  return isHypotheses(value) ? value : undefined;
 }
 
 /**
  * A number of a series in a frame, or the one at a place of several; NaN where it is not known.
  *
- * @param {import("./history.js").Row|undefined} row
+ * @param {Row|undefined} row
  * @param {string} name
  * @param {number|null} [place]
  */
 export function valueOf(row, name, place = null) {
-  const found = row?.series?.[name];
-  return finite(place === null ? found : found?.[place]) ?? NaN;
+  return finite(place === null ? row?.series?.[name] : vectorOf(row, name)[place]) ?? NaN;
 }
 
-/** The number that a row has of a role; null where there is none. */
+/**
+ * The number that a row has of a role; null where there is none.
+ *
+ * @param {Declaring} session
+ * @param {Role} role
+ * @param {Row|undefined} row
+ */
 export function numberOf(session, role, row) {
   return finite(measured(session, role, row));
 }
 
-/** How many particles came from each sampler; null where the tracker does not choose between samplers. */
+/**
+ * How many particles came from each sampler; null where the tracker does not choose between samplers.
+ *
+ * @param {Declaring} session
+ * @param {Row|undefined} row
+ */
 export function samplesOf(session, row) {
-  return measured(session, "share", row) ?? null;
+  const counts = measured(session, "share", row);
+  return Array.isArray(counts) ? counts.map((count) => count ?? 0) : null;
 }
 
-/** The components of what `samplesOf` counts: [{name, colour}], the colours as tokens of the style sheet. */
+/**
+ * The components of what `samplesOf` counts, the colours as tokens of the style sheet.
+ *
+ * @param {Declaring} session
+ */
 export function samplers(session) {
   const [series] = ofRole(session, "share");
   return (series?.components ?? []).map((name, place) => ({ name, colour: series.colours[place] ?? "muted" }));
 }
 
-/** Of flags, the share that were set up to each frame; NaN before any is known. */
+/**
+ * Of flags, the share that were set up to each frame; NaN before any is known.
+ *
+ * @param {History} history
+ * @param {string} name
+ * @param {number} [last]
+ */
 export function frequencies(history, name, last = history.length - 1) {
   /** @type {number[]} */
   const found = [];
   let [set, known] = [0, 0];
   for (let frame = 0; frame <= Math.min(last, history.length - 1); frame += 1) {
     const value = history.at(frame)?.series?.[name] ?? [];
-    for (const flag of Array.isArray(value) ? value : [value]) {
-      if (finite(flag) === null) continue;
+    for (const each of Array.isArray(value) ? value : [value]) {
+      const flag = finite(each);
+      if (flag === null) continue;
       set += flag;
       known += 1;
     }
@@ -64,11 +132,23 @@ export function frequencies(history, name, last = history.length - 1) {
   return found;
 }
 
-/** Whether a value says anything: a number, or several of which one is known. */
+/**
+ * Whether a value says anything: a number, or several of which one is known.
+ *
+ * @param {SeriesValue} value
+ * @returns {boolean}
+ */
 export function isKnown(value) {
   if (Array.isArray(value)) return value.some(isKnown);
-  if (value !== null && typeof value === "object") return value.values.length > 0;
-  return finite(value) !== null;
+  return isHypotheses(value) ? value.values.length > 0 : finite(value) !== null;
+}
+
+/**
+ * @param {SeriesValue|undefined} value
+ * @returns {value is Hypotheses}
+ */
+function isHypotheses(value) {
+  return typeof value === "object" && value !== null && "weights" in value;
 }
 
 /**

@@ -11,24 +11,31 @@ import { start } from "./page_start.js";
 import { shareDialog } from "./share.js";
 import { trackerTitle } from "./timeline.js";
 
+/** @import { PresetPublic } from "../shared/messages.js" */
+
+/** @type {PresetPublic[]} */
 let presets = [];
 
 const actions = {
   help: () => helpDialog(presets),
-  preset: (which) => openPreset(presets[which - 1]),
+  preset: (/** @type {number} */ which) => openPreset(presets[which - 1]),
 };
 const view = mount(start.element, { start, actions });
 const { store, commands } = view;
 
 header();
-store.on("connection", () => {
+store.on(["connection"], () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
 start.begun
   .then(({ session }) => api.experiment(session.recipe.experiment))
   .then((experiment) => (presets = experiment.presets), () => {});
 
-/** A preset is a fresh run; the one that was watched stays among the running sessions. */
+/**
+ * A preset is a fresh run; the one that was watched stays among the running sessions.
+ *
+ * @param {PresetPublic|undefined} preset
+ */
 function openPreset(preset) {
   const { session } = store;
   if (!preset || session === null) return;
@@ -42,6 +49,12 @@ function openPreset(preset) {
 function header() {
   const title = h("h1", {});
   const sweep = h("a", { class: "link", title: "The sweep that this run comes from", hidden: true }, "Sweep");
+  /**
+   * @param {import("../shared/icons.js").IconName} name
+   * @param {string} text
+   * @param {string} hint
+   * @param {(() => void)|undefined} run
+   */
   const tool = (name, text, hint, run) =>
     h("button", { type: "button", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
   const tools = [
@@ -59,7 +72,7 @@ function header() {
     themeButton(),
     h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
   );
-  store.on("session branches position connection", () => {
+  store.on(["session", "branches", "position", "connection"], () => {
     const { session } = store;
     if (session === null) return;
     const words = `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;

@@ -7,11 +7,15 @@ import { api } from "../shared/api.js";
 import { PARTS, arrange } from "./layout.js";
 import { Scene } from "./scene.js";
 
+/** @import { SessionPublic } from "../shared/messages.js" */
+/** @import { NewSession } from "../shared/share_link.js" */
+
+/** @typedef {{session: SessionPublic, recipe: NewSession|null}} Begun A session, and what it was started with if it was started here. */
+
 /**
  * @typedef {object} Beginning
  * @property {string} [session] Id of a session that there is.
- * @property {object|Promise<object>} [recipe] Otherwise what to start one with: the body of POST sessions, and whether
- *     it shall `play`.
+ * @property {NewSession|Promise<NewSession>} [recipe] Otherwise what to start one with.
  * @property {readonly import("./layout.js").Part[]} [parts] What of it to show; everything if not given.
  * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  */
@@ -29,8 +33,7 @@ export class SessionStart {
     this.isNew = recipe !== undefined;
     /** The scene, if it is among the parts. */
     this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasPanel: parts.includes("panel") }) : null;
-    /** The session, and the recipe that it was started with, if it was started here. */
-    this.begun = this.isNew ? this.#start(recipe) : this.#find(session);
+    this.begun = recipe === undefined ? this.#find(session ?? "") : this.#start(recipe);
     // Whoever waits for it says what was wrong; until somebody does, it is no accident.
     this.begun.catch(() => {});
   }
@@ -46,6 +49,10 @@ export class SessionStart {
     this.element.replaceChildren();
   }
 
+  /**
+   * @param {NewSession|Promise<NewSession>} given
+   * @returns {Promise<Begun>}
+   */
   async #start(given) {
     const recipe = await given;
     const { play, ...body } = recipe;
@@ -54,6 +61,10 @@ export class SessionStart {
     return { session, recipe };
   }
 
+  /**
+   * @param {string} id
+   * @returns {Promise<Begun>}
+   */
   async #find(id) {
     const session = api.session(id);
     this.scene?.open(id, session, false);

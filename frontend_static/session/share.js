@@ -8,13 +8,23 @@ import { h } from "../shared/dom.js";
 import { toast } from "../shared/toast.js";
 import { linkTo } from "../shared/share_link.js";
 
-/** What makes this session again, up to the frame that is shown. */
+/** @import { SessionPublic } from "../shared/messages.js" */
+
+/**
+ * What makes this session again, up to the frame that is shown.
+ *
+ * @param {SessionPublic} session
+ */
 export function bodyOf(session) {
   const { recipe, upload, position } = session;
   return { recipe, upload, position };
 }
 
-/** Show the link of a session, ready to be copied. */
+/**
+ * Show the link of a session, ready to be copied.
+ *
+ * @param {SessionPublic} session
+ */
 export function shareDialog(session) {
   const address = new URL(linkTo(bodyOf(session)), location.href).href;
   openDialog("Share this run", (close) => {
@@ -36,6 +46,6 @@ export function shareDialog(session) {
       session.upload && h("p", { class: "hint" }, "The video itself stays on this server."),
       field,
       h("footer", {}, h("button", { type: "button", on: { click: close } }, "Close"), h("button", { type: "button", class: "primary", on: { click: copy } }, "Copy link")),
-    ].filter(Boolean);
+    ];
   }, { wide: true });
 }

@@ -4,6 +4,8 @@ import { api } from "../shared/api.js";
 import { later, latest } from "../shared/timing.js";
 import { attempt } from "../shared/toast.js";
 
+/** @import { TransportUpdate } from "../shared/messages.js" */
+
 const GOAL_MS = 2000;
 
 export class Steering {
@@ -25,8 +27,8 @@ export class Steering {
   constructor(store, signal) {
     this.#store = store;
     this.#signal = signal;
-    this.#seeking = latest((frame) => this.#send("seek", { frame }));
-    store.on("position", () => {
+    this.#seeking = latest((/** @type {number} */ frame) => this.#send("seek", { frame }));
+    store.on(["position"], () => {
       if (store.known.position === this.#goal) this.#goal = null;
     });
   }
@@ -71,13 +73,21 @@ export class Steering {
     if (this.#able && this.isPlaying) await this.#send("pause");
   }
 
-  /** One frame on or back. */
+  /**
+   * One frame on or back.
+   *
+   * @param {number} direction
+   */
   async step(direction) {
     if (!this.#able) return;
     if (direction > 0 ? !this.isAtEnd : this.#store.known.position > 0) await this.#send(direction > 0 ? "step" : "back");
   }
 
-  /** Go to a frame and stay there. While one seek is under way only the newest request is kept. */
+  /**
+   * Go to a frame and stay there. While one seek is under way only the newest request is kept.
+   *
+   * @param {number} frame
+   */
   async seek(frame) {
     if (!this.#able) return;
     const goal = Math.min(Math.max(0, Math.round(frame)), this.#store.known.frames - 1);
@@ -88,6 +98,7 @@ export class Steering {
     await this.#seeking(goal);
   }
 
+  /** @param {number} frames */
   async jump(frames) {
     if (this.#able) await this.seek((this.#goal ?? this.#store.known.position) + frames);
   }
@@ -105,12 +116,14 @@ export class Steering {
     if (this.#able) await this.#send("before_loss");
   }
 
+  /** @param {number} value */
   async setSpeed(value) {
     if (!this.#able) return;
     this.#store.setSpeed(value);
     await this.#send("speed", { speed: value });
   }
 
+  /** @param {number} direction */
   async faster(direction) {
     if (!this.#able) return;
     const now = this.speed === 0 ? Infinity : this.speed;
@@ -119,6 +132,10 @@ export class Steering {
     if (next !== undefined) await this.setSpeed(next === Infinity ? 0 : next);
   }
 
+  /**
+   * @param {TransportUpdate["action"]} action
+   * @param {Partial<TransportUpdate>} [more]
+   */
   async #send(action, more) {
     await attempt(() => api.transport(this.#store.known.id, action, more));
   }

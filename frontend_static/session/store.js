@@ -6,6 +6,7 @@
  */
 
 import { api } from "../shared/api.js";
+import { Topics } from "../shared/topics.js";
 import { History } from "./history.js";
 
 /**
@@ -15,7 +16,8 @@ import { History } from "./history.js";
  * @typedef {"session"|"position"|"history"|"branches"|"bookmarks"|"connection"|"refused"} Topic
  */
 
-export class Store {
+/** @extends {Topics<Topic>} */
+export class Store extends Topics {
   /**
    * The session as the server describes it, or null before the first `hello`.
    *
@@ -30,23 +32,10 @@ export class Store {
    * @type {Map<string, History>}
    */
   histories = new Map();
-  /** @type {Map<string, Set<(detail?: any) => void>>} */
-  #listeners = new Map();
+  /** Why a change that came through the scene's panel was refused, the last time that one was. */
+  refusal = "";
   /** @type {Set<string>} */
   #fetching = new Set();
-
-  /**
-   * Call `listener` after each change of any of the topics.
-   *
-   * @param {string} topics Names of topics, with spaces between.
-   * @param {(detail?: any) => void} listener
-   */
-  on(topics, listener) {
-    for (const topic of topics.split(" ")) {
-      const those = this.#listeners.get(topic) ?? new Set();
-      this.#listeners.set(topic, those.add(listener));
-    }
-  }
 
   /** The session, where there must be one: who listens to what changes in it is only called then. */
   get known() {
@@ -91,7 +80,7 @@ export class Store {
    * @param {Topic} topic
    */
   touch(topic) {
-    if (this.session !== null) this.#tell(topic);
+    if (this.session !== null) this.tell(topic);
   }
 
   /**
@@ -111,13 +100,13 @@ export class Store {
    */
   setSpeed(speed) {
     this.known.speed = speed;
-    this.#tell("position");
+    this.tell("position");
   }
 
   /** @param {Store["connection"]} connection */
   setConnection(connection) {
     this.connection = connection;
-    this.#tell("connection");
+    this.tell("connection");
   }
 
   /** @param {import("../shared/messages.js").SessionHello} message */
@@ -126,7 +115,7 @@ export class Store {
     this.session = session;
     this.historyOf(session.branch).replace(diagnostics);
     for (const { id } of session.branches) if (id !== session.branch) this.#fetch(id);
-    this.#tell("connection", "session", "position", "branches", "bookmarks", "history");
+    this.tell("connection", "session", "position", "branches", "bookmarks", "history");
   }
 
   /**
@@ -145,14 +134,14 @@ export class Store {
         const { branch, frame, computed, playing, speed } = message;
         Object.assign(session, { position: frame, computed, playing, speed });
         this.#activate(branch);
-        this.#tell("position");
+        this.tell("position");
         break;
       }
       case "parameters": {
         const { branch, parameters, recipe, tracker, timeline, thresholds } = message;
         Object.assign(session, { parameters, recipe, tracker, timeline, thresholds });
         this.#activate(branch);
-        this.#tell("session");
+        this.tell("session");
         break;
       }
       case "branches":
@@ -161,19 +150,20 @@ export class Store {
           if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
         }
         this.#activate(message.branch);
-        this.#tell("branches");
+        this.tell("branches");
         break;
       case "bookmarks":
         session.bookmarks = message.bookmarks;
-        this.#tell("bookmarks");
+        this.tell("bookmarks");
         break;
       case "session":
         Object.assign(session, { state: message.state, message: message.message });
         if (message.state !== "playing") session.playing = false;
-        this.#tell("session", "position");
+        this.tell("session", "position");
         break;
       case "refused":
-        this.#tell("refused", message);
+        this.refusal = message.message;
+        this.tell("refused");
         break;
       default:
         break;
@@ -182,14 +172,14 @@ export class Store {
 
   /**
    * @param {string} branch
-   * @param {Record<string, any>[]} rows
+   * @param {Record<string, unknown>[]} rows
    */
   #rows(branch, rows) {
     const history = this.historyOf(branch);
     let isWhole = true;
     for (const row of rows) isWhole = history.add(/** @type {Row} */ (row)) && isWhole;
     if (!isWhole) this.#fetch(branch);
-    this.#tell("history");
+    this.tell("history");
   }
 
   /** @param {string} branch */
@@ -197,7 +187,7 @@ export class Store {
     if (this.known.branch === branch) return;
     this.known.branch = branch;
     this.#fetch(branch);
-    this.#tell("branches");
+    this.tell("branches");
   }
 
   /** @param {string} branch */
@@ -207,19 +197,11 @@ export class Store {
     try {
       const { columns } = await api.diagnostics(this.known.id, branch);
       this.historyOf(branch).merge(columns);
-      this.#tell("history");
+      this.tell("history");
     } catch {
       // The next hello brings it.
     } finally {
       this.#fetching.delete(branch);
-    }
-  }
-
-  /** @param {(Topic|SessionMessage)[]} topics Topics; at the end there may be a message that the listeners are handed. */
-  #tell(...topics) {
-    const detail = typeof topics.at(-1) === "string" ? undefined : topics.pop();
-    for (const topic of /** @type {Topic[]} */ (topics)) {
-      for (const listener of this.#listeners.get(topic) ?? []) listener(detail);
     }
   }
 }

@@ -2,6 +2,8 @@
 
 import { parameterValue } from "../shared/format.js";
 
+/** @import { Value } from "../shared/format.js" */
+
 /**
  * @typedef {import("../shared/messages.js").SessionPublic} SessionPublic
  * @typedef {{frame: number, lines: string[]}} Mark
@@ -25,7 +27,7 @@ export function marks(session) {
     }));
 }
 
-/** @param {Record<string, unknown>} values */
+/** @param {Record<string, Value>} values */
 function trackerFirst(values) {
   return Object.entries(values).sort(([a], [b]) => Number(b === "tracker") - Number(a === "tracker"));
 }
@@ -33,12 +35,12 @@ function trackerFirst(values) {
 /**
  * @param {SessionPublic} session
  * @param {string} name
- * @param {any} before
- * @param {any} after
+ * @param {Value|undefined} before
+ * @param {Value} after
  * @returns {[string, string|null, string]} Title, old value and new one.
  */
 function inWords(session, name, before, after) {
-  if (name === "tracker") return ["Tracker", before === undefined ? null : trackerTitle(session, before), trackerTitle(session, after)];
+  if (name === "tracker") return ["Tracker", before === undefined ? null : trackerTitle(session, String(before)), trackerTitle(session, String(after))];
   const declaration = session.declarations.find((candidate) => candidate.name === name);
   const old = before === undefined ? null : parameterValue(before, null);
   return [declaration?.title ?? name, old, parameterValue(after, declaration)];

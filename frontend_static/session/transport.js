@@ -6,6 +6,8 @@ import { icon } from "../shared/icons.js";
 import { coalesce } from "../shared/timing.js";
 import { isGone } from "./history.js";
 
+/** @import { IconName } from "../shared/icons.js" */
+
 /**
  * @param {HTMLElement} root
  * @param {import("./mount.js").Mounted} view
@@ -13,10 +15,13 @@ import { isGone } from "./history.js";
  */
 export function transport(root, view, extras) {
   const { store } = view;
-  const button = (name, label, run) => {
-    const element = h("button", { type: "button", class: "icon-only", title: label, "aria-label": label, on: { click: run } }, icon(name));
-    return element;
-  };
+  /**
+   * @param {IconName} name
+   * @param {string} label
+   * @param {() => void} run
+   */
+  const button = (name, label, run) =>
+    h("button", { type: "button", class: "icon-only", title: label, "aria-label": label, on: { click: run } }, icon(name));
   const play = h("button", { type: "button", class: "primary play", on: { click: () => view.steering.toggle() } });
   const moves = [
     button("first", "First frame (home)", () => view.steering.first()),
@@ -25,6 +30,7 @@ export function transport(root, view, extras) {
     button("next", "One frame on (right arrow)", () => view.steering.step(1)),
     button("last", "Newest frame (end)", () => view.steering.newest()),
   ];
+  /** @type {HTMLSelectElement} */
   const speed = h(
     "select",
     { "aria-label": "Speed", title: "Speed ([ and ])", on: { change: () => view.steering.setSpeed(Number(speed.value)) } },
@@ -60,11 +66,16 @@ export function transport(root, view, extras) {
     if (session === null) return;
     setText(counter, `frame ${session.position} / ${session.frames}`);
   }, view.signal);
-  store.on("session position connection history", draw);
+  store.on(["session", "position", "connection", "history"], draw);
   draw();
 }
 
-/** Show a speed among those that are offered; one that a client has set otherwise is offered as well. */
+/**
+ * Show a speed among those that are offered; one that a client has set otherwise is offered as well.
+ *
+ * @param {HTMLSelectElement} select
+ * @param {{speed: number, speeds: number[]}} steering
+ */
 function choose(select, { speed, speeds }) {
   for (const value of [...speeds, speed]) {
     const known = [...select.options].some((option) => Number(option.value) === value);

@@ -16,6 +16,7 @@ const PATIENCE_MS = 3000;
  * @returns {Promise<boolean>} False when it is not wanted any more.
  */
 export async function viewerReady(frame, isWanted, signal) {
+  /** @type {number|null} */
   let since = null;
   while (isWanted()) {
     const found = frame.contentWindow?.pftrackScene?.drawn() ?? null;

@@ -7,8 +7,13 @@
 /** @import { Value } from "./format.js" */
 
 /** @typedef {Record<string, string|number|boolean>} Query */
+/** @typedef {(sent: number, total: number) => void} OnProgress In bytes, the form around the files included. */
+/**
+ * @template Answer
+ * @typedef {{done: Promise<Answer>, stop: () => void}} Transfer
+ */
 
-const ROOT = "/api/v1/";
+export const ROOT = "/api/v1/";
 
 export class ApiError extends Error {
   /**
@@ -70,9 +75,9 @@ export async function request(method, path, body) {
  * @template Answer
  * @param {string} path
  * @param {Iterable<File>} files
- * @param {(sent: number, total: number) => void} onProgress
+ * @param {OnProgress} onProgress
  * @param {string} [method]
- * @returns {{done: Promise<Answer>, stop: () => void}}
+ * @returns {Transfer<Answer>}
  */
 export function send(path, files, onProgress, method = "POST") {
   const form = new FormData();
@@ -148,6 +153,7 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string, note: string) => Promise<Messages.Bookmark>} bookmark
  * @property {(id: string, bookmark: string) => Promise<null>} unbookmark
  * @property {(id: string) => string} frameAddress
+ * @property {(files: File[], onProgress: OnProgress) => Transfer<Messages.UploadPublic>} sendUpload
  * @property {(id: string) => Promise<Messages.UploadPublic>} upload
  * @property {(id: string, question: Query) => Promise<Messages.SightingPublic>} mark
  * @property {(id: string, experiment: string) => Promise<Messages.TruthPublic|null>} truth
@@ -156,10 +162,10 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string, frame: number) => string} pictureAddress
  * @property {() => Promise<Messages.RunPublic[]>} runs
  * @property {(session: string) => Promise<Messages.RunPublic>} save
+ * @property {(files: File[], onProgress: OnProgress) => Transfer<Messages.RunPublic>} importRun
  * @property {(id: string) => Promise<Messages.SessionPublic>} open
  * @property {(id: string) => Promise<null>} remove
  * @property {(id: string) => string} downloadAddress
- * @property {(id: string) => string} thumbnailAddress
  */
 
 /** @type {Api} */
@@ -182,6 +188,7 @@ export const api = {
   unbookmark: (id, bookmark) => request("DELETE", session(id, `/bookmarks/${encodeURIComponent(bookmark)}`)),
   frameAddress: (id) => `${ROOT}${session(id, "/frame.png")}`,
 
+  sendUpload: (files, onProgress) => send("uploads", files, onProgress),
   upload: (id) => request("GET", `uploads/${encodeURIComponent(id)}`),
   mark: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/mark?${query(question)}`),
   truth: (id, experiment) => request("GET", truthPath(id, experiment)),
@@ -191,18 +198,8 @@ export const api = {
 
   runs: () => request("GET", "runs"),
   save: (sessionId) => request("POST", "runs", { session: sessionId }),
+  importRun: (files, onProgress) => send("runs/import", files, onProgress),
   open: (id) => request("POST", run(id, "/open")),
   remove: (id) => request("DELETE", run(id)),
   downloadAddress: (id) => `${ROOT}${run(id, "/download")}`,
-  thumbnailAddress: (id) => `${ROOT}${run(id, "/thumbnail.png")}`,
 };
-
-/**
- * Where a session's stream of messages is found.
- *
- * @param {string} id
- */
-export function streamAddress(id) {
-  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-  return `${scheme}//${location.host}${ROOT}${session(id, "/stream")}`;
-}

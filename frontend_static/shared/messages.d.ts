@@ -790,3 +790,6 @@ export type SessionMessage = Bookmarks | Branches | Frame | Frames | SessionHell
 
 /** What a sweep's stream says. */
 export type SweepMessage = Cells | SweepHello | Progress;
+
+/** The code by which a socket ends when what it tells of is no more. */
+export type Gone = 4404;

@@ -2,12 +2,12 @@
 
 /** @import { SessionCreate, SweepCreate } from "./messages.js" */
 
-/** @typedef {SessionCreate & {play?: boolean}} Beginning What a session begins with, and whether it shall play. */
+/** @typedef {SessionCreate & {play?: boolean}} NewSession What POST sessions takes, and whether the session shall play. */
 
 /**
  * Link to a new session.
  *
- * @param {Beginning} body
+ * @param {NewSession} body
  */
 export function linkTo(body) {
   return `/session/new#${encode(body)}`;
@@ -16,7 +16,7 @@ export function linkTo(body) {
 /**
  * base64url of JSON, in UTF-8.
  *
- * @param {Beginning|SweepCreate} body
+ * @param {NewSession|SweepCreate|{experiment: string}} body
  */
 export function encode(body) {
   const raw = String.fromCharCode(...new TextEncoder().encode(JSON.stringify(body)));

@@ -5,10 +5,9 @@
  * connection counts as lost when it closes or when a ping stays unanswered (a laptop that slept, a dead tunnel).
  */
 
-import { ApiError, api, streamAddress } from "./api.js";
+import { ApiError, api } from "./api.js";
+import { Backoff, socketAddress } from "./socket.js";
 
-const FIRST_WAIT_MS = 250;
-const LONGEST_WAIT_MS = 4000;
 const PING_EVERY_MS = 5000;
 
 /**
@@ -28,7 +27,7 @@ export class Stream {
   #on;
   /** @type {WebSocket|null} */
   #socket = null;
-  #wait = FIRST_WAIT_MS;
+  #backoff = new Backoff();
   #timer = 0;
   #pings = 0;
   #unanswered = 0;
@@ -40,7 +39,7 @@ export class Stream {
    * @param {{address?: () => string, look?: () => Promise<unknown>, signal?: AbortSignal}} [what] Another stream than a session's: where it is,
    *     and how to find out whether there still is one; `signal` stops it.
    */
-  constructor(id, on, { address = () => streamAddress(id), look = () => api.session(id), signal } = {}) {
+  constructor(id, on, { address = () => socketAddress(`sessions/${encodeURIComponent(id)}/stream`), look = () => api.session(id), signal } = {}) {
     this.#address = address;
     this.#look = look;
     this.#on = on;
@@ -72,7 +71,7 @@ export class Stream {
       }
       if (message.type === "hello") {
         greeted = true;
-        this.#wait = FIRST_WAIT_MS;
+        this.#backoff.reset();
       }
       this.#on.message(message);
     });
@@ -116,8 +115,7 @@ export class Stream {
         return;
       }
     }
-    this.#soon(this.#wait * (0.75 + Math.random() / 2));
-    this.#wait = Math.min(this.#wait * 2, LONGEST_WAIT_MS);
+    this.#soon(this.#backoff.next());
   }
 
   /** @param {number} milliseconds */

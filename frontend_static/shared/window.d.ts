@@ -3,4 +3,4 @@ interface Window {
   pftrackScene?: { drawn(): null | "there" | "in place" };
 }
 
-declare var Bokeh: any;
+declare var Bokeh: import("../session/plots/bokeh_api.js").BokehApi;

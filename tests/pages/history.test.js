@@ -83,6 +83,7 @@ describe("values of a row", () => {
     assert.equal(curve.error({ error: null }), null);
     assert.equal(curve.error({ error: Infinity }), null);
     assert.equal(curve.error(undefined), null);
+    assert.deepEqual([[1, 3, 2], [null, 3], [null], []].map((sigma) => curve.sigma({ sigma })), [3, 3, null, null]);
     assert.ok(Number.isNaN(valueOf(undefined, "a")));
     assert.ok(Number.isNaN(valueOf(row(0, { series: { a: [1, null] } }), "a", 1)));
     assert.equal(valueOf(row(0, { series: { a: [1, 2] } }), "a", 1), 2);
@@ -125,6 +126,6 @@ describe("declared series", () => {
     const history = filled(2, (frame) => ({ series: { a: frame === 1 ? [null, 3] : [null, null], b: { values: [], weights: [] } } }));
     assert.equal(history.measures("a"), true);
     assert.equal(history.measures("b"), false);
-    assert.deepEqual([isKnown(null), isKnown(0), isKnown({ values: [[1]] })], [false, true, true]);
+    assert.deepEqual([isKnown(null), isKnown(0), isKnown({ values: [[1]], weights: [1] })], [false, true, true]);
   });
 });

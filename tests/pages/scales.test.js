@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { before, describe, it } from "node:test";
 
-import { Axis, GUTTER } from "../../frontend_static/session/scrubber/paint.js";
+import { Axis, GUTTER } from "../../frontend_static/session/scrubber/sheet.js";
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { css, diverging, inkOn, viridis } from "../../frontend_static/sweep/colours.js";
 import { differenceEnd, errorEnd } from "../../frontend_static/sweep/look.js";

@@ -21,7 +21,7 @@ describe("the store of a session", () => {
     store = new Store();
     told = [];
     for (const topic of ["session", "position", "history", "branches", "bookmarks", "connection", "refused"]) {
-      store.on(topic, () => told.push(topic));
+      store.on([topic], () => told.push(topic));
     }
   });
 
@@ -69,7 +69,7 @@ describe("the store of a session", () => {
   it("hands a refusal on to whoever listens", () => {
     store.receive(hello());
     const heard = [];
-    store.on("refused", (message) => heard.push(message.message));
+    store.on(["refused"], () => heard.push(store.refusal));
     store.receive({ type: "refused", message: "too large" });
     assert.deepEqual(heard, ["too large"]);
   });

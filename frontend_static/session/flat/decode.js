@@ -131,6 +131,7 @@ function array({ type, at, shape }, message, base) {
  * @returns {Map<number, Uint8Array>}
  */
 function files(message, view, at) {
+  /** @type {Map<number, Uint8Array>} */
   const found = new Map();
   while (at < message.byteLength) {
     const length = view.getUint32(at + 4, true);

@@ -56,7 +56,7 @@ export class FlatScene {
       const layers = await this.#layers;
       if (!this.#signal.aborted) new Panel(this.#controls, store, layers, this.#signal);
     };
-    store.on("session", make);
+    store.on(["session"], make);
     make();
   }
 

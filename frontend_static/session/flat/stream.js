@@ -5,12 +5,9 @@
  * says so again and again: on a line that has died that makes the browser notice.
  */
 
+import { Backoff, GONE, socketAddress } from "../../shared/socket.js";
 import { after } from "../../shared/timing.js";
 
-const PATH = "/api/v1/sessions/";
-const GONE = 4404;
-const FIRST_WAIT_MS = 250;
-const LONGEST_WAIT_MS = 4000;
 const SAY_EVERY_MS = 5000;
 
 /**
@@ -28,9 +25,8 @@ const SAY_EVERY_MS = 5000;
  * @param {AbortSignal} signal
  */
 export async function receiveDrawings(session, on, signal) {
-  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-  const address = `${scheme}//${location.host}${PATH}${encodeURIComponent(session)}/drawings`;
-  let wait = FIRST_WAIT_MS;
+  const address = socketAddress(`sessions/${encodeURIComponent(session)}/drawings`);
+  const backoff = new Backoff();
   while (!signal.aborted) {
     const { code, came } = await connection(address, on, signal);
     if (signal.aborted) return;
@@ -38,9 +34,8 @@ export async function receiveDrawings(session, on, signal) {
       on.gone();
       return;
     }
-    if (came) wait = FIRST_WAIT_MS;
-    await after(wait * (0.75 + Math.random() / 2), signal);
-    wait = Math.min(wait * 2, LONGEST_WAIT_MS);
+    if (came) backoff.reset();
+    await after(backoff.next(), signal);
   }
 }
 

@@ -41,6 +41,7 @@ export function makeControl(declaration, turning, propose) {
  * @returns {Control}
  */
 export function checkbox(label, hint, propose) {
+  /** @type {HTMLInputElement} */
   const box = h("input", { type: "checkbox", on: { change: () => propose(box.checked) } });
   const element = h("label", { class: "control check", title: hint }, box, h("span", {}, label));
   return { element, show: (value) => (box.checked = Boolean(value)) };
@@ -54,6 +55,7 @@ export function checkbox(label, hint, propose) {
  * @returns {Control}
  */
 export function choice(label, hint, options, propose) {
+  /** @type {HTMLSelectElement} */
   const select = h(
     "select",
     { on: { change: () => propose(select.value) } },
@@ -109,6 +111,7 @@ function amount({ minimum, maximum }, { label, hint, step, slider }, propose) {
  * @returns {Control}
  */
 function colour({ label, hint }, propose) {
+  /** @type {HTMLInputElement} */
   const box = h("input", { type: "color", on: { input: () => propose(box.value) } });
   return { element: labelled(label, hint, box), show: (value) => (box.value = String(value)) };
 }

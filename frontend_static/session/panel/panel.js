@@ -52,7 +52,7 @@ export class Panel {
     this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), signal);
     this.#build();
     this.#show();
-    store.on("session connection", () => !signal.aborted && this.#show());
+    store.on(["session", "connection"], () => !signal.aborted && this.#show());
   }
 
   get #session() {

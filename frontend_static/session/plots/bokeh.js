@@ -4,7 +4,9 @@ import { h } from "../../shared/dom.js";
 
 export const SCRIPTS = ["/static/bokeh/bokeh.min.js", "/static/bokeh/bokeh-api.min.js"];
 
-/** @type {Promise<any>|null} */
+/** @import { BokehApi } from "./bokeh_api.js" */
+
+/** @type {Promise<BokehApi>|null} */
 let loading = null;
 
 /** Load BokehJS, once for all sessions of the page. */
@@ -21,6 +23,10 @@ async function load() {
   return globalThis.Bokeh;
 }
 
+/**
+ * @param {string} source
+ * @returns {Promise<Event>}
+ */
 function script(source) {
   return new Promise((resolve, reject) => {
     const element = h("script", { src: source });

@@ -11,6 +11,12 @@ import { samplers } from "../series.js";
 import { loadBokeh } from "./bokeh.js";
 import { KINDS } from "./kinds/kinds.js";
 
+/** @import { History } from "../history.js" */
+/** @import { Mounted } from "../mount.js" */
+/** @import { Store } from "../store.js" */
+/** @import { BokehApi, Range } from "./bokeh_api.js" */
+/** @import { Plot } from "./kinds/plot.js" */
+
 const REDRAW_MS = 100;
 const PATIENCE_MS = 8000;
 /** In a narrower session the plots are a row of sparklines. */
@@ -18,20 +24,32 @@ const WIDE_PX = 1000;
 const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
 
 /**
+ * Where a plot stands.
+ *
+ * @typedef {object} Panel
+ * @property {Plot} plot
+ * @property {HTMLElement} section
+ * @property {HTMLElement} title
+ * @property {HTMLOutputElement} value The figures of the frame that is shown.
+ * @property {HTMLElement} place Of its figure.
+ * @property {HTMLElement} missing Says that only the truth is not known.
+ */
+
+/**
  * The scene goes first; then come the plots, into the place that is kept for them.
  *
  * @param {HTMLElement} root
- * @param {import("../mount.js").Mounted} view
+ * @param {Mounted} view
  */
 export async function plots(root, view) {
   const { store, scene, signal } = view;
   await declared(store);
-  const panels = store.known.plots.map((plot) => panel(root, new KINDS[plot.kind](plot, store.session)));
+  const panels = store.known.plots.map((plot) => panel(root, new KINDS[plot.kind](plot, store.known)));
   const label = throttle(() => {
     const histories = store.branches.map(({ id }) => store.historyOf(id));
     for (const each of panels) write(each, store, histories);
   }, REDRAW_MS, signal);
-  store.on("session position history branches", label);
+  store.on(["session", "position", "history", "branches"], label);
   label();
 
   if (scene !== null) await Promise.race([scene.drawn, after(PATIENCE_MS, signal)]);
@@ -50,19 +68,27 @@ export async function plots(root, view) {
   if (!signal.aborted) keepDrawn(root, view, axis, panels);
 }
 
-/** Draw what is in sight whenever something of it changes. */
+/**
+ * Draw what is in sight whenever something of it changes.
+ *
+ * @param {HTMLElement} root
+ * @param {Mounted} view
+ * @param {Range} axis
+ * @param {Panel[]} panels
+ */
 function keepDrawn(root, { store, signal }, axis, panels) {
+  /** @type {Set<Plot>} */
   const inSight = new Set();
   const draw = throttle(() => {
     if (document.hidden) return;
-    axis.end = Math.max(1, store.session.frames - 1);
+    axis.end = Math.max(1, store.known.frames - 1);
     for (const plot of inSight) plot.draw(store);
   }, REDRAW_MS, signal);
-  const view = root.closest(".session-view");
+  const view = root.closest(".session-view") ?? root;
   let isNarrow = view.clientWidth < WIDE_PX;
-  let last;
+  let last = lastOf(panels);
   const dress = () => {
-    const ink = tokens(...INKS, ...samplers(store.session).map(({ colour }) => colour));
+    const ink = tokens(...INKS, ...samplers(store.known).map(({ colour }) => colour));
     last = lastOf(panels);
     for (const each of panels) {
       // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
@@ -70,7 +96,7 @@ function keepDrawn(root, { store, signal }, axis, panels) {
       each.plot.dress(ink, isNarrow);
     }
   };
-  store.on("session position history branches", draw);
+  store.on(["session", "position", "history", "branches"], draw);
   document.addEventListener("visibilitychange", draw, { signal });
   onTheme(dress, signal);
   dress();
@@ -83,9 +109,9 @@ function keepDrawn(root, { store, signal }, axis, panels) {
   // There may be more plots than there is room for; what is out of sight is drawn when it comes into sight.
   const sight = new IntersectionObserver((changes) => {
     for (const { target, isIntersecting } of changes) {
-      const { plot } = panels.find(({ place }) => place === target);
-      if (isIntersecting) inSight.add(plot);
-      else inSight.delete(plot);
+      const found = panels.find(({ place }) => place === target);
+      if (found && isIntersecting) inSight.add(found.plot);
+      else if (found) inSight.delete(found.plot);
     }
     if (lastOf(panels) !== last) dress();
     draw();
@@ -97,20 +123,34 @@ function keepDrawn(root, { store, signal }, axis, panels) {
   });
 }
 
-/** The lowest panel that has something to draw. */
+/**
+ * The lowest panel that has something to draw.
+ *
+ * @param {Panel[]} panels
+ */
 function lastOf(panels) {
   return panels.filter(({ section }) => !section.hidden).at(-1);
 }
 
-/** Resolves when it is known what there is to plot. */
+/**
+ * Resolves when it is known what there is to plot.
+ *
+ * @param {Store} store
+ * @returns {Promise<void>}
+ */
 function declared(store) {
-  return /** @type {Promise<void>} */ (new Promise((resolve) => {
+  return new Promise((resolve) => {
     const look = () => store.session !== null && store.session.plots.length > 0 && resolve();
-    store.on("session", look);
+    store.on(["session"], look);
     look();
-  }));
+  });
 }
 
+/**
+ * @param {HTMLElement} root
+ * @param {Plot} plot
+ * @returns {Panel}
+ */
 function panel(root, plot) {
   const title = h("span", {});
   const value = h("output", {});
@@ -119,12 +159,17 @@ function panel(root, plot) {
   const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", { title: plot.declared.description }, title, value), place, missing);
   if (plot.rows > 1) {
     section.classList.add("tall");
-    section.style.setProperty("--rows", plot.rows);
+    section.style.setProperty("--rows", String(plot.rows));
   }
   root.append(section);
   return { plot, section, title, value, place, missing };
 }
 
+/**
+ * @param {Panel} panel
+ * @param {Store} store
+ * @param {History[]} histories Of all branches.
+ */
 function write({ plot, section, title, value, missing }, store, histories) {
   const { history } = store;
   missing.hidden = !plot.declared.needs_truth || history.length === 0 || history.most(curve.error) !== null;
@@ -136,7 +181,13 @@ function write({ plot, section, title, value, missing }, store, histories) {
   if (title.textContent !== text) title.replaceChildren(...words);
 }
 
-/** Draw all figures as one document, since they share their axis of frames; each in its own panel. */
+/**
+ * Draw all figures as one document, since they share their axis of frames; each in its own panel.
+ *
+ * @param {BokehApi} Bokeh
+ * @param {Panel[]} panels
+ * @param {AbortSignal} signal
+ */
 async function show(Bokeh, panels, signal) {
   const book = new Bokeh.Document();
   // They tell of a connection to a Bokeh server, which there is not, and would stay in the page.

@@ -8,9 +8,13 @@ import { smallestSpan } from "../../shared/format.js";
 import { onTheme, tokens } from "../../shared/theme.js";
 import { coalesce, later, throttle } from "../../shared/timing.js";
 import { marks } from "../timeline.js";
-import { Axis, HEIGHT, ROWS, paint, playhead } from "./paint.js";
 import { samplers } from "../series.js";
+import { paint, playhead } from "./paint.js";
+import { Axis, HEIGHT, ROWS } from "./sheet.js";
 import { describe, missingOf, mixtureOf, weightOf } from "./words.js";
+
+/** @import { SessionPublic } from "../../shared/messages.js" */
+/** @import { Content } from "./paint.js" */
 
 const REPAINT_MS = 100;
 const SETTLE_MS = 1000;
@@ -55,11 +59,11 @@ export class Scrubber {
     fill(root, this.#slider);
     this.#drawPlayhead = coalesce(() => this.#paintPlayhead(), view.signal);
     this.#drawAll = throttle(() => this.#paintAll(), REPAINT_MS, view.signal);
-    view.store.on("position", () => {
+    view.store.on(["position"], () => {
       if (view.store.known.position === this.#settling) this.#settling = null;
       this.#drawPlayhead();
     });
-    view.store.on("session history branches bookmarks", this.#drawAll);
+    view.store.on(["session", "history", "branches", "bookmarks"], this.#drawAll);
     const sizes = new ResizeObserver(this.#drawAll);
     sizes.observe(this.#slider);
     view.signal.addEventListener("abort", () => sizes.disconnect());
@@ -87,12 +91,16 @@ export class Scrubber {
     });
   }
 
-  /** @returns {[number, number]} Where an event happened, px from the slider's corner. */
+  /**
+   * @param {MouseEvent} event
+   * @returns {[number, number]} Where an event happened, px from the slider's corner.
+   */
   #at(event) {
     const box = this.#slider.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top];
   }
 
+  /** @param {MouseEvent} event */
   #drag(event) {
     const frame = this.#axis.frame(this.#at(event)[0]);
     if (frame === this.#dragged) return;
@@ -125,7 +133,7 @@ export class Scrubber {
     const ratio = this.#canvas.width / (this.#slider.clientWidth || 1);
     context.scale(ratio, ratio);
     const position = this.#dragged ?? this.#settling ?? session.position;
-    playhead(context, this.#axis, position, session.computed, this.#inks(session));
+    playhead({ context, axis: this.#axis, ink: this.#inks(session) }, position, session.computed);
     this.#slider.setAttribute("aria-valuemax", String(session.frames - 1));
     this.#slider.setAttribute("aria-valuenow", String(position));
     this.#slider.setAttribute("aria-valuetext", describe(store, position).join(", "));
@@ -144,15 +152,20 @@ export class Scrubber {
     this.#marks = marks(session);
     const context = /** @type {CanvasRenderingContext2D} */ (this.#background.getContext("2d"));
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    paint(context, this.#axis, this.#content(session), this.#inks(session));
+    paint({ context, axis: this.#axis, ink: this.#inks(session) }, this.#content(session));
     this.#drawPlayhead();
   }
 
+  /** @param {SessionPublic} session */
   #inks(session) {
     this.#ink ??= tokens(...INKS, ...samplers(session).map(({ colour }) => colour));
     return this.#ink;
   }
 
+  /**
+   * @param {SessionPublic} session
+   * @returns {Content}
+   */
   #content(session) {
     const { store } = this.#view;
     return {
@@ -167,11 +180,16 @@ export class Scrubber {
       smallest: smallestSpan(session.unit),
       weight: weightOf(session),
       mixture: mixtureOf(session),
-      missing: missingOf(store),
+      missing: missingOf(session, store.history),
     };
   }
 
-  /** Say what is under the pointer. */
+  /**
+   * Say what is under the pointer.
+   *
+   * @param {number} x
+   * @param {number} y
+   */
   #hint(x, y) {
     const { store } = this.#view;
     const { session } = store;
@@ -186,9 +204,13 @@ export class Scrubber {
     tip.style.left = `${Math.min(Math.max(4, x - width / 2), this.#slider.clientWidth - width - 4)}px`;
   }
 
+  /**
+   * @param {number} x
+   * @param {number} y
+   */
   #underPointer(x, y) {
     const { store } = this.#view;
-    const isNear = ({ frame }) => Math.abs(this.#axis.x(frame) - x) <= NEAR_PX;
+    const isNear = (/** @type {{frame: number}} */ { frame }) => Math.abs(this.#axis.x(frame) - x) <= NEAR_PX;
     const change = y >= ROWS.changes[1] && this.#marks.find(isNear);
     if (change) return [`from frame ${change.frame}`, ...change.lines];
     const bookmark = y <= ROWS.flags[2] && store.known.bookmarks.find(isNear);

@@ -4,6 +4,16 @@ import { quantity } from "../../shared/format.js";
 import { curve } from "../history.js";
 import { numberOf, ofRole, samplers, samplesOf } from "../series.js";
 
+/** @import { SessionPublic } from "../../shared/messages.js" */
+/** @import { Curve, History } from "../history.js" */
+/** @import { Mixture } from "./paint.js" */
+
+/** The rows that are about series, and of which role. */
+const STRIPS = /** @type {const} */ ([
+  { row: "ess", role: "ess" },
+  { row: "proposal", role: "share" },
+]);
+
 /**
  * A frame in words.
  *
@@ -24,28 +34,44 @@ export function describe({ known: session, history }, frame) {
   return told;
 }
 
-/** Where the particles came from: the label, and of a row [colour, share] for each sampler, null where it has none. */
+/**
+ * Where the particles came from.
+ *
+ * @param {SessionPublic} session
+ * @returns {Mixture}
+ */
 export function mixtureOf(session) {
   const [series] = ofRole(session, "share");
   const colours = samplers(session).map(({ colour }) => colour);
-  const shares = (row) => {
-    const samples = samplesOf(session, row);
-    const total = samples?.reduce((sum, count) => sum + count, 0) ?? 0;
-    return total > 0 ? samples.map((count, place) => [colours[place], count / total]) : null;
+  return {
+    label: series?.title ?? "",
+    shares: (row) => {
+      const samples = samplesOf(session, row) ?? [];
+      const total = samples.reduce((sum, count) => sum + count, 0);
+      return total > 0 ? samples.map((count, place) => ({ colour: colours[place], share: count / total })) : [];
+    },
   };
-  return { label: series?.title ?? "", shares };
 }
 
-/** The strips that no frame has anything for. */
-export function missingOf({ session, history }) {
-  const roles = { ess: "ess", proposal: "share" };
-  return Object.keys(roles).filter((row) => !ofRole(session, roles[row]).some(({ name }) => history.measures(name)));
+/**
+ * The strips that no frame has anything for.
+ *
+ * @param {SessionPublic} session
+ * @param {History} history
+ */
+export function missingOf(session, history) {
+  return STRIPS.filter(({ role }) => !ofRole(session, role).some(({ name }) => history.measures(name))).map(({ row }) => row);
 }
 
-/** Which share of the particles carries the weight, of a row; null where there are none. */
+/**
+ * Which share of the particles carries the weight.
+ *
+ * @param {SessionPublic} session
+ * @returns {Curve}
+ */
 export function weightOf(session) {
   return (row) => {
-    const [ess, particles] = ["ess", "particles"].map((role) => numberOf(session, role, row));
+    const [ess, particles] = [numberOf(session, "ess", row), numberOf(session, "particles", row)];
     return ess !== null && particles !== null && particles > 0 ? ess / particles : null;
   };
 }

@@ -4,15 +4,21 @@
 
 import { Figure } from "../figure.js";
 
+/** @import { Plot as Declared, SessionPublic } from "../../../shared/messages.js" */
+/** @import { Curve, History } from "../../history.js" */
+/** @import { Store } from "../../store.js" */
+/** @import { BokehApi, Range } from "../bokeh_api.js" */
+/** @import { Ink, Ticks } from "../figure.js" */
+
 export class Plot {
   /** How many rows it has, one above the other. */
   rows = 1;
-  /** @type {Figure} */
-  figure;
+  /** @type {Figure|null} */
+  #figure = null;
 
   /**
-   * @param {object} declared As the experiment declares it.
-   * @param {object} session
+   * @param {Declared} declared As the experiment declares it.
+   * @param {SessionPublic} session
    */
   constructor(declared, session) {
     this.declared = declared;
@@ -29,7 +35,16 @@ export class Plot {
     return this.declared.series;
   }
 
-  /** Whether any branch has something to draw. */
+  /** The figure, once it is made. */
+  get figure() {
+    return made(this.#figure);
+  }
+
+  /**
+   * Whether any branch has something to draw.
+   *
+   * @param {History[]} histories
+   */
   isMeasured(histories) {
     const { needs } = this;
     return needs === null || histories.some((history) => needs.some((name) => history.measures(name)));
@@ -38,16 +53,18 @@ export class Plot {
   /**
    * The title.
    *
+   * @param {Store} store
    * @returns {(string|Node)[]}
    */
-  heading() {
+  heading(store) {
+    void store;
     return [`${this.declared.title} ${this.declared.unit}`.trim()];
   }
 
   /**
    * The figures of the frame that is shown.
    *
-   * @param {import("../../store.js").Store} store
+   * @param {Store} store
    * @returns {string}
    */
   reading(store) {
@@ -55,22 +72,51 @@ export class Plot {
     return "";
   }
 
-  /** Make the figure. */
-  build(Bokeh, frames, axis) {
-    this.figure = new Figure(Bokeh, frames, axis);
+  /**
+   * Make the figure.
+   *
+   * @param {BokehApi} Bokeh
+   * @param {Range} frames
+   * @param {Ticks} [ticks]
+   */
+  build(Bokeh, frames, ticks) {
+    this.#figure = new Figure(Bokeh, frames, ticks);
   }
 
-  /** Take over the colours of the theme. */
+  /**
+   * Take over the colours of the theme.
+   *
+   * @param {Ink} ink
+   * @param {boolean} sparkline
+   */
   dress(ink, sparkline) {
     this.figure.dress(ink, sparkline);
   }
 
+  /** @param {Store} store */
   draw(store) {
     this.figure.draw(store);
   }
 }
 
-/** The data of the frames from one on, a column for each function of a row. */
+/**
+ * What is made when BokehJS is there, and asked for only then.
+ *
+ * @template Thing
+ * @param {Thing|null} thing
+ */
+export function made(thing) {
+  if (thing === null) throw new Error("The figure has not been made yet");
+  return thing;
+}
+
+/**
+ * The data of the frames from one on, a column for each function of a row.
+ *
+ * @param {History} history
+ * @param {number} from
+ * @param {Record<string, Curve>} values
+ */
 export function columns(history, from, values) {
   /** @type {Record<string, number[]>} */
   const data = { frame: [] };

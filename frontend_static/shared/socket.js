@@ -1,0 +1,42 @@
+/** Sockets of the server: where they are, why they end, and how long to wait before the next try. */
+
+import { ROOT } from "./api.js";
+
+/** @import { Gone } from "./messages.js" */
+
+/**
+ * The code by which the server ends a socket when what it tells of is no more.
+ *
+ * @type {Gone}
+ */
+export const GONE = 4404;
+
+const FIRST_WAIT_MS = 250;
+const LONGEST_WAIT_MS = 4000;
+
+/**
+ * The address of a socket.
+ *
+ * @param {string} path Below that of the REST interface.
+ */
+export function socketAddress(path) {
+  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+  return `${scheme}//${location.host}${ROOT}${path}`;
+}
+
+/** Waiting before the next try: longer each time, and never of all pages at once. */
+export class Backoff {
+  #wait = FIRST_WAIT_MS;
+
+  /** The last try was a success. */
+  reset() {
+    this.#wait = FIRST_WAIT_MS;
+  }
+
+  /** @returns {number} How long to wait now, ms. */
+  next() {
+    const wait = this.#wait * (0.75 + Math.random() / 2);
+    this.#wait = Math.min(this.#wait * 2, LONGEST_WAIT_MS);
+    return wait;
+  }
+}
