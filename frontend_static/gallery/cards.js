@@ -4,7 +4,9 @@ import { h } from "../shared/dom.js";
 import { newSweep } from "../sweep/api.js";
 import { linkTo } from "../shared/share_link.js";
 
-/** @param {object} experiment */
+/** @import { ExperimentPublic, PresetPublic } from "../shared/messages.js" */
+
+/** @param {ExperimentPublic} experiment */
 export function experimentCard(experiment) {
   const open = linkTo({ recipe: { experiment: experiment.id, tracker: experiment.default_tracker }, play: true });
   return h(
@@ -36,11 +38,19 @@ export function experimentCard(experiment) {
   );
 }
 
+/**
+ * @param {ExperimentPublic} experiment
+ * @param {PresetPublic} preset
+ */
 function recipeOf(experiment, { tracker, seed, parameters }) {
   return { experiment: experiment.id, tracker, seed, timeline: [{ frame: 0, values: parameters }] };
 }
 
-/** A picture that keeps its place while it loads, and a plain field if it cannot. */
+/**
+ * A picture that keeps its place while it loads, and a plain field if it cannot.
+ *
+ * @param {string} address
+ */
 export function thumbnail(address) {
   const image = h("img", { src: address, alt: "", loading: "lazy", width: 320, height: 240 });
   image.addEventListener("error", () => image.classList.add("missing"));

@@ -1,7 +1,7 @@
 /** The gallery: what there is to try, a place for one's own video, what is running, what was saved, and the sweeps. */
 
 import { ahead } from "./prefetch.js";
-import { api } from "../shared/api.js";
+import { api, messageOf } from "../shared/api.js";
 import { experimentCard, skeletonCard } from "./cards.js";
 import { fill, h, part } from "../shared/dom.js";
 import { pluginProblems, runList, sessionList } from "./lists.js";
@@ -14,6 +14,7 @@ import { DropZone } from "../upload/upload.js";
 const SKELETON_AFTER_MS = 200;
 const UPLOAD = /^#upload\/(.+)$/;
 
+/** @type {import("../shared/messages.js").ExperimentPublic[]|null} */
 let experiments = null;
 
 part("tools").append(themeButton());
@@ -39,7 +40,7 @@ async function load() {
     experiments = await api.experiments();
     fill(cards, experiments.map(experimentCard));
   } catch (error) {
-    fill(cards, failure("The experiments could not be listed", error.message));
+    fill(cards, failure("The experiments could not be listed", messageOf(error)));
     return;
   } finally {
     clearTimeout(slow);
@@ -48,11 +49,15 @@ async function load() {
   await ahead();
 }
 
+/**
+ * @param {string} name
+ * @param {(root: HTMLElement) => Promise<void>} list
+ */
 async function section(name, list) {
   try {
     await list(part(name));
   } catch (error) {
-    fill(part(name), failure("This list could not be read", error.message));
+    fill(part(name), failure("This list could not be read", messageOf(error)));
   }
 }
 
@@ -70,7 +75,7 @@ async function target() {
     new TargetForm(form, upload, experiments ?? [], leave);
     show(true);
   } catch (error) {
-    toast(error.message, { kind: "error" });
+    toast(messageOf(error), { kind: "error" });
     leave();
   }
 }
@@ -80,11 +85,16 @@ function leave() {
   target();
 }
 
+/** @param {boolean} asking */
 function show(asking) {
   part("target").hidden = !asking;
   for (const name of ["drop", "browse"]) part(name).hidden = asking;
 }
 
+/**
+ * @param {string} title
+ * @param {string} message
+ */
 function failure(title, message) {
   return h(
     "div",

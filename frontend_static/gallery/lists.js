@@ -9,9 +9,18 @@ import { icon } from "../shared/icons.js";
 import { trackerTitle } from "../session/timeline.js";
 import { attempt } from "../shared/toast.js";
 
+/** @import { Question } from "../shared/dialog.js" */
+/** @import { RunPublic, SessionPublic } from "../shared/messages.js" */
+
+/** @type {Record<SessionPublic["state"], string>} */
 const STATES = { starting: "starting", ready: "paused", playing: "playing", ended: "at the end", suspended: "sleeping", crashed: "stopped, can be restarted" };
 
-/** List the sessions; nothing at all when there is none. */
+/**
+ * List the sessions; nothing at all when there is none.
+ *
+ * @param {HTMLElement} root
+ * @returns {Promise<void>}
+ */
 export async function sessionList(root) {
   const sessions = await api.sessions();
   const again = () => attempt(() => sessionList(root));
@@ -27,7 +36,7 @@ export async function sessionList(root) {
           "li",
           { class: "row", data: { session: session.id } },
           h("a", { class: "row-title", href: session.page }, `${session.title} · ${trackerTitle(session, session.tracker)}`),
-          h("span", { class: "hint" }, `seed ${session.recipe.seed}, frame ${session.position} / ${session.frames}, ${STATES[session.state] ?? session.state}`),
+          h("span", { class: "hint" }, `seed ${session.recipe.seed}, frame ${session.position} / ${session.frames}, ${STATES[session.state]}`),
           h(
             "div",
             { class: "row-actions" },
@@ -44,14 +53,23 @@ export async function sessionList(root) {
   );
 }
 
-/** Say of each experiment of another package that cannot be used why; nothing at all when all can. */
+/**
+ * Say of each experiment of another package that cannot be used why; nothing at all when all can.
+ *
+ * @param {HTMLElement} root
+ */
 export async function pluginProblems(root) {
   const problems = (await api.plugins()).map((plugin) => plugin.problem).filter(Boolean);
   root.hidden = problems.length === 0;
   fill(root, h("ul", { class: "problems" }, problems.map((problem) => h("li", {}, problem))));
 }
 
-/** List the saved runs, newest first. */
+/**
+ * List the saved runs, newest first.
+ *
+ * @param {HTMLElement} root
+ * @returns {Promise<void>}
+ */
 export async function runList(root) {
   const runs = await api.runs();
   const again = () => attempt(() => runList(root));
@@ -64,6 +82,10 @@ export async function runList(root) {
   );
 }
 
+/**
+ * @param {RunPublic} run
+ * @param {() => Promise<void>} again
+ */
 function row(run, again) {
   const open = async () => {
     const session = await attempt(() => api.open(run.id));
@@ -72,12 +94,12 @@ function row(run, again) {
   return h(
     "li",
     { class: "row", data: { run: run.id } },
-    h("div", { class: "row-thumb" }, thumbnail(run.thumbnail ?? api.thumbnailAddress(run.id))),
+    h("div", { class: "row-thumb" }, thumbnail(run.thumbnail)),
     h(
       "div",
       { class: "row-words" },
       h("span", { class: "row-title" }, run.title),
-      h("span", { class: "hint" }, [outcome(run.outcome), reproduced(run.summary), `seed ${run.seed}`, moment(run.created)].filter(Boolean).join(", ")),
+      h("span", { class: "hint" }, [run.outcome, reproduced(run.summary), `seed ${run.seed}`, moment(run.created)].filter(Boolean).join(", ")),
     ),
     h(
       "div",
@@ -93,16 +115,21 @@ function row(run, again) {
   );
 }
 
-/** Whether a run that was brought in came to the numbers here that it had where it was saved. */
+/**
+ * Whether a run that was brought in came to the numbers here that it had where it was saved.
+ *
+ * @param {RunPublic["summary"]} summary
+ */
 function reproduced(summary) {
-  if (typeof summary?.reproduced !== "boolean") return "";
+  if (typeof summary.reproduced !== "boolean") return "";
   return summary.reproduced ? "same numbers as in its file" : "other numbers than in its file";
 }
 
-function outcome(value) {
-  return typeof value === "string" ? value : "";
-}
-
+/**
+ * @param {string} label
+ * @param {Question} question
+ * @param {() => Promise<unknown>} remove
+ */
 function removal(label, question, remove) {
   const press = async () => {
     if (await confirmLoss(question)) await attempt(remove);

@@ -79,7 +79,7 @@ export async function request(method, path, body) {
  * @param {string} [method]
  * @returns {Transfer<Answer>}
  */
-export function send(path, files, onProgress, method = "POST") {
+function send(path, files, onProgress, method = "POST") {
   const form = new FormData();
   for (const file of files) form.append("file", file, file.name);
   const transfer = new XMLHttpRequest();

@@ -1,12 +1,12 @@
 /** After an upload: which frame to begin with, what to follow, and how. */
 
-import { api } from "../shared/api.js";
+import { api, messageOf } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { throttle } from "../shared/timing.js";
 import { FoundTarget } from "./marks/found_target.js";
 import { MarkedTarget } from "./marks/marked_target.js";
-import { truthField } from "./truth.js";
+import { TruthField } from "./truth.js";
 
 /**
  * @typedef {import("../shared/messages.js").ExperimentPublic} ExperimentPublic
@@ -123,7 +123,7 @@ export class TargetForm {
     target.show(Number(this.#start.value));
     target.find();
     this.#check();
-    truthField(this.#truth, this.#upload, experiment, (isBusy) => {
+    new TruthField(this.#truth, this.#upload, experiment, (isBusy) => {
       this.#isBusy = isBusy;
       this.#check();
     });
@@ -166,7 +166,7 @@ export class TargetForm {
       const session = await api.start({ recipe, upload: this.#upload.id });
       location.assign(session.page);
     } catch (error) {
-      setText(this.#wrong, error.message);
+      setText(this.#wrong, messageOf(error));
       this.#wrong.hidden = false;
       this.#go.disabled = false;
     }

@@ -1,78 +1,105 @@
 /** A table of what is truly so in an upload: given by a file, checked by the server, and kept until it is removed. */
 
-import { api } from "../shared/api.js";
+import { api, messageOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 
-/**
- * @param {HTMLElement} root
- * @param {object} upload
- * @param {object} experiment
- * @param {(busy: boolean) => void} changed
- */
-export async function truthField(root, upload, experiment, changed) {
-  const columns = `With the columns ${experiment.truth_columns.join(", ")}; frames count from 0`;
+/** @import { ExperimentPublic, TruthPublic, UploadPublic } from "../shared/messages.js" */
 
-  const title = "Truth (CSV, optional)";
+const TITLE = "Truth (CSV, optional)";
+const INPUT = "target-truth";
+const WORDS = "target-truth-words";
+
+export class TruthField {
+  #upload;
+  #experiment;
+  #changed;
   // Once the field of another experiment has taken its place, nobody sees any more what becomes of this one.
-  const field = h("div", { class: "target-truth" });
-  fill(root, field);
-  const done = () => field.isConnected && changed(false);
+  #field = h("div", { class: "target-truth" });
 
-  function ask(refused) {
-    const picker = h("input", {
-      type: "file",
-      id: "target-truth",
-      accept: ".csv,text/csv",
-      "aria-describedby": "target-truth-words",
-      "aria-invalid": String(Boolean(refused)),
-      on: { change: () => picker.files.length > 0 && give([...picker.files]) },
+  /**
+   * @param {HTMLElement} root
+   * @param {UploadPublic} upload
+   * @param {ExperimentPublic} experiment
+   * @param {(isBusy: boolean) => void} changed
+   */
+  constructor(root, upload, experiment, changed) {
+    this.#upload = upload;
+    this.#experiment = experiment;
+    this.#changed = changed;
+    fill(root, this.#field);
+    this.#begin();
+  }
+
+  async #begin() {
+    const picker = this.#ask();
+    try {
+      const kept = await api.truth(this.#upload.id, this.#experiment.id);
+      if (kept && picker.isConnected && picker.files?.length === 0) this.#tell(kept);
+    } catch {
+      // Then it can be given again.
+    }
+  }
+
+  #done() {
+    if (this.#field.isConnected) this.#changed(false);
+  }
+
+  /**
+   * Ask for a file.
+   *
+   * @param {string} [refused] What was wrong with the last one.
+   */
+  #ask(refused) {
+    const picker = h("input", { type: "file", id: INPUT, accept: ".csv,text/csv", "aria-describedby": WORDS, "aria-invalid": String(Boolean(refused)) });
+    picker.addEventListener("change", () => {
+      const files = [...(picker.files ?? [])];
+      if (files.length > 0) this.#give(files);
     });
-    const words = refused ? h("p", { class: "wrong", role: "alert", id: "target-truth-words" }, refused) : h("p", { class: "hint", id: "target-truth-words" }, columns);
-    fill(field, h("label", { for: "target-truth" }, title), picker, words);
-    done();
+    const columns = `With the columns ${this.#experiment.truth_columns.join(", ")}; frames count from 0`;
+    const words = refused ? h("p", { class: "wrong", role: "alert", id: WORDS }, refused) : h("p", { class: "hint", id: WORDS }, columns);
+    fill(this.#field, h("label", { for: INPUT }, TITLE), picker, words);
+    this.#done();
     return picker;
   }
 
-  function tell(truth) {
+  /**
+   * Say what is known.
+   *
+   * @param {TruthPublic} truth
+   */
+  #tell(truth) {
     fill(
-      field,
-      h("p", { class: "truth-title" }, title),
+      this.#field,
+      h("p", { class: "truth-title" }, TITLE),
       h(
         "p",
         { class: "truth-kept" },
         `Truth of ${count(truth.frames, "frame")}, ${truth.first} to ${truth.last}`,
-        h("button", { type: "button", "aria-label": "Remove the truth", on: { click: remove } }, "Remove"),
+        h("button", { type: "button", "aria-label": "Remove the truth", on: { click: () => this.#remove() } }, "Remove"),
       ),
       truth.warnings.map((warning) => h("p", { class: "note" }, warning)),
     );
-    done();
+    this.#done();
   }
 
-  async function give(files) {
-    changed(true);
+  /** @param {File[]} files */
+  async #give(files) {
+    this.#changed(true);
     try {
-      tell(await api.giveTruth(upload.id, experiment.id, files));
+      this.#tell(await api.giveTruth(this.#upload.id, this.#experiment.id, files));
     } catch (error) {
-      ask(error.message);
+      this.#ask(messageOf(error));
     }
   }
 
-  async function remove() {
-    changed(true);
+  async #remove() {
+    this.#changed(true);
     try {
-      await api.removeTruth(upload.id, experiment.id);
-      ask();
+      await api.removeTruth(this.#upload.id, this.#experiment.id);
+      this.#ask();
     } catch (error) {
-      ask(error.message);
+      this.#ask(messageOf(error));
     }
-  }
-
-  const picker = ask();
-  try {
-    const kept = await api.truth(upload.id, experiment.id);
-    if (kept && picker.isConnected && picker.files.length === 0) tell(kept);
-  } catch {
-    // Then it can be given again.
   }
 }

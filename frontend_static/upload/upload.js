@@ -1,9 +1,11 @@
 /** The drop zone: takes a video, a set of pictures or a saved run, and shows how far the upload is. */
 
-import { send } from "../shared/api.js";
+import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
+
+/** @import { OnProgress, Transfer } from "../shared/api.js" */
 
 /**
  * @typedef {object} Listener
@@ -68,38 +70,39 @@ export class DropZone {
   async #take(files) {
     if (files.length === 0) return;
     const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft");
-    const name = files.length === 1 ? files[0].name : `${files.length} files`;
-    const transfer = this.#send(files, name, isRun);
-    try {
-      const answer = await transfer.done;
-      this.#invite();
-      if (isRun) this.#on.imported(answer);
-      else this.#on.uploaded(answer);
-    } catch (error) {
-      if (error.status === -1) this.#invite();
-      else this.#refuse(name, error.message);
-    }
+    if (isRun) await this.#send(files, api.importRun, "Reading the run", this.#on.imported);
+    else await this.#send(files, api.sendUpload, "Checking every frame", this.#on.uploaded);
   }
 
   /**
-   * Send files, and show how far that is.
+   * Send files, show how far that is, and hand on what the server answers.
    *
+   * @template Answer
    * @param {File[]} files
-   * @param {string} name What the files are called together.
-   * @param {boolean} isRun
+   * @param {(files: File[], onProgress: OnProgress) => Transfer<Answer>} send
+   * @param {string} reading What the server does when it has them.
+   * @param {(answer: Answer) => void} received
    */
-  #send(files, name, isRun) {
+  async #send(files, send, reading, received) {
+    const name = files.length === 1 ? files[0].name : `${files.length} files`;
     const size = files.reduce((sum, file) => sum + file.size, 0);
     const meter = h("progress", { max: 1, value: 0, "aria-label": "Upload" });
     const words = h("p", { class: "hint", role: "status" });
-    const transfer = send(isRun ? "runs/import" : "uploads", files, (sent, total) => {
+    const transfer = send(files, (sent, total) => {
       meter.value = total > 0 ? sent / total : 0;
-      setText(words, sent < total ? `${bytes(Math.min(sent, size))} of ${bytes(size)}` : isRun ? "Reading the run" : "Checking every frame");
+      setText(words, sent < total ? `${bytes(Math.min(sent, size))} of ${bytes(size)}` : reading);
       if (sent >= total) meter.removeAttribute("value");
     });
     const stop = h("button", { type: "button", on: { click: () => transfer.stop() } }, "Stop");
     fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, stop);
-    return transfer;
+    try {
+      const answer = await transfer.done;
+      this.#invite();
+      received(answer);
+    } catch (error) {
+      if (statusOf(error) === -1) this.#invite();
+      else this.#refuse(name, messageOf(error));
+    }
   }
 
   /**

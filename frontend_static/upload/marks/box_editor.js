@@ -6,6 +6,8 @@
 import { h, setText, svg } from "../../shared/dom.js";
 import { Picture, arrow } from "./picture.js";
 
+/** @import { Description, Mark } from "./mark_json.js" */
+
 /** @typedef {[number, number, number, number]} Box Left, top, width, height, px. */
 /** @typedef {[number, number]} Place */
 
@@ -31,7 +33,7 @@ export class BoxEditor {
   #changed;
 
   /**
-   * @param {import("./mark_json.js").Description} description
+   * @param {Description} description
    * @param {string} target What is marked.
    * @param {() => void} changed Called when a person has changed the box.
    */
@@ -56,9 +58,9 @@ export class BoxEditor {
     return { kind: this.#kind, x, y, width, height };
   }
 
-  /** @param {Record<string, any>|null} mark */
+  /** @param {Mark|null} mark */
   set(mark) {
-    this.#box = mark && [mark.x, mark.y, mark.width, mark.height];
+    this.#box = mark && [Number(mark.x), Number(mark.y), Number(mark.width), Number(mark.height)];
     this.#draw();
   }
 

@@ -3,7 +3,7 @@
  * by a mark of another kind with which a person shows where it is.
  */
 
-import { api } from "../../shared/api.js";
+import { api, messageOf } from "../../shared/api.js";
 import { fill, h, setText } from "../../shared/dom.js";
 import { descriptionOf, markEditor } from "./mark_editor.js";
 
@@ -13,11 +13,16 @@ import { descriptionOf, markEditor } from "./mark_editor.js";
  * @typedef {import("../../shared/messages.js").UploadPublic} UploadPublic
  */
 
+/** @typedef {{changed: () => void, moved: (frame: number) => void}} Listener `moved`: the target was found in a later frame. */
+
 const SLOW_MS = 200;
 
 export class FoundTarget {
+  /** @type {UploadPublic} */
   #upload;
+  /** @type {ExperimentPublic} */
   #experiment;
+  /** @type {Listener} */
   #on;
   #frame = 0;
   /** Counts what was asked for: an answer to anything but the newest question is dropped. */
@@ -32,7 +37,7 @@ export class FoundTarget {
    * @param {HTMLElement} root
    * @param {UploadPublic} upload
    * @param {ExperimentPublic} experiment
-   * @param {{changed: () => void, moved: (frame: number) => void}} on `moved`: the target was found in a later frame.
+   * @param {Listener} on
    */
   constructor(root, upload, experiment, on) {
     [this.#upload, this.#experiment, this.#on] = [upload, experiment, on];
@@ -122,7 +127,7 @@ export class FoundTarget {
       });
       return wanted() ? answer : null;
     } catch (error) {
-      if (wanted()) this.#refuse([error.message]);
+      if (wanted()) this.#refuse([messageOf(error)]);
       return null;
     } finally {
       clearTimeout(slow);
@@ -195,7 +200,11 @@ export class FoundTarget {
     if (sighting) this.#take(sighting);
   }
 
-  /** Show the picture in which a person shows where the target is, or the one with the target's mark. */
+  /**
+   * Show the picture in which a person shows where the target is, or the one with the target's mark.
+   *
+   * @param {boolean} isHinting
+   */
   #hinting(isHinting) {
     this.#editor.element.hidden = isHinting;
     if (this.#hintEditor) this.#hintEditor.element.hidden = !isHinting;

@@ -10,7 +10,8 @@ import { linesOf, markOf, valueAt } from "./mark_json.js";
 import { NumberField } from "./number_field.js";
 import { Picture, arrow } from "./picture.js";
 
-/** @typedef {import("../../shared/messages.js").Editor} Description */
+/** @import { Description, Mark } from "./mark_json.js" */
+
 /** @typedef {[number, number]} Place */
 
 const REACH_PX = 28;
@@ -72,7 +73,7 @@ export class HandlesEditor {
   }
 
   /**
-   * @param {Record<string, any>|null} mark
+   * @param {Mark|null} mark
    * @param {string[]} [placed]
    */
   set(mark, placed = []) {
@@ -80,10 +81,10 @@ export class HandlesEditor {
     this.#places.clear();
     for (const { name } of this.#description.handles) {
       const place = valueAt(mark, name);
-      if (place !== undefined) this.#places.set(name, place);
+      if (isPlace(place)) this.#places.set(name, [place[0], place[1]]);
     }
     this.#placed = new Set(placed);
-    for (const number of this.#numbers) number.value = valueAt(mark, number.name) ?? number.first;
+    for (const number of this.#numbers) number.value = Number(valueAt(mark, number.name) ?? number.first);
     this.#draw();
   }
 
@@ -275,9 +276,17 @@ export class HandlesEditor {
 }
 
 /**
+ * @param {unknown} value
+ * @returns {value is Place}
+ */
+function isPlace(value) {
+  return Array.isArray(value) && value.length === 2 && value.every(Number.isFinite);
+}
+
+/**
  * Put a line or a circle where it belongs, or out of sight.
  *
- * @param {Element & {style: CSSStyleDeclaration}} shape
+ * @param {SVGElement} shape
  * @param {Record<string, number>|null} attributes
  */
 function dress(shape, attributes) {

@@ -6,14 +6,16 @@
 import { BoxEditor } from "./box_editor.js";
 import { HandlesEditor } from "./handles_editor.js";
 
+/** @import { Description, Mark } from "./mark_json.js" */
+
 /**
  * What every editor can do.
  *
  * @typedef {object} MarkEditor
  * @property {HTMLElement} element What is put into the page.
- * @property {Record<string, any>|null} mark As the server takes it; null while there is none.
+ * @property {Mark|null} mark As the server takes it; null while there is none.
  * @property {(address: string, width: number, height: number) => void} show Show a picture of this size.
- * @property {(mark: Record<string, any>|null, placed?: string[]) => void} set Show a mark, or none; the handles that were
+ * @property {(mark: Mark|null, placed?: string[]) => void} set Show a mark, or none; the handles that were
  *     `placed` rather than found are hollow until somebody moves them.
  * @property {() => void} offer Begin to have one made.
  * @property {() => void} focus
@@ -21,8 +23,6 @@ import { HandlesEditor } from "./handles_editor.js";
 
 /** @type {Record<string, new (description: Description, target: string, changed: () => void) => MarkEditor>} */
 const OWN = { box: BoxEditor };
-
-/** @typedef {import("../../shared/messages.js").Editor} Description */
 
 /**
  * @param {Description} description The kind of mark, as an experiment declares it.

@@ -4,15 +4,19 @@
  */
 
 /** @typedef {import("../../shared/messages.js").Editor} Description */
+/** @typedef {Record<string, unknown>} Mark A mark as the server has it. */
 
 /**
  * What stands at a path; undefined where nothing does.
  *
- * @param {any} mark
+ * @param {Mark|null} mark
  * @param {string} path
  */
 export function valueAt(mark, path) {
-  return path.split(".").reduce((value, name) => value?.[name], mark);
+  /** @type {unknown} */
+  let value = mark;
+  for (const name of path.split(".")) value = isContainer(value) ? value[name] : undefined;
+  return value;
 }
 
 /**
@@ -20,22 +24,37 @@ export function valueAt(mark, path) {
  *
  * @param {string} kind
  * @param {Iterable<[string, unknown]>} values
- * @returns {Record<string, any>}
  */
 export function markOf(kind, values) {
-  /** @type {Record<string, any>} */
+  /** @type {Mark} */
   const mark = { kind };
-  for (const [path, value] of values) {
-    const names = path.split(".");
-    /** @type {any} */
-    let place = mark;
-    names.slice(0, -1).forEach((name, index) => {
-      place[name] ??= /^\d+$/.test(names[index + 1]) ? [] : {};
-      place = place[name];
-    });
-    place[names[names.length - 1]] = value;
-  }
+  for (const [path, value] of values) put(mark, path.split("."), value);
   return mark;
+}
+
+/**
+ * @param {Record<string, unknown>} container
+ * @param {string[]} path
+ * @param {unknown} value
+ */
+function put(container, [name, ...rest], value) {
+  if (rest.length === 0) {
+    container[name] = value;
+    return;
+  }
+  const inner = container[name] ?? (/^\d+$/.test(rest[0]) ? [] : {});
+  container[name] = inner;
+  if (isContainer(inner)) put(inner, rest, value);
+}
+
+/**
+ * Whether something has parts; those of a list are named by their numbers.
+ *
+ * @param {unknown} value
+ * @returns {value is Record<string, unknown>}
+ */
+function isContainer(value) {
+  return typeof value === "object" && value !== null;
 }
 
 /**

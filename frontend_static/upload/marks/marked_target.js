@@ -10,9 +10,13 @@ import { markEditor } from "./mark_editor.js";
  */
 
 export class MarkedTarget {
+  /** @type {HTMLElement} */
   #root;
+  /** @type {UploadPublic} */
   #upload;
+  /** @type {ExperimentPublic} */
   #experiment;
+  /** @type {{changed: () => void}} */
   #on;
   #frame = 0;
   /** @type {import("./mark_editor.js").MarkEditor|null} */

@@ -5,6 +5,8 @@
 
 import { h, svg } from "../../shared/dom.js";
 
+/** @import { Properties } from "../../shared/elements.js" */
+
 export class Picture {
   #image = h("img", { alt: "", draggable: "false" });
   #overlay;
@@ -13,7 +15,7 @@ export class Picture {
   height = 1;
 
   /**
-   * @param {object} properties Of the element, which takes the focus and the pointer.
+   * @param {Properties} properties Of the element, which takes the focus and the pointer.
    * @param {Element[]} marks What is drawn over the picture, in its pixels.
    * @param {() => void} resized
    */
@@ -28,7 +30,13 @@ export class Picture {
     return this.#wanted;
   }
 
-  /** Show a picture of this size. */
+  /**
+   * Show a picture of this size.
+   *
+   * @param {string} address
+   * @param {number} width
+   * @param {number} height
+   */
   show(address, width, height) {
     if (address !== this.#wanted) this.#image.src = address;
     this.#wanted = address;
@@ -60,8 +68,14 @@ export class Picture {
   }
 }
 
-/** How far an arrow key goes: [right, down], or null for any other key. */
+/** @type {Record<string, [right: number, down: number]>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+/**
+ * How far an arrow key goes; null for any other key.
+ *
+ * @param {KeyboardEvent} event
+ */
 export function arrow(event) {
-  const directions = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-  return event.ctrlKey || event.metaKey || event.altKey ? null : (directions[event.key] ?? null);
+  return event.ctrlKey || event.metaKey || event.altKey ? null : (ARROWS[event.key] ?? null);
 }
