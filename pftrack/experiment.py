@@ -20,6 +20,7 @@ from pftrack.series import Series, SeriesValue, joined
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
+from pftrack.suitability import Suitability
 from pftrack.trackers import Tracker
 from pftrack.world import World
 
@@ -34,6 +35,7 @@ __all__ = [
     "Setup",
     "Sighting",
     "Step",
+    "Suits",
 ]
 
 INTERFACE = 1
@@ -202,6 +204,19 @@ class Finder:
     hints: tuple[type[Mark], ...] = ()
 
 
+class Suits(Protocol):
+    """Look whether a target in a recording can be followed, before it is tracked."""
+
+    def __call__(self, sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitability:  # noqa: ANN401 - the experiment's own model
+        """Return how suitable it is.
+
+        Args:
+            sequence: The pictures.
+            footage: What a setup says of the recording: where it starts, and the target's mark there.
+            parameters: Of frame 0.
+        """
+
+
 @dataclass(frozen=True)
 class Experiment:
     """A named, documented wiring.
@@ -228,6 +243,7 @@ class Experiment:
         marks: The kinds of mark that it takes on a recording; the first is the one that an editor offers.
         advice: What a person who marks the target should know, a sentence.
         finder: How it finds its target on a recording by itself, where it does, so that no mark is needed.
+        suits: How it sees whether a target in a recording can be followed, where it can tell.
         truth: The kind of truth that comes with a recording.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
         series: What it measures of every frame beside what its trackers report, such as distances from the truth.
@@ -261,6 +277,7 @@ class Experiment:
     marks: tuple[type[Mark], ...] = ()
     advice: str = ""
     finder: Finder | None = None
+    suits: Suits | None = None
     truth: TruthKind = BOXES
     scale: float = 1.0
     series: tuple[Series, ...] = ()

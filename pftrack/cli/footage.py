@@ -56,8 +56,10 @@ class Said:
         return cls(video, tuple(marks), start, truth)
 
 
-def wired(stack: ExitStack, experiment: "Experiment", recipe: "Recipe", said: Said, folder: Path) -> "Setup":
-    """Return the setup of a recipe on which a command line has its say; what it opens is closed with the stack.
+def wired(
+    stack: ExitStack, experiment: "Experiment", recipe: "Recipe", said: Said, folder: Path
+) -> "tuple[Setup, FrameSequence | None]":
+    """Return the setup of a recipe on which a command line has its say, and its recording, which the stack closes.
 
     Args:
         stack: Closes what is opened.
@@ -71,7 +73,7 @@ def wired(stack: ExitStack, experiment: "Experiment", recipe: "Recipe", said: Sa
 
     if said.video is None and recipe.footage is None:
         _refuse_options(said)
-        return experiment.simulate()
+        return experiment.simulate(), None
     if experiment.on_video is None:
         raise wrong_use(f"{experiment.id} is simulated and takes no --video")
     footage, changes = recipe.footage or Footage(), _mark(experiment, said) if said.marks else {}
@@ -86,14 +88,18 @@ def wired(stack: ExitStack, experiment: "Experiment", recipe: "Recipe", said: Sa
     if said.start is not None:
         changes["start"] = _frame(said.start)
 
+    sequences: list[FrameSequence] = []
+
     def opened(footage: "Footage") -> "FrameSequence":
         del footage
         sequence = open_footage(stack, place)
+        sequences.append(sequence)
         for warning in sequence.index.warnings:
             note(f"pftrack: {warning}")
         return sequence
 
-    return wire(experiment, footage.model_copy(update=changes), opened)
+    setup = wire(experiment, footage.model_copy(update=changes), opened)
+    return setup, sequences[0]
 
 
 def open_footage(stack: ExitStack, path: Path) -> "FrameSequence":

@@ -91,7 +91,7 @@ def run(
     _check_places(out, video_out)
     said = Said.of(video, mark, box, points, start, truth)
     with ExitStack() as stack:
-        setup = wired(stack, found, recipe, said, folder)
+        setup, sequence = wired(stack, found, recipe, said, folder)
         values = _values(setup, assignments or [])
         if values:
             changes["timeline"] = (*recipe.timeline, Change(0, values))
@@ -99,7 +99,8 @@ def run(
         if mark_out is not None:
             mark_out.write_bytes(_marked(made))
         _note_unread(setup, values, made.tracker)
-        summary = _compute(made, video_out, frames=made.frames)
+        suitability = _suitability(made, sequence)
+        summary = {**_compute(made, video_out, frames=made.frames), **suitability}
         if out is not None:
             try:
                 save(made, out, footage_path=_relative(video, out) if video else None)
@@ -214,6 +215,18 @@ def _check_places(out: Path | None, film: Path | None) -> None:
 def _relative(video: Path, out: Path) -> str:
     """Where the video is, seen from the saved run: the two can be moved together."""
     return os.path.relpath(video.absolute(), out.absolute().parent)
+
+
+def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any]:
+    """Return how far the target can be followed, and say so before it is tracked if that is not well."""
+    footage, suits = made.setup.footage, made.experiment.suits
+    if sequence is None or footage is None or suits is None:
+        return {}
+    found = suits(sequence, footage, made.parameters_at(0))
+    remark = " ".join(found.sentences)
+    if found.grade != "well":
+        note(f"pftrack: {remark}")
+    return {"suitability": found.value, "suitability_remark": remark}
 
 
 def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:

@@ -6,8 +6,10 @@ constant that is the same for all states. Likelihoods know no filters. Members:
 - `chromaticity`: the colour of the one pixel under the particle, brightness taken out;
 - `points`: measured positions of several features, each with its own noise;
 - `template`: patches of the first frame by normalised correlation, and a bank of them by pose (`template_bank`).
+
+Whether any of them tells a target from what is around it is asked by `separation`.
 """
 
-from pftrack.likelihoods import chromaticity, points, template, template_bank
+from pftrack.likelihoods import chromaticity, points, separation, template, template_bank
 
-__all__ = ["chromaticity", "points", "template", "template_bank"]
+__all__ = ["chromaticity", "points", "separation", "template", "template_bank"]

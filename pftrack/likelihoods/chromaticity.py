@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pftrack.compiled import compiled
 from pftrack.elementary import exponentials, logarithms
 
-__all__ = ["ColourModel", "centroid", "displayed", "fit", "log_kernel", "log_likelihood"]
+__all__ = ["ColourModel", "centroid", "displayed", "fit", "likelihood_map", "log_kernel", "log_likelihood"]
 
 SMALLEST_SPREAD = 0.01
 """Eight-bit pictures resolve chromaticity to about 1/255; a narrower kernel would follow rounding."""
@@ -56,6 +56,23 @@ def log_likelihood(
         background_level: rho, relative to the kernel's peak; at 0 a particle off the target has the likelihood 0.
     """
     return log_kernel(image_rgb, states, model.mean, model.precision, background_level)
+
+
+def likelihood_map(image_rgb: NDArray[np.uint8], model: ColourModel, background_level: float) -> NDArray[np.float64]:
+    """Return the likelihood of every pixel, (height, width), relative to that of the target's own colour.
+
+    Args:
+        image_rgb: (height, width, 3).
+        model: Colour of the target.
+        background_level: rho, relative to the kernel's peak.
+    """
+    colours = image_rgb.astype(np.float64)
+    total = colours.sum(axis=2)
+    seen = total > 0.0
+    shares = colours[:, :, :2] / np.where(seen, total, 1.0)[:, :, None]
+    exponents = ((shares - model.mean) ** 2) @ np.array(model.precision)
+    kernel = np.where(seen, np.exp(-exponents), 0.0)
+    return np.asarray((background_level + kernel) / (background_level + 1.0))
 
 
 def centroid(image_rgb: NDArray[np.uint8], model: ColourModel) -> NDArray[np.float64] | None:

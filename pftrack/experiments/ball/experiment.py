@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.ball.suitability import suits
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
 from pftrack.filters.fixed_lag import smoothed
 from pftrack.layer import Key, Layer
@@ -220,6 +221,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     on_video=on_video,
     marks=(Box,),
+    suits=suits,
     draw=draw,
     error=_distance,
     lost=_lost,

@@ -17,6 +17,7 @@ from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.recording import on_video
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
+from pftrack.experiments.head.suitability import suits
 from pftrack.experiments.head.truth import POSES
 from pftrack.experiments.head.world import HEAD_WORLD, head_world
 from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_measure, pose_series
@@ -221,6 +222,7 @@ EXPERIMENT = Experiment(
     marks=(FacePoints, FaceBox),
     advice="Left and right are the person's own.",
     finder=FINDER,
+    suits=suits,
     truth=POSES,
     scale=float(np.rad2deg(1.0)),
     series=pose_series(FEATURES),
