@@ -73,7 +73,8 @@ MULTIPART = {
 async def add_upload(request: Request, store: AStore, settings: SettingsNow, services: TheServices) -> UploadPublic:
     """Take in a video, an animated GIF, or several pictures that make a sequence."""
     announced = request.headers.get("content-length", "")
-    await asyncio.to_thread(check_room, store, settings, int(announced) if announced.isdigit() else 0)
+    wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdigit() else 0
+    await asyncio.to_thread(check_room, store, settings, wanted_bytes)
     folder = store.files.new_incoming()
     received = await receive(
         request, folder, store.room, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
