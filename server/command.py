@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from server.app import create_app
 from server.settings import Settings
-from server.store.files import DataDirectory
+from server.store import Store
 
 __all__ = ["serve"]
 
@@ -87,9 +87,9 @@ def serve(
 
 
 def _claim(settings: Settings) -> None:
-    """Try the data directory before anything starts, so that its faults are one sentence on the terminal."""
+    """Try data directory and database before anything starts, so that their faults are one sentence on the terminal."""
     try:
-        DataDirectory(settings.data_dir).close()
+        Store(settings).close()
     except RuntimeError as error:
         _fail(str(error))
     except OSError as error:

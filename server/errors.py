@@ -15,6 +15,7 @@ from starlette.responses import Response
 __all__ = [
     "ApiError",
     "ConflictError",
+    "DamagedError",
     "ErrorBody",
     "NoRoomError",
     "NotFoundError",
@@ -56,6 +57,12 @@ class ApiError(Exception):
     def __init__(self, message: str, **detail: object) -> None:
         super().__init__(message)
         self.detail = shape(message, **detail)
+
+
+class DamagedError(ApiError):
+    """What was stored of a thing cannot be read; it can be deleted."""
+
+    status = HTTPStatus.GONE
 
 
 class NotFoundError(ApiError):

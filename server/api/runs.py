@@ -2,8 +2,9 @@
 
 import asyncio
 from http import HTTPStatus
+from typing import Annotated
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Path, Request
 from starlette.responses import FileResponse, Response
 
 from server.api.dependencies import AManager, ARun, AStore, SettingsNow, TheTasks
@@ -12,12 +13,15 @@ from server.errors import NotFoundError
 from server.runs.service import bring_in, check_room, reopen, save
 from server.schemas.messages import SessionPublic
 from server.schemas.runs import RunCreate, RunPublic
+from server.store.files import is_name
 from server.store.tables import RunRow
 from server.uploads.multipart import receive
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/runs", tags=["runs"])
+
+Name = Annotated[str, Path(max_length=64)]
 
 RECORD = "application/vnd.pftrack.run"
 
@@ -52,9 +56,10 @@ def show_run(run: ARun) -> RunPublic:
 
 
 @router.delete("/{run}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_run(run: ARun, store: AStore) -> None:
-    """Delete a saved run."""
-    await asyncio.to_thread(store.remove_run, run.id)
+async def remove_run(run: Name, store: AStore) -> None:
+    """Delete a saved run, also one whose entry in the database is damaged."""
+    if not is_name(run) or not await asyncio.to_thread(store.remove_run, run):
+        raise NotFoundError("There is no such run; it may have been deleted.")
 
 
 @router.get("/{run}/download", response_class=FileResponse, responses={200: {"content": {RECORD: {}}}})

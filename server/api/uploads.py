@@ -12,10 +12,11 @@ from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from server.api.dependencies import AManager, AnUpload, AStore, SettingsNow, TheServices, TheTasks
-from server.errors import ConflictError, RefusedError
+from server.errors import ConflictError, NotFoundError, RefusedError
 from server.schemas.uploads import SightingPublic, TruthPublic, UploadPublic
+from server.store.files import is_name
 from server.tasks.functions import Question, find_mark, frame_jpeg
-from server.uploads.intake import check_room, limits_of, take_in
+from server.uploads.intake import check_room, index_of, limits_of, take_in
 from server.uploads.multipart import receive
 from server.uploads.truth import forget_truth, keep_truth, kept_truth
 
@@ -99,11 +100,12 @@ def show_upload(upload: AnUpload) -> UploadPublic:
 
 
 @router.delete("/{upload}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_upload(upload: AnUpload, store: AStore, manager: AManager) -> None:
-    """Delete an upload that no session needs."""
-    if manager.uses(upload.id):
+async def remove_upload(upload: Annotated[str, Path(max_length=64)], store: AStore, manager: AManager) -> None:
+    """Delete an upload that no session needs, also one whose entry in the database is damaged."""
+    if manager.uses(upload):
         raise ConflictError("A session runs on this upload; end the session first.")
-    await asyncio.to_thread(store.remove_upload, upload.id)
+    if not is_name(upload) or not await asyncio.to_thread(store.remove_upload, upload):
+        raise NotFoundError("There is no such upload; it may have been deleted.")
 
 
 @router.get("/{upload}/frames/{frame}.jpg", response_class=Response, responses={200: {"content": {"image/jpeg": {}}}})
@@ -119,7 +121,8 @@ async def show_frame(
     if path.exists():
         picture = await asyncio.to_thread(path.read_bytes)
     else:
-        where, index = str(store.files.upload(upload.id)), store.files.index(upload.id)
+        where = str(store.files.upload(upload.id))
+        index = await asyncio.to_thread(index_of, store, settings, upload.id)
         picture = await tasks.run(frame_jpeg, where, index, frame, limits_of(settings))
         await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
     return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"})
@@ -139,7 +142,8 @@ async def find_target(
 ) -> SightingPublic:
     """Look for an experiment's target from a frame on, or by a hint there; ask again with `looked` to go on looking."""
     question = Question(experiment.id, frame, last, looked, hint)
-    where, index = str(store.files.upload(upload.id)), store.files.index(upload.id)
+    where = str(store.files.upload(upload.id))
+    index = await asyncio.to_thread(index_of, store, settings, upload.id)
     return SightingPublic(**await tasks.run(find_mark, where, index, question, limits_of(settings)))
 
 

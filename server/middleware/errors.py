@@ -6,7 +6,7 @@ from typing import Any
 import structlog
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -80,7 +80,7 @@ def install(app: FastAPI) -> None:
         return response(HTTPStatus.GONE, shape("The files of this sweep are damaged or were taken away."))
 
     @app.exception_handler(OSError)
-    @app.exception_handler(OperationalError)
+    @app.exception_handler(DBAPIError)
     async def _system(request: Request, error: Exception) -> Response:
         # An operating system's message names paths.
         status, message = told(error)

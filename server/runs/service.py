@@ -19,7 +19,7 @@ from server.store.room import mebibytes
 from server.store.tables import RunRow
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.functions import read_record, weigh_record
-from server.uploads.intake import limits_of
+from server.uploads.intake import index_of, limits_of
 from server.uploads.multipart import Received
 
 __all__ = ["bring_in", "check_room", "outcome", "reopen", "save"]
@@ -77,7 +77,7 @@ async def bring_in(store: Store, tasks: ChildTasks, settings: Settings, folder: 
         path = str(received.paths[0])
         # A seed of earlier times is refused with a sentence when the run is computed.
         saved = Record.model_validate(await tasks.run(read_record, path), context=EARLIER)
-        video = await asyncio.to_thread(_video, store, saved)
+        video = await asyncio.to_thread(_video, store, settings, saved)
         found = await tasks.run(weigh_record, path, video, limits_of(settings))
         summary = found["summary"]
         row = RunRow(
@@ -136,8 +136,8 @@ def outcome(summary: dict[str, Any]) -> str:
     return f"Lost in {lost} of {frames} frames, first in frame {summary['first_lost_frame']}"
 
 
-def _video(store: Store, record: Record) -> tuple[str, str | None] | None:
+def _video(store: Store, settings: Settings, record: Record) -> tuple[str, str] | None:
     """Return path and index of the upload that a run was made on, if it is here."""
     footage = record.recipe.footage
     upload = store.upload_of(footage.sha256) if footage and footage.sha256 else None
-    return (str(store.files.upload(upload.id)), store.files.index(upload.id)) if upload else None
+    return (str(store.files.upload(upload.id)), index_of(store, settings, upload.id)) if upload else None

@@ -23,6 +23,7 @@ from server.sessions.session import Session
 from server.settings import Settings
 from server.store import Store
 from server.store.room import is_full
+from server.uploads.intake import index_of
 from server.worker.protocol import WorkerConfig
 
 __all__ = ["Manager"]
@@ -56,10 +57,12 @@ class Manager:
         for row in await asyncio.to_thread(self._store.sessions):
             try:
                 spec = SessionSpec.model_validate(migrate.session(json.loads(row.spec)), context=EARLIER)
-            except ValueError:
-                log.exception("a stored session cannot be read", session=row.id)
+                session = self._session(spec)
+                if spec.card is not None:
+                    session.view()
+            except (ValueError, TypeError, LookupError, AttributeError) as error:
+                log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
                 continue
-            session = self._session(spec)
             session.state.message = "The server was restarted; the session goes on where it was."
             session.state.dirty = False
             self._sessions[spec.id] = session
@@ -174,6 +177,8 @@ class Manager:
 
     async def _start(self, session: Session) -> None:
         began = time.perf_counter()
+        if session.spec.upload:
+            await asyncio.to_thread(index_of, self._store, self._settings, session.spec.upload)
         await session.start()
         session.left = time.monotonic()
         self.started += 1
@@ -205,7 +210,7 @@ class Manager:
             goal=branch.bound,
             speed=spec.speed,
             video=str(video) if video else None,
-            index=self._store.files.index(spec.upload) if spec.upload else None,
+            index=self._index(spec.upload) if spec.upload else None,
             states=str(self._store.files.states_of(spec.id)),
             reserve_bytes=self._settings.reserve_bytes,
             memory_bytes=self._settings.worker_memory_bytes,
@@ -214,6 +219,13 @@ class Manager:
             max_pixels=self._settings.max_pixels,
             max_particles=self._settings.max_particles,
         )
+
+    def _index(self, upload: str) -> str | None:
+        """Return what is known of an upload; a worker that is told nothing decodes it once more."""
+        try:
+            return self._store.files.index(upload)
+        except (OSError, ValueError):
+            return None
 
     async def _go_round(self) -> None:
         """Watch over workers and visitors, and write down what changed."""

@@ -16,6 +16,7 @@ from pftrack.files import write_whole
 
 __all__ = ["DataDirectory", "is_name", "new_name", "now"]
 
+INDEX = "index.json"
 MOST_PREVIEWS = 300
 NAME = re.compile(r"[a-z0-9]{12,32}")
 
@@ -70,10 +71,18 @@ class DataDirectory:
         """Return where an upload lies."""
         return self.uploads / _checked(name) / "content"
 
-    def index(self, name: str) -> str | None:
-        """Return what was found when an upload was decoded first, as JSON."""
-        path = self.uploads / _checked(name) / "index.json"
-        return path.read_text(encoding="utf-8") if path.exists() else None
+    def index(self, name: str) -> str:
+        """Return what was kept of an upload by `keep_index`.
+
+        Raises:
+            OSError: There is none.
+            ValueError: It is no text.
+        """
+        return (self.uploads / _checked(name) / INDEX).read_text(encoding="utf-8")
+
+    def keep_index(self, name: str, text: str) -> None:
+        """Keep what was found when an upload was decoded, as JSON."""
+        write_whole(self.uploads / _checked(name) / INDEX, text.encode())
 
     def new_incoming(self) -> Path:
         """Return where something that comes may be put until it is known to be good."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import structlog
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import DBAPIError, OperationalError
 
 from pftrack.files import free_bytes
 from server.errors import NoRoomError
@@ -44,7 +44,7 @@ def is_full(error: BaseException) -> bool:
     """Tell whether an error is that of a disk with no room."""
     if isinstance(error, OSError):
         return error.errno in FULL
-    if isinstance(error, OperationalError):
+    if isinstance(error, DBAPIError):
         return getattr(error.orig, "sqlite_errorcode", 0) in SQLITE_FULL or "No space left" in str(error.orig)
     return False
 

@@ -6,19 +6,27 @@ All methods block, for a few milliseconds; the web process calls them in threads
 from collections.abc import Iterable
 from typing import Any, TypeVar
 
-from sqlalchemy import delete, func, select, text
+import structlog
+from sqlalchemy import CursorResult, delete, func, inspect, select, text
+from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import sessionmaker
+from sqlalchemy.sql.expression import SQLColumnExpression
 
 from pftrack.files import write_whole
+from server.errors import DamagedError
 from server.settings import Settings
 from server.store.database import connect
 from server.store.files import DataDirectory, now
 from server.store.room import Room
-from server.store.tables import Base, RunRow, SessionRow, SweepRow, UploadRow
+from server.store.tables import FORM, Base, RunRow, SessionRow, SweepRow, UploadRow
 
 __all__ = ["Store"]
 
-Row = TypeVar("Row", bound=Base)
+log = structlog.get_logger(__name__)
+
+Row = TypeVar("Row", UploadRow, RunRow, SessionRow, SweepRow)
+# What reading a row raises whose content is not of its column's type.
+DAMAGED = (ValueError, TypeError, DBAPIError)
 
 
 class Store:
@@ -38,6 +46,7 @@ class Store:
             self.files.close()
             raise
         self._begin = sessionmaker(self._engine, expire_on_commit=False)
+        self._complained: set[str] = set()
         self.room.take_ballast()
 
     def close(self) -> None:
@@ -63,17 +72,22 @@ class Store:
 
     def uploads(self) -> list[UploadRow]:
         """Return all uploads, the newest first."""
-        with self._begin() as database:
-            return list(database.scalars(select(UploadRow).order_by(UploadRow.created.desc())))
+        return self._all(UploadRow, UploadRow.created.desc())
 
     def upload(self, name: str) -> UploadRow | None:
-        """Return an upload."""
+        """Return an upload.
+
+        Raises:
+            DamagedError: Its row cannot be read.
+        """
         return self._get(UploadRow, name)
 
-    def remove_upload(self, name: str) -> None:
-        """Forget an upload: its row first, so that a crash leaves no row without a file."""
-        self._remove(UploadRow, name)
-        self.files.remove_upload(name)
+    def remove_upload(self, name: str) -> bool:
+        """Forget an upload, if there is one: its row first, so that a crash leaves no row without a file."""
+        found = self._remove(UploadRow, name)
+        if found:
+            self.files.remove_upload(name)
+        return found
 
     def upload_of(self, sha256: str) -> UploadRow | None:
         """Return the newest upload with this content."""
@@ -94,17 +108,22 @@ class Store:
 
     def runs(self) -> list[RunRow]:
         """Return all runs, the newest first."""
-        with self._begin() as database:
-            return list(database.scalars(select(RunRow).order_by(RunRow.created.desc())))
+        return self._all(RunRow, RunRow.created.desc())
 
     def run(self, name: str) -> RunRow | None:
-        """Return a run."""
+        """Return a run.
+
+        Raises:
+            DamagedError: Its row cannot be read.
+        """
         return self._get(RunRow, name)
 
-    def remove_run(self, name: str) -> None:
-        """Forget a run: its row first, so that a crash leaves no row without a file."""
-        self._remove(RunRow, name)
-        self.files.remove_run(name)
+    def remove_run(self, name: str) -> bool:
+        """Forget a run, if there is one: its row first, so that a crash leaves no row without a file."""
+        found = self._remove(RunRow, name)
+        if found:
+            self.files.remove_run(name)
+        return found
 
     # ------------------------------------------------------------ sessions
 
@@ -121,8 +140,7 @@ class Store:
 
     def sessions(self) -> list[SessionRow]:
         """Return all sessions, the oldest first."""
-        with self._begin() as database:
-            return list(database.scalars(select(SessionRow).order_by(SessionRow.updated)))
+        return self._all(SessionRow, SessionRow.updated)
 
     def remove_session(self, name: str) -> None:
         """Forget a session."""
@@ -141,8 +159,7 @@ class Store:
 
     def sweeps(self) -> list[SweepRow]:
         """Return all sweeps, the oldest first."""
-        with self._begin() as database:
-            return list(database.scalars(select(SweepRow).order_by(SweepRow.created)))
+        return self._all(SweepRow, SweepRow.created)
 
     def remove_sweep(self, name: str) -> None:
         """Forget a sweep: its row first, so that a crash leaves no row without a file."""
@@ -161,12 +178,55 @@ class Store:
             database.add(row)
 
     def _get(self, kind: type[Row], name: str) -> Row | None:
-        with self._begin() as database:
-            return database.get(kind, name)
+        try:
+            with self._begin() as database:
+                row = database.get(kind, name)
+                return None if row is None else _sound(row)
+        except DAMAGED as error:
+            self._complain(kind, name, error)
+            raise DamagedError("What is stored of this is damaged; it can only be deleted.") from None
 
-    def _remove(self, kind: type[UploadRow | RunRow | SessionRow | SweepRow], name: str) -> None:
-        def remove() -> None:
+    def _all(self, kind: type[Row], place: SQLColumnExpression[Any]) -> list[Row]:
+        """Return all rows of a kind that can be read, in order."""
+        query = select(kind).order_by(place)
+        try:
+            with self._begin() as database:
+                return [_sound(row) for row in database.scalars(query)]
+        except DAMAGED:
+            with self._begin() as database:
+                names = list(database.scalars(select(kind.id).order_by(place)))
+            return [row for row in (self._readable(kind, name) for name in names) if row is not None]
+
+    def _readable(self, kind: type[Row], name: str) -> Row | None:
+        try:
+            return self._get(kind, name)
+        except DamagedError:
+            return None
+
+    def _complain(self, kind: type[Row], name: str, error: Exception) -> None:
+        """Tell the log once of a row that cannot be read."""
+        if name not in self._complained:
+            self._complained.add(name)
+            log.warning("a stored row is damaged and left out", table=kind.__tablename__, id=name, error=str(error))
+
+    def _remove(self, kind: type[Row], name: str) -> bool:
+        def remove() -> bool:
             with self._begin.begin() as database:
-                database.execute(delete(kind).where(kind.id == name))
+                done: CursorResult[Any] = database.execute(delete(kind).where(kind.id == name))  # type: ignore[assignment]  # of a deletion it is one
+                return done.rowcount > 0
 
-        self.room.write(remove)
+        return self.room.write(remove)
+
+
+def _sound(row: Row) -> Row:
+    """Return a row whose values have the types of their columns, which SQLite does not see to.
+
+    Raises:
+        TypeError: A value has another type.
+    """
+    for column in inspect(type(row)).columns:
+        value, kind = getattr(row, column.key), column.info.get(FORM, column.type.python_type)
+        fits = isinstance(value, (float, int) if kind is float else kind)
+        if not fits and not (value is None and column.nullable):
+            raise TypeError(f"{column.key} is {value!r}, expected {kind.__name__}")
+    return row

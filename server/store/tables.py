@@ -5,7 +5,10 @@ from typing import Any
 from sqlalchemy import JSON, BigInteger, Float, Integer, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-__all__ = ["Base", "RunRow", "SessionRow", "SweepRow", "UploadRow"]
+__all__ = ["FORM", "Base", "RunRow", "SessionRow", "SweepRow", "UploadRow"]
+
+FORM = "form"
+"""Key of a JSON column's `info` under which it says which JSON values it holds."""
 
 
 class Base(DeclarativeBase):
@@ -26,7 +29,7 @@ class UploadRow(Base):
     frame_rate_hz: Mapped[float] = mapped_column(Float)
     duration_s: Mapped[float] = mapped_column(Float)
     sha256: Mapped[str] = mapped_column(String(64), index=True)
-    warnings: Mapped[list[str]] = mapped_column(JSON)
+    warnings: Mapped[list[str]] = mapped_column(JSON, info={FORM: list})
     size_bytes: Mapped[int] = mapped_column(BigInteger)
     created: Mapped[str] = mapped_column(String(32))
 
@@ -45,8 +48,8 @@ class RunRow(Base):
     position: Mapped[int] = mapped_column(Integer)
     computed: Mapped[int] = mapped_column(Integer)
     outcome: Mapped[str] = mapped_column(String(200))
-    summary: Mapped[dict[str, Any]] = mapped_column(JSON)
-    bookmarks: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+    summary: Mapped[dict[str, Any]] = mapped_column(JSON, info={FORM: dict})
+    bookmarks: Mapped[list[dict[str, Any]]] = mapped_column(JSON, info={FORM: list})
     created: Mapped[str] = mapped_column(String(32), index=True)
 
 

@@ -48,8 +48,10 @@ class Sweeps:
         for row in await asyncio.to_thread(self._store.sweeps):
             try:
                 sweep = self._known(row)
-            except (SweepError, ValueError):
-                log.exception("a stored sweep cannot be read", sweep=row.id)
+            except (SweepError, ValueError, TypeError, LookupError, AttributeError) as error:
+                log.warning(
+                    "a stored sweep is damaged and left out", sweep=row.id, error=f"{type(error).__name__}: {error}"
+                )
                 continue
             self._sweeps[sweep.id] = sweep
             if row.state == "running":

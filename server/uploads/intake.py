@@ -3,14 +3,17 @@
 Every frame is decoded once, in a confined process, before an upload is anybody's to use; what does not pass is deleted.
 """
 
+import contextlib
 import dataclasses
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import structlog
+
 from pftrack.sources.images import natural_order
 from pftrack.sources.probe import Probe, probe
-from pftrack.sources.sequence import DEFAULT_LIMITS, Limits
+from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, Limits
 from server.errors import ConflictError, NoRoomError
 from server.settings import Settings
 from server.store.files import new_name, now
@@ -19,7 +22,9 @@ from server.store.store import Store
 from server.store.tables import UploadRow
 from server.uploads.multipart import Received
 
-__all__ = ["check_room", "limits_of", "take_in"]
+__all__ = ["check_room", "index_of", "limits_of", "take_in"]
+
+log = structlog.get_logger(__name__)
 
 
 def limits_of(settings: Settings) -> Limits:
@@ -49,6 +54,23 @@ def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
         )
 
 
+def index_of(store: Store, settings: Settings, upload: str) -> str:
+    """Return what was found when an upload was decoded first, as JSON; if that is damaged or missing, decode it again.
+
+    Raises:
+        SourceError: The upload itself is damaged.
+    """
+    try:
+        text = store.files.index(upload)
+        FrameIndex.from_json(text)
+    except (OSError, ValueError):
+        log.warning("what was found in an upload is damaged or missing; it is decoded again", upload=upload)
+        text = probe(store.files.upload(upload), limits_of(settings)).index.to_json()
+        with contextlib.suppress(OSError):
+            store.files.keep_index(upload, text)
+    return text
+
+
 def take_in(
     store: Store, settings: Settings, folder: Path, received: Received, stopped: Callable[[], bool]
 ) -> UploadRow:
@@ -66,7 +88,7 @@ def take_in(
         row = _row(found, received)
         target = store.files.upload(row.id)
         target.parent.mkdir(mode=0o700)
-        (target.parent / "index.json").write_text(found.index.to_json(), encoding="utf-8")
+        store.files.keep_index(row.id, found.index.to_json())
         content.replace(target)
         try:
             store.add_upload(row)
