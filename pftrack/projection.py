@@ -29,7 +29,7 @@ from pftrack.drawing import (
 )
 from pftrack.world import Viewpoint, World
 
-__all__ = ["Projection", "looked_at", "ruler"]
+__all__ = ["Projection", "looked_at"]
 
 MARGIN = 1.04
 """Factor of free space around a world."""
@@ -121,7 +121,7 @@ def _far_to_near(item: Primitive) -> Primitive:
             return item
 
 
-def ruler(world: World, side_px: float, scale: float) -> dict[str, Primitive]:
+def _ruler(world: World, side_px: float, scale: float) -> dict[str, Primitive]:
     """Draw a world's ruler into the lower left corner of a square drawing.
 
     Args:
@@ -150,5 +150,5 @@ def looked_at(drawn: WorldDrawing, viewpoint: Viewpoint, side_px: int) -> Drawin
     """
     world = drawn.world
     projection = Projection.of(world, viewpoint.azimuth_deg, viewpoint.elevation_deg, side_px)
-    shown = projection.primitives(drawn.primitives) | ruler(world, side_px, projection.scale)
+    shown = projection.primitives(drawn.primitives) | _ruler(world, side_px, projection.scale)
     return Drawing(side_px, side_px, shown, f"{world.title} · {viewpoint.title.lower()}")

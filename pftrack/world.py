@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FRONT_SIDE_ABOVE", "Viewpoint", "World"]
+__all__ = ["FRONT_SIDE_TOP", "Viewpoint", "World"]
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -55,10 +55,10 @@ class Viewpoint:
             )
 
 
-FRONT_SIDE_ABOVE = (
+FRONT_SIDE_TOP = (
     Viewpoint("front", "Front", 0.0, 0.0),
     Viewpoint("side", "Side", 60.0, 15.0),
-    Viewpoint("above", "Above", 0.0, 90.0),
+    Viewpoint("top", "Top", 0.0, 90.0),
 )
 """Three viewpoints that suit most objects."""
 
@@ -89,7 +89,7 @@ class World:
     middle: Vector = (0.0, 0.0, 0.0)
     up: Vector = (0.0, 1.0, 0.0)
     front: Vector = (0.0, 0.0, 1.0)
-    viewpoints: tuple[Viewpoint, ...] = FRONT_SIDE_ABOVE
+    viewpoints: tuple[Viewpoint, ...] = FRONT_SIDE_TOP
 
     def __post_init__(self) -> None:
         """Refuse a world that cannot be shown."""

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.world import FRONT_SIDE_ABOVE, Viewpoint, World
+from pftrack.world import FRONT_SIDE_TOP, Viewpoint, World
 
 
 def world(**other: Any) -> World:
@@ -46,7 +46,7 @@ def test_a_ruler_is_a_round_number(radius: float, ruler: float) -> None:
         {"front": (0, 1, 1)},
         {"up": (0, 0, 0)},
         {"viewpoints": ()},
-        {"viewpoints": FRONT_SIDE_ABOVE[:1] * 2},
+        {"viewpoints": FRONT_SIDE_TOP[:1] * 2},
     ],
 )
 def test_what_cannot_be_shown_is_refused(wrong: dict[str, Any]) -> None:

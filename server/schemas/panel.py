@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from pftrack.layer import Layer
 from pftrack.parameters import Declaration, Value
+from pftrack.world import World
 
 __all__ = ["SPEEDS", "InForce", "PanelDescription"]
 
@@ -21,12 +22,14 @@ class PanelDescription:
         declarations: What can be turned, in order.
         trackers: Titles by identifier, in order.
         layers: What can be switched on and off in the scene, in order.
+        worlds: What stands beside the picture, in order.
     """
 
     title: str
     declarations: Sequence[Declaration]
     trackers: Mapping[str, str]
     layers: Sequence[Layer]
+    worlds: Sequence[World] = ()
 
 
 @dataclass(frozen=True, slots=True)

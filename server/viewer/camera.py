@@ -6,14 +6,15 @@ until every corner of the box to be seen lies within the window.
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-__all__ = ["PRESETS", "Box", "Cameras", "Preset", "View", "fit"]
+__all__ = ["PRESETS", "Box", "Cameras", "Preset", "Side", "View", "fit"]
 
 RELIEF_STEPS = 8
 FULL_RELIEF_RAD = np.deg2rad(18.0)
@@ -82,6 +83,10 @@ class View:
         return float(np.linalg.norm(self.position - self.target))
 
 
+Side: TypeAlias = Callable[[Box, float], View]
+"""How to see something that stands beside the picture."""
+
+
 def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
     """Return the view of a preset that just holds a box.
 
@@ -138,10 +143,14 @@ class Cameras:
     Args:
         server: The session's viser server.
         on_relief: Called when the heights in the scene should change, because somebody tilts the camera.
+        sides: Other presets than the picture's, by name: (extent of the picture, the window's aspect) -> view.
     """
 
-    def __init__(self, server: viser.ViserServer, on_relief: Callable[[], None]) -> None:
+    def __init__(
+        self, server: viser.ViserServer, on_relief: Callable[[], None], sides: Mapping[str, Side] | None = None
+    ) -> None:
         self._server = server
+        self._sides = dict(sides or {})
         self._on_relief = on_relief
         self._watchers: dict[int, _Watcher] = {}
         self._box: Box | None = None
@@ -176,7 +185,12 @@ class Cameras:
     def _refit(self) -> None:
         """Fit deep presets again, where nobody has moved the camera since."""
         for watcher in list(self._watchers.values()):
-            if PRESETS[watcher.preset].deep and (not watcher.arrived or watcher.is_in_place(watcher.client.camera)):
+            preset = PRESETS.get(watcher.preset)
+            if (
+                preset is not None
+                and preset.deep
+                and (not watcher.arrived or watcher.is_in_place(watcher.client.camera))
+            ):
                 self._point(watcher)
 
     def join(self, client: viser.ClientHandle) -> None:
@@ -207,7 +221,7 @@ class Cameras:
             return
         camera = watcher.client.camera
         watcher.aspect, watcher.before = camera.aspect, np.array(camera.position)
-        watcher.view = view = fit(PRESETS[watcher.preset], self._box, watcher.aspect)
+        watcher.view = view = self._view(watcher.preset, self._box, watcher.aspect)
         watcher.arrived = False
         with watcher.client.atomic():
             camera.max_orbit_distance = view.distance * 10.0
@@ -219,6 +233,11 @@ class Cameras:
             camera.look_at = view.target
         watcher.client.flush()
         self._tilt(watcher, view.position, view.target)
+
+    def _view(self, preset: str, box: Box, aspect: float) -> View:
+        if preset in PRESETS:
+            return fit(PRESETS[preset], box, aspect)
+        return self._sides[preset](box, aspect)
 
     def _moved(self, watcher: _Watcher, camera: viser.CameraHandle) -> None:
         view = watcher.view
@@ -239,6 +258,8 @@ class Cameras:
     def _tilt(self, watcher: _Watcher, position: NDArray[np.float64], target: NDArray[np.float64]) -> None:
         before = self.relief
         towards = position - target
-        watcher.tilt = float(np.arccos(np.clip(towards[2] / max(float(np.linalg.norm(towards)), 1e-9), -1.0, 1.0)))
+        tilt = float(np.arccos(np.clip(towards[2] / max(float(np.linalg.norm(towards)), 1e-9), -1.0, 1.0)))
+        # Whoever looks at something else sees nothing of the picture's heights.
+        watcher.tilt = tilt if watcher.preset in PRESETS else 0.0
         if self.relief != before:
             self._on_relief()

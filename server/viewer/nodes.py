@@ -12,9 +12,11 @@ import numpy as np
 import viser
 
 from pftrack.drawing import (
+    Arrows,
     Axes,
     Colour,
     Ellipse,
+    Ellipsoids,
     Frustum,
     Links,
     Mesh,
@@ -24,7 +26,7 @@ from pftrack.drawing import (
     Primitive,
     Text,
 )
-from server.viewer import shapes
+from server.viewer import bodies, shapes
 from server.viewer.gltf import glb
 from server.viewer.shapes import Stance
 
@@ -36,6 +38,8 @@ LAYER_GAP_PX = 0.05
 """Height between one primitive and the next, so that what is painted later lies on top."""
 LINE_SCALE = 1.6
 """Screen pixels for a unit of line width: a picture is usually shown at about twice its size."""
+POINT_SIZE = 0.5
+"""What viser calls the size of a point is its radius."""
 UPRIGHT_WXYZ = (0.0, 1.0, 0.0, 0.0)
 """viser lays an image face down with its rows along y; half a turn about x shows it upright."""
 
@@ -62,12 +66,12 @@ class Node:
 def is_empty(item: Primitive) -> bool:
     """Whether there is nothing to be seen of a primitive."""
     match item:
-        case Points():
-            return len(item.positions) == 0
+        case Points() | Ellipsoids():
+            return len(item.positions if isinstance(item, Points) else item.centres) == 0
         case Polyline():
             return len(shapes.polyline_segments(item.positions)) == 0
-        case Links():
-            return len(item.segments) == 0
+        case Links() | Arrows():
+            return len(item.segments if isinstance(item, Links) else bodies.arrow_segments(item)) == 0
         case Mesh():
             return len(item.faces) == 0 or not np.isfinite(item.vertices).all()
         case _:
@@ -100,14 +104,14 @@ def _show_picture(server: viser.ViserServer, name: str, node: Node, item: Pictur
 
 def _show_points(server: viser.ViserServer, name: str, node: Node, item: Points, stance: Stance) -> None:
     # A point is a disc that faces the camera: half of one that lies in a tilted picture would vanish behind it.
-    clear = replace(stance, lift=stance.lift + stance.relief * item.size)
+    clear = stance if stance.free else replace(stance, lift=stance.lift + stance.relief * item.size)
     positions = shapes.to_scene(item.positions, clear)
     if node.handle is None:
         node.handle = server.scene.add_point_cloud(
             f"/{name}",
             positions,
             item.colours,
-            point_size=item.size,
+            point_size=item.size * POINT_SIZE,
             point_shape="circle",
             point_shading="flat",
             precision="float32",
@@ -116,7 +120,7 @@ def _show_points(server: viser.ViserServer, name: str, node: Node, item: Points,
     node.handle.points = positions
     node.handle.colors = item.colours
     if node.look != item.size:
-        node.handle.point_size = item.size
+        node.handle.point_size = item.size * POINT_SIZE
     node.look = item.size
 
 
@@ -155,6 +159,39 @@ def _show_links(server: viser.ViserServer, name: str, node: Node, item: Links, s
     _show_lines(server, name, node, item.segments, (item.colour, item.width), stance)
 
 
+def _show_arrows(server: viser.ViserServer, name: str, node: Node, item: Arrows, stance: Stance) -> None:
+    _show_lines(server, name, node, bodies.arrow_segments(item), (item.colour, item.width), stance)
+
+
+def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: Ellipsoids, stance: Stance) -> None:
+    placed = bodies.bodies(item, stance)
+    look = len(item.centres), item.opacity
+    if node.handle is not None and node.look != look:
+        node.handle.remove()
+        node.handle = None
+    node.look = look
+    if node.handle is None:
+        vertices, faces = bodies.BALL
+        node.handle = server.scene.add_batched_meshes_simple(
+            f"/{name}",
+            vertices,
+            faces,
+            placed.wxyz,
+            placed.centres,
+            batched_scales=placed.half_axes,
+            batched_colors=item.colours,
+            opacity=item.opacity,
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        return
+    node.handle.batched_positions = placed.centres
+    node.handle.batched_wxyzs = placed.wxyz
+    node.handle.batched_scales = placed.half_axes
+    node.handle.batched_colors = item.colours
+
+
 def _show_frustum(server: viser.ViserServer, name: str, node: Node, item: Frustum, stance: Stance) -> None:
     # It is what the others lean towards, and leans nowhere itself.
     upright = replace(stance, apex=None)
@@ -183,7 +220,7 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
         return
     before = node.source
     assert isinstance(before, Mesh)  # noqa: S101 - for mypy: a node shows one kind of primitive
-    if before.vertices is not item.vertices or node.stance != stance:
+    if node.stance != stance or not np.array_equal(before.vertices, item.vertices):
         node.handle.vertices = _pressed(item, stance)
     if not np.array_equal(before.faces, item.faces):
         node.handle.faces = shapes.turned_over(item.faces)
@@ -232,6 +269,8 @@ _SHOW: dict[type[Primitive], Show] = {
     Polyline: _show_polyline,
     Ellipse: _show_ellipse,
     Links: _show_links,
+    Arrows: _show_arrows,
+    Ellipsoids: _show_ellipsoids,
     Axes: _show_axes,
     Mesh: _show_mesh,
     Text: _show_text,

@@ -13,7 +13,7 @@ of them waits: whoever is asked answers later.
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,11 +21,13 @@ import viser
 
 from pftrack.layer import Layer
 from pftrack.parameters import Declaration, Value
+from pftrack.world import World
 from server.schemas.panel import SPEEDS, InForce, PanelDescription
 from server.viewer.camera import PRESETS
 from server.viewer.controls import Control, Handle
 from server.viewer.legend import caption_html, legend_html
 from server.viewer.seed import SEED, SeedBox
+from server.viewer.worlds import preset
 
 __all__ = ["Panel", "Requests"]
 
@@ -81,7 +83,7 @@ class Panel:
         self._tracker = in_force.tracker
         self._choice = self._add_tracker()
         self._seed = SeedBox(server, in_force.seed, self._reseed)
-        self._add_cameras()
+        self._add_cameras(description.worlds)
         self._caption = server.gui.add_html(caption_html(""))
         server.gui.add_html(legend_html(description.layers))
         self._controls: dict[str, Control] = {}
@@ -183,9 +185,14 @@ class Panel:
 
         return choice
 
-    def _add_cameras(self) -> None:
-        names = {preset.title: name for name, preset in PRESETS.items()}
-        group = self._server.gui.add_button_group("View", tuple(names))
+    def _add_cameras(self, worlds: Sequence[World]) -> None:
+        self._add_views("View", {view.title: name for name, view in PRESETS.items()})
+        for world in worlds:
+            self._add_views(world.title, {side.title: preset(world, side) for side in world.viewpoints})
+
+    def _add_views(self, title: str, names: Mapping[str, str]) -> None:
+        """Add buttons with titles for presets by name."""
+        group = self._server.gui.add_button_group(title, tuple(names))
 
         @group.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:

@@ -12,9 +12,9 @@ from collections.abc import Iterable
 
 import viser
 
-from pftrack.drawing import Drawing, Frustum
+from pftrack.drawing import Drawing, Frustum, Primitive
 from pftrack.layer import Layer
-from server.viewer import shapes
+from server.viewer import shapes, worlds
 from server.viewer.camera import Box
 from server.viewer.nodes import LAYER_GAP_PX, Node, is_empty, way_to_show
 from server.viewer.shapes import Stance
@@ -63,28 +63,35 @@ class Scene:
         summit = 0.0
         apex = None if drawing.apex is None else tuple(drawing.apex.tolist())
         for order, (name, item) in enumerate(drawing.primitives.items()):
-            if not self._layers.get(item.layer, True) or is_empty(item):
-                continue
-            if isinstance(item, Frustum) and relief < 1.0:
+            if not self._is_seen(item) or (isinstance(item, Frustum) and relief < 1.0):
                 continue
             shown.add(name)
             summit = max(summit, shapes.summit(item))
             lift = order * LAYER_GAP_PX + (summit * relief if shapes.is_flat(item) else 0.0)
-            show = way_to_show(item)
-            node = self._nodes.get(name)
-            if node is not None and node.show is not show:
-                self._nodes.pop(name).handle.remove()
-                node = None
-            if node is None:
-                self._nodes[name] = node = Node(show, None)
-            stance = Stance(relief, lift, apex)
-            if node.source is not item or node.stance != stance:
-                show(self._server, name, node, item, stance)
-                node.source, node.stance = item, stance
-            node.handle.visible = True
+            self._show(name, item, Stance(relief, lift, apex))
+        for name, item in worlds.placed(drawing):
+            if self._is_seen(item):
+                shown.add(name)
+                self._show(name, item, shapes.FREE)
         for name in self._nodes.keys() - shown:
             self._nodes[name].handle.visible = False
         self._forget(shown)
+
+    def _is_seen(self, item: Primitive) -> bool:
+        return self._layers.get(item.layer, True) and not is_empty(item)
+
+    def _show(self, name: str, item: Primitive, stance: Stance) -> None:
+        show = way_to_show(item)
+        node = self._nodes.get(name)
+        if node is not None and node.show is not show:
+            self._nodes.pop(name).handle.remove()
+            node = None
+        if node is None:
+            self._nodes[name] = node = Node(show, None)
+        if node.source is not item or node.stance != stance:
+            show(self._server, name, node, item, stance)
+            node.source, node.stance = item, stance
+        node.handle.visible = True
 
     def _forget(self, shown: set[str]) -> None:
         hidden = [name for name in self._nodes if name not in shown]

@@ -19,9 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Axes, Ellipse, Frustum, Links, Mesh, Points, Polyline, Primitive, Text
+from pftrack.drawing import Arrows, Axes, Ellipse, Ellipsoids, Frustum, Links, Mesh, Points, Polyline, Primitive, Text
 
 __all__ = [
+    "FREE",
     "Floats",
     "Stance",
     "axes_segments",
@@ -51,11 +52,17 @@ class Stance:
         relief: Factor on the heights; 0 is flat.
         lift: Height added to all, px.
         apex: (x, y, z) px of the camera towards which things lean as they are high; None if they stand upright.
+        free: Whether they stand free in space, with no picture beneath.
     """
 
     relief: float
     lift: float
     apex: tuple[float, float, float] | None = None
+    free: bool = False
+
+
+FREE = Stance(1.0, 0.0, free=True)
+"""How things stand in a world of their own."""
 
 
 def to_scene(positions: Floats, stance: Stance) -> Floats:
@@ -124,7 +131,7 @@ def summit(item: Primitive) -> float:
 
 def is_flat(item: Primitive) -> bool:
     """Whether a primitive is a mark in the picture plane: lines or a label hardly above it."""
-    return isinstance(item, Ellipse | Links | Polyline | Text) and _highest(np.abs(_heights(item))) <= MARK_PX
+    return isinstance(item, Arrows | Ellipse | Links | Polyline | Text) and _highest(np.abs(_heights(item))) <= MARK_PX
 
 
 def _heights(item: Primitive) -> Floats:
@@ -133,10 +140,10 @@ def _heights(item: Primitive) -> Floats:
             return item.positions[:, 2]
         case Mesh():
             return item.vertices[:, 2]
-        case Links():
+        case Links() | Arrows():
             return item.segments[..., 2].ravel()
-        case Ellipse():
-            return item.centre[2:]
+        case Ellipse() | Ellipsoids():
+            return (item.centre if isinstance(item, Ellipse) else item.centres)[..., 2].ravel()
         case Text():
             return item.position[2:]
         case _:

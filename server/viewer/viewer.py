@@ -16,8 +16,8 @@ from pftrack.drawing import Drawing
 from pftrack.layer import LayerRole
 from pftrack.parameters import Value
 from server.schemas.panel import InForce, PanelDescription
-from server.viewer import viser_adapter
-from server.viewer.camera import Cameras
+from server.viewer import viser_adapter, worlds
+from server.viewer.camera import PRESETS, Cameras
 from server.viewer.pacing import FASTEST_S, Pacer
 from server.viewer.panel import Panel, Requests
 from server.viewer.scene import Scene
@@ -75,7 +75,7 @@ class Viewer:
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
             self._pacer = Pacer(self._notify)
             self._scene = Scene(server, description.layers)
-            self._cameras = Cameras(server, self._draw_again)
+            self._cameras = Cameras(server, self._draw_again, worlds.sides(description.worlds))
             requests = Requests(on_change, on_transport, self._set_layer, self._look, self._wake)
             self._panel = Panel(server, description, in_force, requests)
         server.on_client_connect(self._join)
@@ -130,10 +130,12 @@ class Viewer:
         self._draw_again()
 
     def _look(self, client_id: int, preset: str) -> None:
-        # Time as the third direction is worth seeing from aside only.
+        # Time as the third direction is worth seeing from aside only; whoever looks beside the picture sees none of it.
         aside = preset == "side"
-        turned = [self._panel.set_layer(layer, shown=aside) for layer in self._with_role("through time")]
-        if any(turned):
+        turned = preset in PRESETS and [
+            self._panel.set_layer(layer, shown=aside) for layer in self._with_role("through time")
+        ]
+        if turned and any(turned):
             for layer in self._with_role("flat only"):
                 self._panel.set_layer(layer, shown=not aside)
         self._cameras.look(client_id, preset)

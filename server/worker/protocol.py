@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeAlias
 from pftrack.drawing import Drawing
 from pftrack.parameters import Value
 from pftrack.runs.recipe import Recipe
+from pftrack.world import World
 from server.flat.codec import EncodedDrawing
 from server.schemas.spec import BEGINNING, Goal
 
@@ -103,6 +104,7 @@ class SessionInfo:
     series: list[dict[str, Any]] = field(default_factory=list)
     plots: list[dict[str, Any]] = field(default_factory=list)
     readings: list[dict[str, Any]] = field(default_factory=list)
+    worlds: tuple[World, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,6 +93,7 @@ class RunTree:
             series=[dataclasses.asdict(series) for series in self.experiment.declared()],
             plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
             readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
+            worlds=self.experiment.worlds,
         )
 
     def status(self, *, playing: bool, speed: float, goal: Goal | None = None) -> RunStatus:

@@ -59,8 +59,8 @@ def test_a_world_is_seen_from_its_viewpoints(view: WorldPage) -> None:
     """It begins at the first of them; a button shows another side, and says that it is the one."""
     assert view.page.inner_text(".world summary") == "Head model, mm"
     assert view.side == (-35, 15)
-    for name, side in (("front", (0, 0)), ("above", (0, 90)), ("aslant", (-35, 15))):
-        button = view.page.locator(f"[data-viewpoint={name}]")
+    for name, side in (("front", (0, 0)), ("top", (0, 90)), ("3-d", (-35, 15))):
+        button = view.page.locator(f"[data-viewpoint='{name}']")
         view.changes(button.click)
         assert view.side == side
         assert view.page.locator("[data-viewpoint][aria-pressed=true]").all_inner_texts() == [button.inner_text()]

@@ -19,6 +19,7 @@ from websockets.typing import Subprotocol
 from pftrack.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
 from pftrack.layer import Key, Layer
 from pftrack.parameters import Declaration, Value
+from pftrack.world import World
 from server.schemas.panel import InForce, PanelDescription
 from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 
@@ -92,7 +93,12 @@ def drawing(frame: int = 0, count: int = 800, size: tuple[int, int] = (320, 240)
 class Session:
     """What stands in for the session: it keeps the values, accepts or refuses, and counts what it was asked."""
 
-    def __init__(self, *, accept: Callable[[dict[str, Value]], str | None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        *,
+        accept: Callable[[dict[str, Value]], str | None] = lambda _: None,
+        worlds: tuple[World, ...] = (),
+    ) -> None:
         self.changes: list[dict[str, Value]] = []
         self.trackers: list[str] = []
         self.transport: list[dict[str, Any]] = []
@@ -100,7 +106,7 @@ class Session:
         self.tracker = "h-spf"
         self.accept = accept
         self.viewer = Viewer(
-            PanelDescription("Ball behind an occluder", DECLARATIONS, TRACKERS, LAYERS),
+            PanelDescription("Ball behind an occluder", DECLARATIONS, TRACKERS, LAYERS, worlds),
             self.in_force,
             on_change=self._change,
             on_transport=self.transport.append,
@@ -242,9 +248,8 @@ class Peer:
     def move(self, label: str, value: object) -> None:
         self.send("GuiUpdateMessage", uuid=self.uuid(label), updates={"value": value})
 
-    def move_view(self, title: str) -> None:
-        uuid = next(uuid for uuid, item in self.controls.items() if item["kind"] == "GuiButtonGroupMessage")
-        self.send("GuiUpdateMessage", uuid=uuid, updates={"value": title})
+    def move_view(self, title: str, group: str = "View") -> None:
+        self.send("GuiUpdateMessage", uuid=self.uuid(group), updates={"value": title})
 
     def answer(self) -> None:
         """Give the echo that was asked for last."""

@@ -26,6 +26,7 @@ def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -
     assert isinstance(cloud, Points)
     np.testing.assert_array_equal(points(peer)[:, 0], cloud.positions[:, 0])
     np.testing.assert_array_equal(points(peer)[:, 1], -cloud.positions[:, 1])
+    assert peer.nodes["/particles"]["point_size"] == cloud.size / 2.0, "viser's sizes are radii"
     picture = peer.nodes["/picture"]
     assert (picture["_format"], picture["render_width"], picture["render_height"]) == ("jpeg", 320.0, 240.0)
     decoded = cv2.imdecode(np.frombuffer(picture["_data"], dtype=np.uint8), cv2.IMREAD_COLOR)

@@ -49,10 +49,10 @@ HEAD_WORLD = World(
     up=(0.0, -1.0, 0.0),
     front=(0.0, 0.0, -1.0),
     viewpoints=(
-        Viewpoint("aslant", "Aslant", -35.0, 15.0),
+        Viewpoint("3-d", "3-D", -35.0, 15.0),
         Viewpoint("front", "Front", 0.0, 0.0),
         Viewpoint("side", "Side", -80.0, 0.0),
-        Viewpoint("above", "Above", 0.0, 90.0),
+        Viewpoint("top", "Top", 0.0, 90.0),
     ),
 )
 

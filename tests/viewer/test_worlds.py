@@ -1,0 +1,185 @@
+"""Worlds stand beside the picture, each in a ball as high as that, and have presets of their own."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.drawing import COLOURS, Arrows, Drawing, Ellipsoids, Links, Points, Text, WorldDrawing
+from pftrack.world import Viewpoint, World
+from server.viewer import bodies, worlds
+from server.viewer.camera import Box
+from server.viewer.shapes import FREE, Stance
+from tests.viewer.host import Peer, Session, drawing, wait_for
+
+BLUE = COLOURS["estimate"]
+SIDES = (
+    Viewpoint("front", "Ahead", 0.0, 0.0),
+    Viewpoint("left", "Port", -90.0, 0.0),
+    Viewpoint("up", "Sky", 0.0, 90.0),
+)
+HEAD = World("head", "Head", "mm", 50.0, middle=(1.0, 2.0, 3.0), up=(0, -1, 0), front=(0, 0, -1), viewpoints=SIDES)
+SPREAD = np.diag([9.0, 4.0, 1.0]).astype(np.float32)[None]
+ACROSS = 320 - 0.5 + 4 * 240 + 120
+"""Where the middle of the first world is."""
+
+
+def f32(*rows: object) -> NDArray[np.float32]:
+    return np.array(rows, np.float32)
+
+
+def with_worlds(*shown: WorldDrawing) -> Drawing:
+    return replace(drawing(), worlds=shown)
+
+
+def inside() -> WorldDrawing:
+    """A point in the middle of the world and one 10 mm to the right, below and in front of it, and more."""
+    places = f32([1, 2, 3], [11, 12, -7])
+    blue = np.tile(np.uint8([BLUE]), (2, 1))
+    return WorldDrawing(
+        HEAD,
+        {
+            "points": Points(places, blue, 5.0),
+            "bodies": Ellipsoids(places, np.tile(SPREAD, (2, 1, 1)), blue, 0.5, "estimate"),
+            "arrow": Arrows(places[None], BLUE, 2.0, "estimate"),
+        },
+    )
+
+
+@pytest.fixture
+def session() -> Iterator[Session]:
+    made = Session(worlds=(HEAD,))
+    yield made
+    made.viewer.close()
+
+
+def test_a_world_stands_to_the_right_of_the_picture() -> None:
+    """Its ball is as high as the picture and clear of it; up is up and its front looks at the viewer."""
+    placed = dict(worlds.placed(with_worlds(inside())))
+    points = placed["world head: points"]
+    assert isinstance(points, Points)
+    scale = 240 / 2 / 50
+    np.testing.assert_allclose(points.positions[0], [ACROSS, 119.5, 0], atol=1e-3)
+    np.testing.assert_allclose(
+        points.positions[1] - points.positions[0], [10 * scale, 10 * scale, 10 * scale], atol=1e-3
+    )
+    assert points.size == pytest.approx(5 * scale)
+
+
+def test_worlds_stand_side_by_side() -> None:
+    """The second is as far from the first as that is from the picture."""
+    placed = dict(worlds.placed(with_worlds(inside(), replace(inside(), world=replace(HEAD, name="other")))))
+    first, second = placed["world head: points"], placed["world other: points"]
+    assert isinstance(first, Points)
+    assert isinstance(second, Points)
+    np.testing.assert_allclose(second.positions - first.positions, np.tile(f32(240 + 960, 0, 0), (2, 1)), atol=1e-3)
+
+
+def test_a_world_has_its_title_and_its_ruler_beside_it() -> None:
+    """They say the unit, and the ruler is as long as it says, in each direction."""
+    placed = dict(worlds.placed(with_worlds(inside())))
+    title, line, length = (placed[f"world head: {name}"] for name in ("title", "ruler", "ruler length"))
+    assert isinstance(title, Text)
+    assert isinstance(line, Links)
+    assert isinstance(length, Text)
+    assert (title.text, length.text) == ("Head, mm", "20 mm")
+    ways = line.segments[:, 1] - line.segments[:, 0]
+    np.testing.assert_allclose(np.abs(ways), 20 * 240 / 100 * np.eye(3), atol=1e-3)
+    assert line.segments[0, 0, 0] > 320
+
+
+@pytest.mark.parametrize("aspect", [0.6, 1.3, 2.4])
+@pytest.mark.parametrize("side", SIDES)
+def test_a_viewpoint_holds_the_whole_ball(side: Viewpoint, aspect: float) -> None:
+    """The world fills the window's shorter side, and no more of it, whatever the window's form."""
+    view = worlds.view(0, HEAD, side, Box(320, 240), aspect)
+    half = np.arcsin(120 / view.distance)
+    narrow = np.arctan(np.tan(view.fov_rad / 2) * min(1.0, aspect))
+    assert 0.9 < np.tan(half) / np.tan(narrow) <= 1.0
+    np.testing.assert_allclose(view.target, [ACROSS, -119.5, 0])
+
+
+def test_viewpoints_are_where_they_say() -> None:
+    """Ahead is before the picture, port is to the left, and from the sky one looks down, almost."""
+    ways = [
+        (view.position - view.target) / view.distance for view in (worlds.view(0, HEAD, s, Box(9, 9), 1) for s in SIDES)
+    ]
+    np.testing.assert_allclose(ways, [[0, 0, 1], [-1, 0, 0], [0, 1, 0]], atol=0.02)
+
+
+def test_worlds_reach_the_browser(session: Session, peer: Peer) -> None:
+    """Points, bodies and arrows are nodes of the scene, updated in place, hidden with their layer."""
+    session.viewer.show(with_worlds(inside()), {"frame": 0})
+    names = [f"/world head: {name}" for name in ("points", "bodies", "arrow", "title", "ruler", "ruler length")]
+    wait_for(lambda: peer.nodes.keys() >= set(names))
+    node = peer.nodes[names[1]]
+    moved = inside()
+    further = replace(moved.primitives["bodies"], centres=f32([21, 2, 3], [1, 2, 3]))  # type: ignore[type-var]
+    session.viewer.show(with_worlds(replace(moved, primitives={**moved.primitives, "bodies": further})), {"frame": 1})
+
+    def place() -> float:
+        return float(np.frombuffer(node["batched_positions"], np.float32)[0])
+
+    wait_for(lambda: place() == pytest.approx(ACROSS + 20 * 2.4))
+    assert peer.nodes[names[1]] is node
+    fewer = WorldDrawing(HEAD, {"bodies": Ellipsoids(f32([1, 2, 3]), SPREAD, np.uint8([BLUE]), 0.5, "estimate")})
+    session.viewer.show(with_worlds(fewer), {"frame": 2})
+    wait_for(lambda: len(peer.nodes[names[1]]["batched_positions"]) == 12)
+    wait_for(lambda: peer.visible.get(names[0]) is False)
+
+
+def test_a_world_has_buttons_that_lead_to_its_sides(session: Session, peer: Peer) -> None:
+    """The camera goes there, and back to the picture, which is where it was."""
+    session.viewer.show(with_worlds(inside()), {"frame": 0})
+    wait_for(lambda: "Position" in peer.camera)
+    before = peer.camera["Position"]["position"]
+    peer.look(wide=800, high=600, position=tuple(before))
+    peer.move_view("Port", "Head")
+    wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(ACROSS))
+    assert 320 < peer.camera["Position"]["position"][0] < ACROSS - 120, "the camera stands clear of the picture"
+    peer.move_view("Front")
+    wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(159.5))
+
+
+@pytest.mark.parametrize("stance", [FREE, Stance(1.0, 3.0)])
+def test_a_body_is_a_ball_that_is_stretched_and_turned(stance: Stance) -> None:
+    """Its turn and half axes give its covariance, mirrored as the scene is; what is flat keeps some thickness."""
+    rng = np.random.default_rng(4)
+    roots = rng.normal(size=(3, 3, 3))
+    spread = (roots @ np.swapaxes(roots, 1, 2)).astype(np.float32)
+    shown = bodies.bodies(Ellipsoids(f32(*np.eye(3)), spread, np.zeros((3, 3), np.uint8), 0.5, "l"), stance)
+    from viser.transforms import SO3
+
+    mirror = np.array([1, -1, 1])
+    for centre, wxyz, half_axes, place, covariance in zip(
+        shown.centres, shown.wxyz, shown.half_axes, np.eye(3), spread, strict=True
+    ):
+        turn = SO3(wxyz.astype(np.float64)).as_matrix()
+        np.testing.assert_allclose(
+            turn @ np.diag((half_axes / 2.0) ** 2) @ turn.T, mirror[:, None] * covariance * mirror, atol=1e-3
+        )
+        assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-5)
+        np.testing.assert_allclose(centre, mirror * place + [0, 0, stance.lift], atol=1e-6)
+    flat = np.diag([9.0, 4.0, 0.0]).astype(np.float32)[None]
+    disc = bodies.bodies(Ellipsoids(f32([0, 0, 0]), flat, np.zeros((1, 3), np.uint8), 0.5, "l"), FREE)
+    np.testing.assert_allclose(sorted(disc.half_axes[0]), [0.06, 4.0, 6.0], rtol=1e-5)
+
+
+def test_the_ball_is_seen_from_outside() -> None:
+    """Its triangles run counterclockwise there."""
+    vertices, faces = bodies.BALL
+    corners = vertices[faces]
+    outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert ((outwards * corners.mean(axis=1)).sum(axis=1) >= -1e-7).all()
+
+
+def test_an_arrow_is_a_line_with_four_barbs() -> None:
+    """They end at its tip, in two planes; an arrow that goes nowhere is nothing."""
+    segments = bodies.arrow_segments(Arrows(f32([[0, 0, 0], [100, 0, 0]], [[5, 5, 5], [5, 5, 5]]), BLUE, 2.0, "l"))
+    assert segments.shape == (5, 2, 3)
+    np.testing.assert_allclose(segments[0], f32([0, 0, 0], [100, 0, 0]))
+    np.testing.assert_allclose(segments[1:, 1], np.tile(f32(100, 0, 0), (4, 1)))
+    np.testing.assert_allclose(segments[1:, 0, 0], 88, atol=1e-4)
+    np.testing.assert_allclose(segments[1:, 0, 1:].sum(axis=0), 0, atol=1e-4)
