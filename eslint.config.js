@@ -51,7 +51,7 @@ export default [
   },
   {
     files: ["tests/pages/**/*.js"],
-    languageOptions: { globals: { AbortController: "readonly", TextEncoder: "readonly" } },
+    languageOptions: { globals: { AbortController: "readonly", TextEncoder: "readonly", URLSearchParams: "readonly" } },
     rules: { "prefer-const": "error" },
   },
 ];

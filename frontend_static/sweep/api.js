@@ -1,9 +1,17 @@
 /** What the server knows of sweeps. */
 
-import { request } from "../shared/api.js";
+import { ROOT, query, request } from "../shared/api.js";
 import { encode } from "../shared/share_link.js";
+import { socketAddress } from "../shared/socket.js";
 
+/** @import { Query } from "../shared/api.js" */
 /** @import * as Messages from "../shared/messages.js" */
+
+/**
+ * A plan as it is typed in: an empty field is null, and the server says what is missing.
+ *
+ * @typedef {{[Name in keyof Messages.SweepCreate]: Messages.SweepCreate[Name]|null}} Draft
+ */
 
 /** @param {string} id @param {string} [rest] */
 const sweep = (id, rest = "") => `sweeps/${encodeURIComponent(id)}${rest}`;
@@ -11,15 +19,15 @@ const sweep = (id, rest = "") => `sweeps/${encodeURIComponent(id)}${rest}`;
 /**
  * @typedef {object} Sweeps Every request about sweeps.
  * @property {(experiment: string) => Promise<Messages.SweepCreate>} example
- * @property {(plan: object, measure: boolean) => Promise<Messages.EstimatePublic>} estimate
- * @property {(plan: object) => Promise<Messages.SweepPublic>} begin
+ * @property {(plan: Draft, measure: boolean) => Promise<Messages.EstimatePublic>} estimate
+ * @property {(plan: Draft) => Promise<Messages.SweepPublic>} begin
  * @property {() => Promise<Messages.SweepPublic[]>} list
  * @property {(id: string) => Promise<Messages.SweepPublic>} show
  * @property {(id: string) => Promise<Messages.SweepPublic>} cancel
  * @property {(id: string) => Promise<Messages.SweepPublic>} resume
  * @property {(id: string) => Promise<null>} remove
- * @property {(id: string, query: Record<string, any>) => Promise<Messages.CellsPublic>} cells
- * @property {(id: string, query: Record<string, any>) => Promise<Messages.RowsPublic>} rows
+ * @property {(id: string, question: Query) => Promise<Messages.CellsPublic>} cells
+ * @property {(id: string, question: Query) => Promise<Messages.RowsPublic>} rows
  * @property {(id: string, run: string|number, tracker?: string|null) => Promise<Messages.SessionPublic>} open
  * @property {(id: string, format: string) => string} downloadAddress
  */
@@ -34,25 +42,38 @@ export const sweeps = {
   cancel: (id) => request("POST", sweep(id, "/cancel")),
   resume: (id) => request("POST", sweep(id, "/resume")),
   remove: (id) => request("DELETE", sweep(id)),
-  cells: (id, query) => request("GET", sweep(id, `/cells?${new URLSearchParams(query)}`)),
-  rows: (id, query) => request("GET", sweep(id, `/rows?${new URLSearchParams(query)}`)),
+  cells: (id, question) => request("GET", sweep(id, `/cells?${query(question)}`)),
+  rows: (id, question) => request("GET", sweep(id, `/rows?${query(question)}`)),
   open: (id, run, tracker) => request("POST", sweep(id, `/rows/${run}/open`), tracker ? { tracker } : {}),
-  downloadAddress: (id, format) => `/api/v1/${sweep(id, `/download?format=${format}`)}`,
+  downloadAddress: (id, format) => `${ROOT}${sweep(id, `/download?format=${format}`)}`,
 };
 
-/** Where the stream of a sweep is found, over the axes that shall be seen. */
+/**
+ * Where the stream of a sweep is found, over the axes that shall be seen.
+ *
+ * @param {string} id
+ * @param {{x: string, y: string}} axes
+ */
 export function sweepStream(id, { x, y }) {
-  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-  return `${scheme}//${location.host}/api/v1/${sweep(id, "/stream")}?${new URLSearchParams({ x, y })}`;
+  return socketAddress(sweep(id, `/stream?${query({ x, y })}`));
 }
 
-/** The page that opens a run as a session; with another method where one is named. */
+/**
+ * The page that opens a run as a session; with another method where one is named.
+ *
+ * @param {string} id
+ * @param {number} run
+ * @param {string} [tracker]
+ */
 export function runPage(id, run, tracker) {
-  const query = tracker ? `?${new URLSearchParams({ tracker })}` : "";
-  return `/sweep/${encodeURIComponent(id)}/run/${run}${query}`;
+  return `/sweep/${encodeURIComponent(id)}/run/${run}${tracker ? `?${query({ tracker })}` : ""}`;
 }
 
-/** The form of a new sweep, filled in. */
+/**
+ * The form of a new sweep, filled in.
+ *
+ * @param {{experiment: string}|Messages.SweepCreate} body
+ */
 export function newSweep(body) {
   return `/sweep/new#${encode(body)}`;
 }

@@ -7,6 +7,10 @@ import { icon } from "../shared/icons.js";
 import { newSweep, sweeps } from "./api.js";
 import { attempt } from "../shared/toast.js";
 
+/** @import { Child } from "../shared/elements.js" */
+/** @import { SweepPublic } from "../shared/messages.js" */
+/** @import { SweepStore } from "./store.js" */
+
 const FORMATS = [
   ["parquet", "All runs, Parquet"],
   ["csv", "All runs, CSV"],
@@ -14,6 +18,10 @@ const FORMATS = [
   ["png", "Maps, PNG in an archive"],
 ];
 
+/**
+ * @param {HTMLElement} root
+ * @param {SweepStore} store
+ */
 export function bar(root, store) {
   const meter = h("progress", { max: 1, "aria-label": "Runs done" });
   const words = h("p", { class: "bar-words", role: "status" });
@@ -22,8 +30,8 @@ export function bar(root, store) {
   const downloads = downloadMenu(store);
   fill(root, h("div", { class: "bar-line" }, h("div", { class: "bar-grow" }, meter, words), actions), reason);
   let state = "";
-  store.on("sweep", () => {
-    const { sweep } = store;
+  store.on(["sweep"], () => {
+    const { known: sweep } = store;
     meter.value = sweep.done / sweep.runs;
     meter.hidden = sweep.state === "done";
     fill(words, sentence(sweep));
@@ -36,6 +44,10 @@ export function bar(root, store) {
   });
 }
 
+/**
+ * @param {SweepPublic} sweep
+ * @returns {Child}
+ */
 function sentence(sweep) {
   const all = count(sweep.runs, "run");
   if (sweep.state === "done") return [h("strong", {}, "Complete"), `, ${all} in ${duration(sweep.seconds)}`];
@@ -45,14 +57,19 @@ function sentence(sweep) {
   return [h("strong", {}, done), `, ${rate(sweep.rate)}, about ${duration(sweep.seconds_left)} left`];
 }
 
+/**
+ * @param {SweepStore} store
+ * @param {Child} downloads
+ */
 function buttons(store, downloads) {
-  const { sweep } = store;
-  const act = (work) => async () => {
+  const { known: sweep } = store;
+  const act = (/** @type {() => Promise<SweepPublic>} */ work) => async () => {
     const answer = await attempt(work);
     if (answer) store.take(answer);
   };
-  const again = { experiment: sweep.experiment, axes: sweep.axes.map(({ name, values }) => ({ name, values })), trackers: sweep.trackers.map(({ id }) => id) };
-  for (const name of ["trials", "frames", "seed", "parameters"]) again[name] = sweep[name];
+  const { experiment, trials, frames, seed, parameters } = sweep;
+  const axes = sweep.axes.map(({ name, values }) => ({ name, values }));
+  const again = { experiment, axes, trackers: sweep.trackers.map(({ id }) => id), trials, frames, seed, parameters };
   return [
     sweep.state === "running" && h("button", { type: "button", data: { role: "cancel" }, on: { click: act(() => sweeps.cancel(sweep.id)) } }, "Cancel"),
     sweep.state === "stopped" && h("button", { type: "button", class: "primary", data: { role: "resume" }, on: { click: act(() => sweeps.resume(sweep.id)) } }, "Resume"),
@@ -62,12 +79,14 @@ function buttons(store, downloads) {
   ];
 }
 
+/** @param {SweepPublic} sweep */
 async function remove(sweep) {
   const question = { title: "Delete this sweep?", text: `${sweep.title} and its ${count(sweep.done, "run")} are lost for good, unless you downloaded them.`, action: "Delete it" };
   if (!(await confirmLoss(question))) return;
   if ((await attempt(() => sweeps.remove(sweep.id).then(() => true))) === true) location.assign("/");
 }
 
+/** @param {SweepStore} store */
 function downloadMenu(store) {
   const menu = h("div", { class: "menu", popover: "auto", id: "downloads" });
   const button = h("button", { type: "button", popovertarget: "downloads", data: { role: "download" } }, icon("save"), "Download");
@@ -75,19 +94,27 @@ function downloadMenu(store) {
     if (event.newState !== "open") return;
     const { right, bottom } = button.getBoundingClientRect();
     Object.assign(menu.style, { left: `${Math.max(8, right - 240)}px`, top: `${bottom + 4}px`, width: "240px" });
-    fill(menu, h("ul", { class: "menu-list" }, FORMATS.map(([format, words]) => h("li", {}, h("a", { class: "button quiet grow", href: sweeps.downloadAddress(store.sweep.id, format), download: "", on: { click: () => menu.hidePopover() } }, words)))));
+    fill(menu, h("ul", { class: "menu-list" }, FORMATS.map(([format, words]) => h("li", {}, h("a", { class: "button quiet grow", href: sweeps.downloadAddress(store.known.id, format), download: "", on: { click: () => menu.hidePopover() } }, words)))));
   });
   return [button, menu];
 }
 
-/** 83.2 -> "83 runs a second". */
+/**
+ * 83.2 -> "83 runs/s".
+ *
+ * @param {number} value
+ */
 export function rate(value) {
   return value >= 10 ? `${Math.round(value).toLocaleString("en-GB")} runs/s` : `${value.toFixed(1)} runs/s`;
 }
 
-/** 75 -> "1 min 15 s". */
+/**
+ * 75 -> "1 min 15 s".
+ *
+ * @param {number|null} seconds
+ */
 export function duration(seconds) {
-  if (seconds === null || seconds === undefined) return "–";
+  if (seconds === null) return "–";
   if (seconds < 9.5) return `${Math.max(1, Math.round(seconds))} s`;
   if (seconds < 60) return `${Math.round(seconds)} s`;
   const minutes = Math.floor(Math.round(seconds) / 60);

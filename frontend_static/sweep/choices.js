@@ -3,44 +3,70 @@
 import { fill, h } from "../shared/dom.js";
 import { NO_AXIS } from "./store.js";
 
+/** @import { SweepStore } from "./store.js" */
+/** @import { View } from "./view.js" */
+
+/**
+ * What can be chosen: the value, and the words for it.
+ *
+ * @template {string} Value
+ * @typedef {{value: Value, words: string, hint?: string}} Option
+ */
+
+/** @type {Option<View["show"]>[]} */
 const SHOWS = [
-  ["success", "Success", "Share of the runs that succeeded"],
-  ["error", "Error", "Mean error of the successful runs"],
-  ["difference", "Difference", "One method's rate or error less another's"],
-  ["significance", "Significance", "Where a test tells two methods apart"],
+  { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
+  { value: "error", words: "Error", hint: "Mean error of the successful runs" },
+  { value: "difference", words: "Difference", hint: "One method's rate or error less another's" },
+  { value: "significance", words: "Significance", hint: "Where a test tells two methods apart" },
+];
+/** @type {Option<View["measure"]>[]} */
+const MEASURES = [
+  { value: "success", words: "by success" },
+  { value: "error", words: "by error" },
+];
+/** @type {Option<View["test"]>[]} */
+const TESTS = [
+  { value: "chi-square", words: "chi-square" },
+  { value: "fisher", words: "Fisher exact" },
 ];
 const LEVELS = [
-  ["0.05", "5 %"],
-  ["0.01", "1 %"],
-  ["0.001", "0.1 %"],
+  { value: "0.05", words: "5 %" },
+  { value: "0.01", words: "1 %" },
+  { value: "0.001", words: "0.1 %" },
 ];
 
+/**
+ * @param {HTMLElement} root
+ * @param {SweepStore} store
+ */
 export function choices(root, store) {
-  store.on("view", () => fill(root, switches(store), axes(store), versus(store)));
+  store.on(["view"], () => fill(root, switches(store), axes(store), versus(store)));
 }
 
+/** @param {SweepStore} store */
 function switches(store) {
-  const { judged, trackers } = store.sweep;
-  /** @param {string[]} choice */
-  const open = ([name]) => (name !== "success" || judged) && (trackers.length > 1 || !["difference", "significance"].includes(name));
-  return segments("Quantity", SHOWS.filter(open), store.view.show, (show) => store.show({ show }));
+  const { judged, trackers } = store.known;
+  const open = SHOWS.filter(({ value }) => (value !== "success" || judged) && (trackers.length > 1 || value === "success" || value === "error"));
+  return segments("Quantity", open, store.view.show, (show) => store.show({ show }));
 }
 
+/** @param {SweepStore} store */
 function versus(store) {
   if (!store.compares) return null;
-  const { view, sweep } = store;
-  const methods = sweep.trackers.map(({ id }) => [id, store.shortOf(id)]);
-  const holm = h("input", { type: "checkbox", checked: view.correction === "holm", on: { change: () => store.show({ correction: holm.checked ? "holm" : "none" }) } });
+  const { view, known: sweep } = store;
+  const methods = sweep.trackers.map(({ id }) => ({ value: id, words: store.shortOf(id) }));
+  const holm = h("input", { type: "checkbox", checked: view.correction === "holm" });
+  holm.addEventListener("change", () => store.show({ correction: holm.checked ? "holm" : "none" }));
   return h(
     "span",
     { class: "choice versus" },
     select("First method", methods, view.first, (first) => store.show({ first })),
     " against ",
     select("Second method", methods, view.second, (second) => store.show({ second })),
-    sweep.judged && select("Of what", [["success", "by success"], ["error", "by error"]], view.measure, (measure) => store.show({ measure })),
+    sweep.judged && select("Of what", MEASURES, view.measure, (measure) => store.show({ measure })),
     view.show === "significance" && [
-      view.measure === "success" &&
-        select("Test", [["chi-square", "chi-square"], ["fisher", "Fisher exact"]], view.test, (test) => store.show({ test })),
+      view.measure === "success" && select("Test", TESTS, view.test, (test) => store.show({ test })),
       select("Level", LEVELS, String(view.level), (level) => store.show({ level: Number(level) })),
       h(
         "label",
@@ -52,40 +78,52 @@ function versus(store) {
   );
 }
 
+/** @param {SweepStore} store */
 function axes(store) {
-  const { view, sweep } = store;
+  const { view, known: sweep } = store;
   if (sweep.axes.length < 2) return null;
-  const names = sweep.axes.map(({ name, title }) => [name, title]);
-  const change = (which, name) => {
-    const other = which === "x" ? "y" : "x";
-    // Choosing the other's axis swaps the two.
-    store.show(view[other] === name ? { [which]: name, [other]: view[which] } : { [which]: name });
-  };
+  const names = sweep.axes.map(({ name, title }) => ({ value: name, words: title }));
+  // Choosing the other's axis swaps the two.
+  const across = (/** @type {string} */ x) => store.show(view.y === x ? { x, y: view.x } : { x });
+  const up = (/** @type {string} */ y) => store.show(view.x === y ? { x: view.y, y } : { y });
   return h(
     "span",
     { class: "choice end" },
     "across ",
-    select("Axis across", names, view.x, (name) => change("x", name)),
+    select("Axis across", names, view.x, across),
     " up ",
-    select("Axis up", [...names, [NO_AXIS, "none"]], view.y, (name) => change("y", name)),
+    select("Axis up", [...names, { value: NO_AXIS, words: "none" }], view.y, up),
   );
 }
 
+/**
+ * A row of buttons of which one is chosen.
+ *
+ * @template {string} Value
+ * @param {string} label
+ * @param {Option<Value>[]} options
+ * @param {Value} chosen
+ * @param {(value: Value) => void} choose
+ */
 function segments(label, options, chosen, choose) {
   return h(
     "span",
     { class: "segments", role: "group", "aria-label": label },
-    options.map(([value, words, hint]) =>
+    options.map(({ value, words, hint }) =>
       h("button", { type: "button", title: hint, "aria-pressed": String(value === chosen), data: { value }, on: { click: () => choose(value) } }, words),
     ),
   );
 }
 
+/**
+ * @template {string} Value
+ * @param {string} label
+ * @param {Option<Value>[]} options
+ * @param {Value} chosen
+ * @param {(value: Value) => void} choose
+ */
 export function select(label, options, chosen, choose) {
-  const list = h(
-    "select",
-    { "aria-label": label, on: { change: () => choose(list.value) } },
-    options.map(([value, words]) => h("option", { value, selected: value === chosen }, words)),
-  );
+  const list = h("select", { "aria-label": label }, options.map(({ value, words }) => h("option", { value, selected: value === chosen }, words)));
+  list.addEventListener("change", () => choose(options[list.selectedIndex].value));
   return list;
 }

@@ -2,7 +2,17 @@
 
 import { fill, h } from "../shared/dom.js";
 
-/** A labelled field with a place for its error. */
+/** @import { ApiError } from "../shared/api.js" */
+/** @import { Value } from "../shared/format.js" */
+/** @import { Declaration } from "../shared/messages.js" */
+
+/**
+ * A labelled field with a place for its error.
+ *
+ * @param {string} name By which the server names it.
+ * @param {string} title
+ * @param {HTMLElement} input
+ */
 export function field(name, title, input) {
   return h("label", { class: "field", data: { field: name } }, h("span", {}, title), input, wrong());
 }
@@ -12,29 +22,42 @@ export function wrong() {
   return h("p", { class: "wrong", role: "alert", hidden: true });
 }
 
-/** Choose a parameter, under the headings of its group. */
+/**
+ * Choose a parameter, under the headings of its group.
+ *
+ * @param {string} label
+ * @param {Declaration[]} declarations
+ * @param {string} chosen
+ * @param {(name: string) => void} choose
+ */
 export function parameterSelect(label, declarations, chosen, choose) {
+  /** @type {Map<string, Declaration[]>} */
   const groups = new Map();
-  for (const declaration of declarations) {
-    if (!groups.has(declaration.group)) groups.set(declaration.group, []);
-    groups.get(declaration.group).push(declaration);
-  }
-  const option = ({ name, title, unit }) => h("option", { value: name, selected: name === chosen }, unit ? `${title}, ${unit}` : title);
+  for (const declaration of declarations) groups.set(declaration.group, [...(groups.get(declaration.group) ?? []), declaration]);
+  const option = (/** @type {Declaration} */ { name, title, unit }) => h("option", { value: name, selected: name === chosen }, unit ? `${title}, ${unit}` : title);
   const list = h(
     "select",
-    { "aria-label": label, on: { change: () => choose(list.value) } },
+    { "aria-label": label },
     [...groups].map(([group, members]) => (group ? h("optgroup", { label: group }, members.map(option)) : members.map(option))),
   );
+  list.addEventListener("change", () => choose(list.value));
   return list;
 }
 
-/** An input for one value of a parameter. */
+/**
+ * An input for one value of a parameter.
+ *
+ * @param {Declaration} declaration
+ * @param {unknown} value The default if undefined.
+ * @param {() => void} changed
+ * @returns {{element: HTMLElement, read: () => Value|null}}
+ */
 export function valueInput(declaration, value, changed) {
   const { kind, minimum, maximum, step, unit, choices } = declaration;
-  const given = value ?? declaration.default;
+  const given = String(value ?? declaration.default);
   if (kind === "choice" || kind === "boolean") {
     const options = kind === "choice" ? choices : ["true", "false"];
-    const input = h("select", { "aria-label": declaration.title, on: { change: changed } }, options.map((option) => h("option", { value: option, selected: option === String(given) }, option)));
+    const input = h("select", { "aria-label": declaration.title, on: { change: changed } }, options.map((option) => h("option", { value: option, selected: option === given }, option)));
     return { element: input, read: () => (kind === "boolean" ? input.value === "true" : input.value) };
   }
   if (kind === "colour") {
@@ -46,26 +69,50 @@ export function valueInput(declaration, value, changed) {
   return { element, read: () => numberOf(input) };
 }
 
-/** "0 to 640 px" */
-export function bounds({ minimum, maximum, unit }) {
+/**
+ * "0 to 640 px"
+ *
+ * @param {Declaration} declaration
+ */
+function bounds({ minimum, maximum, unit }) {
   if (minimum === null || maximum === null) return "";
   return `${minimum} to ${maximum.toLocaleString("en-GB")}${unit ? ` ${unit}` : ""}`;
 }
 
-/** What is in a number field; null when it is empty. */
+/**
+ * "Allowed 0 to 640 px."
+ *
+ * @param {Declaration} declaration
+ */
+export function allowed(declaration) {
+  const words = bounds(declaration);
+  return words && `Allowed ${words}.`;
+}
+
+/**
+ * What is in a number field; null when it is empty.
+ *
+ * @param {HTMLInputElement} input
+ */
 export function numberOf(input) {
   return input.value.trim() === "" ? null : Number(input.value);
 }
 
-/** Take all errors away. */
+/**
+ * Take all errors away.
+ *
+ * @param {HTMLFormElement} form
+ */
 export function clearErrors(form) {
-  for (const place of form.querySelectorAll(".wrong")) place.hidden = true;
+  for (const place of form.querySelectorAll(".wrong")) place.toggleAttribute("hidden", true);
   for (const input of form.querySelectorAll('[aria-invalid="true"]')) input.removeAttribute("aria-invalid");
 }
 
 /**
  * Write an error beside the field that it names, or beside the nearest one around it.
  *
+ * @param {HTMLFormElement} form
+ * @param {ApiError} error
  * @returns {boolean} Whether there is such a field.
  */
 export function showError(form, error) {
@@ -74,18 +121,23 @@ export function showError(form, error) {
   for (let length = parts.length; length > 0; length -= 1) {
     const place = form.querySelector(`[data-field="${CSS.escape(parts.slice(0, length).join("."))}"]`);
     if (place === null) continue;
-    const words = place.querySelector(".wrong") ?? place.closest("[data-field]:has(.wrong)")?.querySelector(".wrong") ?? place.parentElement.closest(":has(.wrong)")?.querySelector(".wrong");
+    const words = place.querySelector(".wrong") ?? place.closest("[data-field]:has(.wrong)")?.querySelector(".wrong") ?? place.parentElement?.closest(":has(.wrong)")?.querySelector(".wrong");
     if (!words) continue;
-    words.hidden = false;
+    words.toggleAttribute("hidden", false);
     fill(words, sentence(error));
-    const input = place.matches("input, select") ? place : parts.length === length && parts.length !== 1 ? place.querySelector("input, select") : null;
-    input?.setAttribute("aria-invalid", "true");
+    const isOwn = length > 1 && length === parts.length;
+    const input = place.matches("input, select") ? place : isOwn && place.querySelector("input, select");
+    if (input) input.setAttribute("aria-invalid", "true");
     return true;
   }
   return false;
 }
 
-/** An error's words without the name of its field in the code. */
+/**
+ * An error's words without the name of its field in the code.
+ *
+ * @param {ApiError} error
+ */
 function sentence({ field: name, message }) {
   const words = name && message.startsWith(`${name}: `) ? message.slice(name.length + 2) : message;
   return words.slice(0, 1).toUpperCase() + words.slice(1);

@@ -6,6 +6,7 @@ import { parameterSelect, valueInput, wrong } from "./fields.js";
 export class FixedRow {
   #declarations;
   #on;
+  /** @type {ReturnType<typeof valueInput>} */
   #input;
   element = h("div", { class: "fixed" });
 
@@ -16,7 +17,8 @@ export class FixedRow {
    * @param {{changed: () => void, remove: () => void}} on
    */
   constructor(declarations, name, value, on) {
-    [this.#declarations, this.#on] = [declarations, on];
+    this.#declarations = declarations;
+    this.#on = on;
     this.name = declarations.some((declaration) => declaration.name === name) ? name : declarations[0].name;
     this.#input = this.#draw(value);
   }
@@ -25,7 +27,10 @@ export class FixedRow {
     return this.#input.read();
   }
 
-  /** @param {unknown} [value] */
+  /**
+   * @param {unknown} [value]
+   * @returns {ReturnType<typeof valueInput>}
+   */
   #draw(value) {
     const declaration = this.#declarations.find(({ name }) => name === this.name) ?? this.#declarations[0];
     this.element.dataset.field = `parameters.${this.name}`;

@@ -1,47 +1,75 @@
 /** What the colours mean. */
 
 import { fill, h } from "../shared/dom.js";
+import { onTheme } from "../shared/theme.js";
 import { css, diverging, gradient, verdict, viridis } from "./colours.js";
 import { differenceEnd, errorEnd, short } from "./look.js";
-import { onTheme } from "../shared/theme.js";
 
+/** @import { CellsPublic } from "../shared/messages.js" */
+/** @import { SweepStore } from "./store.js" */
+
+/**
+ * @param {HTMLElement} root
+ * @param {SweepStore} store
+ */
 export function legend(root, store) {
-  const draw = () => store.cells !== null && fill(root, content(store));
-  store.on("sweep cells view comparison", draw);
+  const draw = () => store.cells !== null && fill(root, amounts(store, store.cells), store.compares && comparison(store), presence(store));
+  store.on(["sweep", "cells", "view", "comparison"], draw);
   onTheme(draw);
 }
 
-function content(store) {
-  const { view, sweep } = store;
-  const unit = sweep.unit ? ` ${sweep.unit}` : "";
-  const quantity = view.show === "error" || (store.compares && view.measure === "error") ? "error" : "success";
-  const parts = [];
-  if (quantity === "success") parts.push(scale("Success rate", gradient(viridis), "0", "1"));
-  else {
-    const { most, words } = errorEnd(store);
-    parts.push(scale("Mean error", gradient(viridis), `${short(most)}${unit}${words}`, `0${unit}`));
-  }
-  if (store.compares) {
-    const [first, second] = [view.first, view.second].map((id) => store.shortOf(id));
-    if (view.show === "difference") {
-      const { most, words } = differenceEnd(store);
-      const amount = `${short(most)}${view.measure === "error" ? unit : ""}${words}`;
-      parts.push(scale("Difference", gradient((share) => diverging(-share), -1), `${first} better by ${amount}`, `${second} better`));
-    } else {
-      parts.push(key(css(verdict("first")), `${first} better`), key(css(verdict("second")), `${second} better`), key(css(verdict("none")), "not significant"), key(css(verdict("untested")), "not applicable"));
-    }
-  }
-  if (sweep.state === "running") parts.push(h("span", { class: "legend-key" }, h("span", { class: "swatch pending" }), "to come"));
-  parts.push(h("span", { class: "legend-key" }, h("span", { class: "swatch hatched" }), "not tested"));
-  return parts;
+/**
+ * @param {SweepStore} store
+ * @param {CellsPublic} cells
+ */
+function amounts({ quantity, known }, cells) {
+  if (quantity === "success") return scale("Success rate", gradient(viridis), "0", "1");
+  const unit = known.unit ? ` ${known.unit}` : "";
+  const { most, words } = errorEnd(cells);
+  return scale("Mean error", gradient(viridis), `${short(most)}${unit}${words}`, `0${unit}`);
 }
 
+/** @param {SweepStore} store */
+function comparison(store) {
+  const { view, known } = store;
+  const [first, second] = [view.first, view.second].map((id) => store.shortOf(id));
+  if (view.show === "difference") {
+    const { most, words } = differenceEnd(store);
+    const unit = view.measure === "error" && known.unit ? ` ${known.unit}` : "";
+    return scale("Difference", gradient((share) => diverging(-share), -1), `${first} better by ${short(most)}${unit}${words}`, `${second} better`);
+  }
+  return [
+    key(css(verdict("first")), `${first} better`),
+    key(css(verdict("second")), `${second} better`),
+    key(css(verdict("none")), "not significant"),
+    key(css(verdict("untested")), "not applicable"),
+  ];
+}
+
+/** @param {SweepStore} store */
+function presence({ known }) {
+  return [
+    known.state === "running" && h("span", { class: "legend-key" }, h("span", { class: "swatch pending" }), "to come"),
+    h("span", { class: "legend-key" }, h("span", { class: "swatch hatched" }), "not tested"),
+  ];
+}
+
+/**
+ * @param {string} name
+ * @param {string} background
+ * @param {string} low
+ * @param {string} high
+ */
 function scale(name, background, low, high) {
   const bar = h("span", { class: "legend-bar", role: "img", "aria-label": `Colours from ${low} to ${high}` });
   bar.style.background = background;
   return h("span", { class: "legend-key" }, h("strong", {}, name), low, bar, high);
 }
 
+/**
+ * @param {string} background
+ * @param {string} words
+ */
 function key(background, words) {
   const swatch = h("span", { class: "swatch" });
   swatch.style.background = background;

@@ -7,10 +7,18 @@ import { icon } from "../shared/icons.js";
 import { sweeps } from "./api.js";
 import { attempt } from "../shared/toast.js";
 
+/** @import { SweepPublic } from "../shared/messages.js" */
+
 const SHOWN = 8;
 const STATES = { running: "running", stopped: "stopped, can be resumed", done: "complete" };
 
-/** List the newest sweeps. */
+/**
+ * List the newest sweeps.
+ *
+ * @param {HTMLElement} root
+ * @param {number} [most]
+ * @returns {Promise<void>}
+ */
 export async function sweepList(root, most = SHOWN) {
   const found = await sweeps.list();
   const again = () => attempt(() => sweepList(root, most));
@@ -24,6 +32,10 @@ export async function sweepList(root, most = SHOWN) {
   );
 }
 
+/**
+ * @param {SweepPublic} sweep
+ * @param {() => Promise<void>} again
+ */
 function row(sweep, again) {
   const methods = sweep.trackers.map(({ title }) => /\(([^)]+)\)$/.exec(title)?.[1] ?? title).join(", ");
   return h(
@@ -45,6 +57,10 @@ function row(sweep, again) {
   );
 }
 
+/**
+ * @param {SweepPublic} sweep
+ * @param {() => Promise<void>} again
+ */
 async function remove(sweep, again) {
   const question = { title: "Delete this sweep?", text: `${sweep.title} and everything computed of it are lost for good, unless you downloaded them.`, action: "Delete it" };
   if (await confirmLoss(question)) await attempt(() => sweeps.remove(sweep.id).then(again));

@@ -2,56 +2,69 @@
 
 import { SIGNS, diverging, verdict, viridis } from "./colours.js";
 
+/** @import { CellsPublic, ComparisonPublic, MapPublic } from "../shared/messages.js" */
+/** @import { Look } from "./map_paint.js" */
+/** @import { SweepStore } from "./store.js" */
+
+/** @typedef {{most: number, words: string}} End The end of a scale, and what follows the number there. */
+
 const USUAL_SHARE = 0.95;
 
-/** The colours' range of each quantity, shared by all maps. */
-export function rangeOf(store, quantity) {
-  if (quantity === "success") return [0, 1];
-  return [0, scaleOf(store.cells.maps.flatMap((map) => map.error)).most];
+/**
+ * What is written at the dark end of the errors' scale.
+ *
+ * @param {Pick<CellsPublic, "maps">} cells
+ * @returns {End}
+ */
+export function errorEnd({ maps }) {
+  return endOf(maps.flatMap(({ error }) => error));
 }
 
-/** What is written at the dark end of the errors' scale. */
-export function errorEnd(store) {
-  const { most, isCut } = scaleOf(store.cells.maps.flatMap((map) => map.error));
-  return { most, words: isCut ? " or more" : "" };
+/**
+ * What is written at the ends of the differences' scale, which is the same to both sides.
+ *
+ * @param {{view: {measure: "success"|"error"}, comparison: Pick<ComparisonPublic, "difference">|null}} store
+ * @returns {End}
+ */
+export function differenceEnd({ view, comparison }) {
+  if (view.measure === "success") return { most: 1, words: "" };
+  return endOf((comparison?.difference ?? []).map((value) => value && Math.abs(value)));
 }
 
-/** The largest difference, rounded up, for a scale that is the same to both sides. */
-export function differenceRange(store) {
-  return differenceEnd(store).most;
-}
-
-/** What is written at the ends of the differences' scale. */
-export function differenceEnd(store) {
-  if (store.view.measure === "success") return { most: 1, words: "" };
-  const { most, isCut } = scaleOf((store.comparison?.difference ?? []).map((value) => value && Math.abs(value)));
-  return { most, words: isCut ? " or more" : "" };
-}
-
-/** The look of one method's cells. */
-export function methodLook(store, map, quantity) {
-  const [, most] = rangeOf(store, quantity);
-  const values = quantity === "success" ? map.rate : map.error;
+/**
+ * The look of one method's cells; their range is shared by all maps.
+ *
+ * @param {SweepStore} store
+ * @param {CellsPublic} cells
+ * @param {MapPublic} map
+ * @returns {(index: number) => Look}
+ */
+export function methodLook(store, cells, map) {
+  const isSuccess = store.quantity === "success";
+  const { most } = errorEnd(cells);
+  const values = isSuccess ? map.rate : map.error;
   return (index) => {
     const value = values[index];
-    const share = quantity === "success" ? value : 1 - value / most;
-    return {
-      ...presence(store, map, index),
-      colour: value === null ? null : viridis(share),
-      text: value === null ? "" : quantity === "success" ? share2(value) : short(value),
-    };
+    const there = presence(store, cells, map, index);
+    if (value === null) return { ...there, colour: null };
+    return { ...there, colour: viridis(isSuccess ? value : 1 - value / most), text: isSuccess ? share2(value) : short(value) };
   };
 }
 
-/** The look of one method against another. */
-export function comparisonLook(store) {
+/**
+ * The look of one method against another.
+ *
+ * @param {SweepStore} store
+ * @param {CellsPublic} cells
+ * @returns {(index: number) => Look}
+ */
+export function comparisonLook(store, cells) {
   const { comparison, view } = store;
-  const [first, second] = [view.first, view.second].map((id) => store.cells.maps.find(({ tracker }) => tracker === id));
-  const most = differenceRange(store);
+  const maps = cells.maps.filter(({ tracker }) => tracker === view.first || tracker === view.second);
+  const { most } = differenceEnd(store);
   return (index) => {
-    const one = presence(store, first, index);
-    const other = presence(store, second, index);
-    const there = { hatched: one.hatched || other.hatched, filled: Math.min(one.filled, other.filled) };
+    const each = maps.map((map) => presence(store, cells, map, index));
+    const there = { hatched: each.some(({ hatched }) => hatched), filled: Math.min(...each.map(({ filled }) => filled)) };
     if (comparison === null) return { ...there, colour: null };
     if (view.show === "significance") {
       const code = comparison.verdict[index];
@@ -63,43 +76,64 @@ export function comparisonLook(store) {
   };
 }
 
-/** How much of a cell is there. */
-function presence(store, map, index) {
+/**
+ * How much of a cell is there.
+ *
+ * @param {SweepStore} store
+ * @param {CellsPublic} cells
+ * @param {MapPublic} map
+ * @param {number} index
+ */
+function presence({ known }, { planned }, map, index) {
   const runs = map.runs[index];
-  const refused = runs > 0 && map.problems[index] === runs;
-  const over = store.sweep.state !== "running";
-  const planned = store.cells.planned;
-  return {
-    hatched: refused || (runs === 0 && over),
-    // What was stopped shows its values whole: nothing is going to fill the rest.
-    filled: refused ? 0 : runs >= planned || (over && runs > 0) ? 1 : runs / planned,
-  };
+  const isRefused = runs > 0 && map.problems[index] === runs;
+  const isOver = known.state !== "running";
+  // What was stopped shows its values whole: nothing is going to fill the rest.
+  const filled = runs >= planned || (isOver && runs > 0) ? 1 : runs / planned;
+  return { hatched: isRefused || (runs === 0 && isOver), filled: isRefused ? 0 : filled };
 }
 
-/** 0.572 -> ".57", 1 -> "1". */
+/**
+ * 0.572 -> ".57", 1 -> "1".
+ *
+ * @param {number} value
+ */
 export function share2(value) {
   if (value === 1) return "1";
   if (value === 0) return "0";
   return value.toFixed(2).replace(/^0/, "");
 }
 
+/** @param {number} value */
 export function short(value) {
   const size = Math.abs(value);
-  return size >= 100 ? value.toFixed(0) : size >= 10 ? value.toFixed(1) : size >= 0.1 ? value.toFixed(2) : value.toPrecision(2);
+  if (size >= 100) return value.toFixed(0);
+  if (size >= 10) return value.toFixed(1);
+  return size >= 0.1 ? value.toFixed(2) : value.toPrecision(2);
 }
 
+/**
+ * @param {number} value
+ * @param {"success"|"error"} measure
+ */
 function signed(value, measure) {
   const text = measure === "success" ? share2(Math.abs(value)) : short(Math.abs(value));
   return Number(text) === 0 ? "0" : `${value > 0 ? "+" : "−"}${text}`;
 }
 
-/** The end of a scale for amounts: a few outliers, of cells with hardly a run, shall not make all others look alike. */
-function scaleOf(column) {
+/**
+ * The end of a scale for amounts: a few outliers, of cells with hardly a run, shall not make all others look alike.
+ *
+ * @param {(number|null)[]} column
+ * @returns {End}
+ */
+function endOf(column) {
   const values = column.filter((value) => value !== null).sort((a, b) => a - b);
   const most = roundUp(values[Math.ceil((values.length - 1) * USUAL_SHARE)] ?? 0);
-  return { most, isCut: (values.at(-1) ?? 0) > most };
+  return { most, words: (values.at(-1) ?? 0) > most ? " or more" : "" };
 }
 
+/** @param {number} value */
 function roundUp(value) {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));

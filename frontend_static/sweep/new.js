@@ -1,6 +1,6 @@
 /** The page of a new sweep: a form that is filled in with what the address says, or with the experiment's example. */
 
-import { api } from "../shared/api.js";
+import { api, messageOf } from "../shared/api.js";
 import { fill, h, part } from "../shared/dom.js";
 import { notice } from "../shared/notice.js";
 import { decode } from "../shared/share_link.js";
@@ -8,6 +8,8 @@ import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
 import { sweeps } from "./api.js";
 import { PlanForm } from "./plan_form.js";
+
+/** @import { ExperimentDetail, ExperimentPublic, SweepCreate } from "../shared/messages.js" */
 
 const SKELETON_AFTER_MS = 200;
 const root = part("plan");
@@ -21,17 +23,23 @@ async function begin() {
     const experiments = await api.experiments();
     const given = planOfAddress();
     const chosen = experiments.find(({ id }) => id === given?.experiment) ?? experiments[0];
-    const plan = given?.axes ? given : await sweeps.example(chosen.id);
+    const plan = given?.axes ? { ...given, experiment: chosen.id, axes: given.axes } : await sweeps.example(chosen.id);
     const experiment = await api.experiment(chosen.id);
     there();
     show(experiments, experiment, plan);
   } catch (error) {
     there();
-    fill(root, notice("The form could not be prepared", error.message, { label: "Try again", run: begin }));
+    fill(root, notice("The form could not be prepared", messageOf(error), { label: "Try again", run: begin }));
   }
 }
 
-/** The form of one experiment; choosing another one brings another form. */
+/**
+ * The form of one experiment; choosing another one brings another form.
+ *
+ * @param {ExperimentPublic[]} experiments
+ * @param {ExperimentDetail} experiment
+ * @param {SweepCreate} plan
+ */
 function show(experiments, experiment, plan) {
   const form = new PlanForm(experiments, experiment, plan, async (id) => {
     const [other, example] = await Promise.all([api.experiment(id), sweeps.example(id)]);
@@ -41,7 +49,7 @@ function show(experiments, experiment, plan) {
   fill(root, form.elements);
 }
 
-/** @returns {import("../shared/messages.js").SweepCreate|null} */
+/** @returns {Partial<SweepCreate>|null} A link may name the experiment alone. */
 function planOfAddress() {
   try {
     return decode(location.hash);

@@ -1,22 +1,21 @@
 /** The form of a sweep's plan: what is varied, by whom, how often; with the size and the time before anything starts. */
 
+import { messageOf } from "../shared/api.js";
 import { h } from "../shared/dom.js";
-import { axisRow } from "./axis.js";
-import { field, showError, wrong } from "./fields.js";
+import { toast } from "../shared/toast.js";
+import { AxisRow } from "./axis.js";
+import { field, numberOf, wrong } from "./fields.js";
 import { FixedRow } from "./fixed_row.js";
-import { sizeCard } from "./size.js";
+import { SizeCard } from "./size.js";
 
-/**
- * @typedef {import("../shared/messages.js").ExperimentPublic} ExperimentPublic
- * @typedef {import("../shared/messages.js").ExperimentDetail} ExperimentDetail
- * @typedef {import("../shared/messages.js").SweepCreate} SweepCreate
- */
+/** @import { ExperimentDetail, ExperimentPublic, SweepAxis, SweepCreate } from "../shared/messages.js" */
+/** @import { Draft } from "./api.js" */
 
 const NUMBERS = ["integer", "number"];
 
 export class PlanForm {
   #experiment;
-  /** @type {ReturnType<typeof axisRow>[]} */
+  /** @type {AxisRow[]} */
   #axes = [];
   #axisList = h("div", { class: "axes" });
   /** @type {FixedRow[]} */
@@ -48,7 +47,7 @@ export class PlanForm {
     };
     this.#title = h("input", { type: "text", value: plan.title ?? "", maxlength: 200, placeholder: "Made up from the plan", "aria-label": "Title" });
     this.#form = this.#layout(this.#chooser(experiments, choose));
-    this.#size = sizeCard(this.#form, () => this.#read(), { sized: (estimate) => this.#axes.forEach((axis) => axis.preview(estimate)) });
+    this.#size = new SizeCard(this.#form, () => this.#read(), (estimate) => this.#axes.forEach((axis) => axis.preview(estimate)));
     this.#form.addEventListener("submit", (event) => {
       event.preventDefault();
       this.#size.start();
@@ -67,11 +66,15 @@ export class PlanForm {
     this.#size.changed();
   }
 
-  /** What is planned now, as the server takes it. */
+  /**
+   * What is planned now.
+   *
+   * @returns {Draft}
+   */
   #read() {
     const title = this.#title.value.trim();
     return {
-      ...(title === "" ? {} : { title }),
+      ...(title !== "" && { title }),
       experiment: this.#experiment.id,
       axes: this.#axes.map((axis) => axis.read()),
       trackers: this.#methods.filter(({ box }) => box.checked).map(({ box }) => box.value),
@@ -82,6 +85,7 @@ export class PlanForm {
     };
   }
 
+  /** @param {SweepAxis} given */
   #addAxis(given) {
     const remove = () => {
       this.#axes = this.#axes.filter((other) => other !== axis);
@@ -89,7 +93,7 @@ export class PlanForm {
       this.#number();
       this.#changed();
     };
-    const axis = axisRow(this.#experiment.declarations, given, { changed: () => this.#changed(), remove });
+    const axis = new AxisRow(this.#experiment.declarations, given, { changed: () => this.#changed(), remove });
     this.#axes.push(axis);
     this.#axisList.append(axis.element);
     this.#number();
@@ -126,22 +130,20 @@ export class PlanForm {
     return declarations.find(({ kind, name }) => kinds.includes(kind) && !used.has(name))?.name ?? declarations[0].name;
   }
 
+  /**
+   * @param {ExperimentPublic[]} experiments
+   * @param {(id: string) => Promise<void>} choose
+   */
   #chooser(experiments, choose) {
     const options = experiments.map(({ id, title }) => h("option", { value: id, selected: id === this.#experiment.id }, title));
     const chooser = h("select", { "aria-label": "Experiment", data: { field: "experiment" } }, options);
-    chooser.addEventListener("change", () => choose(chooser.value).catch((error) => showError(this.#form, error)));
+    chooser.addEventListener("change", () => choose(chooser.value).catch((error) => toast(messageOf(error), { kind: "error" })));
     return chooser;
   }
 
+  /** @param {HTMLElement} chooser */
   #layout(chooser) {
     const { question, description } = this.#experiment;
-    const add = (role, words, run) => {
-      const press = () => {
-        run();
-        this.#changed();
-      };
-      return h("div", {}, h("button", { type: "button", data: { role }, on: { click: press } }, words));
-    };
     return h(
       "form",
       { class: "plan-form", novalidate: true },
@@ -152,7 +154,7 @@ export class PlanForm {
         h("h2", {}, "What is varied"),
         this.#axisList,
         wrong(),
-        add("add-axis", "Add an axis", () => this.#addAxis({ name: this.#unused(NUMBERS) })),
+        this.#adder("add-axis", "Add an axis", () => this.#addAxis({ name: this.#unused(NUMBERS) })),
         h("p", { class: "hint" }, "Axes multiply. A map shows two of them; further ones are pooled, and you can choose which."),
       ),
       h("section", { class: "plan-part", data: { field: "trackers" } }, h("h2", {}, "Methods"), h("div", { class: "methods" }, this.#methods.map(({ label }) => label)), wrong(), h("p", { class: "hint" }, "All methods meet the same scenes and seeds.")),
@@ -164,13 +166,34 @@ export class PlanForm {
         h("p", { class: "hint" }, "Everything that is not named here or varied has the experiment's own value."),
         this.#fixedList,
         wrong(),
-        add("add-fixed", "Fix a parameter", () => this.#addFixed(this.#unused([...NUMBERS, "choice"]))),
+        this.#adder("add-fixed", "Fix a parameter", () => this.#addFixed(this.#unused([...NUMBERS, "choice"]))),
       ),
     );
   }
+
+  /**
+   * A button that adds something.
+   *
+   * @param {string} role
+   * @param {string} words
+   * @param {() => void} add
+   */
+  #adder(role, words, add) {
+    const press = () => {
+      add();
+      this.#changed();
+    };
+    return h("div", {}, h("button", { type: "button", data: { role }, on: { click: press } }, words));
+  }
 }
 
+/**
+ * @param {string} title
+ * @param {number|null|undefined} value
+ * @param {number} least
+ * @param {() => void} changed
+ */
 function amount(title, value, least, changed) {
   const input = h("input", { type: "number", value, min: least, step: 1, on: { input: changed } });
-  return { title, input, read: () => (input.value.trim() === "" ? null : Number(input.value)) };
+  return { title, input, read: () => numberOf(input) };
 }

@@ -1,92 +1,146 @@
 /** The runs of the chosen cell, failures first; each is a link to the run itself, with its other methods beside it. */
 
+import { messageOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { count } from "../shared/format.js";
+import { later } from "../shared/timing.js";
 import { runPage, sweeps } from "./api.js";
+import { placeOf } from "./cell_words.js";
 import { select } from "./choices.js";
 import { short } from "./look.js";
-import { placeOf } from "./maps.js";
+
+/** @import { CellsPublic, RowPublic, RowsPublic, SweepPublic } from "../shared/messages.js" */
+/** @import { Chosen, SweepStore } from "./store.js" */
 
 const PAGE = 50;
 const ALL = "";
+const SKELETON_AFTER_MS = 200;
 
-export function runs(root, store) {
-  let asked = 0;
-  let tracker = ALL;
-  invite();
+export class RunList {
+  #root;
+  #store;
+  /** Counts what was asked for: an answer to anything but the newest question is dropped. */
+  #asked = 0;
+  #tracker = ALL;
+  /** The axes of the map that cells are chosen in. */
+  #axes = "";
 
-  store.on("chosen", () => {
-    tracker = store.chosen.tracker ?? ALL;
-    load();
-  });
-  let axes = "";
-  store.on("view", () => {
-    const now = `${store.view.x} ${store.view.y}`;
-    if (now === axes) return;
-    axes = now;
-    // Another map has other cells.
-    store.chosen = null;
-    invite();
-  });
-
-  function invite() {
-    asked += 1;
-    fill(root, h("h2", {}, "Runs"), h("p", { class: "hint" }, "Choose a cell of a map, and its runs are listed here, failures first. A run opens in a new tab, shortly before it lost the target."));
+  /**
+   * @param {HTMLElement} root
+   * @param {SweepStore} store
+   */
+  constructor(root, store) {
+    this.#root = root;
+    this.#store = store;
+    this.#invite();
+    store.on(["chosen"], () => {
+      this.#tracker = store.chosen?.tracker ?? ALL;
+      this.#load();
+    });
+    store.on(["view"], () => this.#look());
   }
 
-  async function load() {
-    asked += 1;
-    const mine = asked;
-    const slow = setTimeout(() => mine === asked && fill(root, heading(), h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" })), 200);
+  /** Another map has other cells. */
+  #look() {
+    const { x, y } = this.#store.view;
+    if (this.#axes === `${x} ${y}`) return;
+    this.#axes = `${x} ${y}`;
+    this.#store.chosen = null;
+    this.#invite();
+  }
+
+  #invite() {
+    this.#asked += 1;
+    const words = "Choose a cell of a map, and its runs are listed here, failures first. A run opens in a new tab, shortly before it lost the target.";
+    fill(this.#root, h("h2", {}, "Runs"), h("p", { class: "hint" }, words));
+  }
+
+  async #load() {
+    const { chosen, cells } = this.#store;
+    if (chosen === null || cells === null) return;
+    this.#asked += 1;
+    const asked = this.#asked;
+    const isWanted = () => asked === this.#asked;
+    const heading = () => this.#heading(cells, chosen);
+    const skeleton = () => isWanted() && fill(this.#root, heading(), h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" }));
+    const stop = later(skeleton, SKELETON_AFTER_MS);
     try {
-      const found = await ask(0);
-      if (mine === asked) show(found);
+      const found = await this.#ask(chosen, 0);
+      if (isWanted()) fill(this.#root, heading(), this.#list(found, chosen));
     } catch (error) {
-      if (mine === asked) fill(root, heading(), h("p", { class: "wrong", role: "alert" }, error.message), h("button", { type: "button", on: { click: load } }, "Try again"));
+      const again = h("button", { type: "button", on: { click: () => this.#load() } }, "Try again");
+      if (isWanted()) fill(this.#root, heading(), h("p", { class: "wrong", role: "alert" }, messageOf(error)), again);
     } finally {
-      clearTimeout(slow);
+      stop();
     }
   }
 
-  function ask(offset) {
-    const { i, j } = store.chosen;
-    const { x, y } = store.view;
-    return sweeps.rows(store.sweep.id, { x, y, i, j, offset, limit: PAGE, ...(tracker === ALL ? {} : { tracker }) });
+  /**
+   * @param {Chosen} chosen
+   * @param {number} offset
+   */
+  #ask({ i, j }, offset) {
+    const { view, known } = this.#store;
+    return sweeps.rows(known.id, { x: view.x, y: view.y, i, j, offset, limit: PAGE, ...(this.#tracker !== ALL && { tracker: this.#tracker }) });
   }
 
-  function heading() {
-    const { x, y } = store.cells;
-    const { i, j } = store.chosen;
-    const methods = [[ALL, "All methods"], ...store.sweep.trackers.map(({ id, title }) => [id, title])];
-    const choose = (value) => {
-      tracker = value;
-      load();
+  /**
+   * @param {CellsPublic} cells
+   * @param {Chosen} chosen
+   */
+  #heading({ x, y }, { i, j }) {
+    const methods = this.#store.known.trackers.map(({ id, title }) => ({ value: id, words: title }));
+    const choose = (/** @type {string} */ tracker) => {
+      this.#tracker = tracker;
+      this.#load();
     };
-    return h("header", { class: "runs-head" }, h("h2", {}, placeOf(x, i), y && [h("br"), placeOf(y, j)]), methods.length > 2 && select("Method", methods, tracker, choose));
+    return h(
+      "header",
+      { class: "runs-head" },
+      h("h2", {}, placeOf(x, i), y && [h("br"), placeOf(y, j)]),
+      methods.length > 1 && select("Method", [{ value: ALL, words: "All methods" }, ...methods], this.#tracker, choose),
+    );
   }
 
-  function show({ total, failures, rows }) {
-    const list = h("ol", { class: "runs" }, rows.map((row) => item(store, row)));
+  /**
+   * The first runs of a cell, and a button for more.
+   *
+   * @param {RowsPublic} found
+   * @param {Chosen} chosen
+   */
+  #list({ total, failures, rows }, chosen) {
+    const list = h("ol", { class: "runs" }, rows.map((row) => item(this.#store, row)));
     const more = h("button", { type: "button", hidden: rows.length >= total }, "Show more");
     more.addEventListener("click", async () => {
       more.disabled = true;
-      const next = await ask(list.children.length).catch(() => null);
+      const next = await this.#ask(chosen, list.children.length).catch(() => null);
       more.disabled = false;
       if (next === null) return;
-      list.append(...next.rows.map((row) => item(store, row)));
+      list.append(...next.rows.map((row) => item(this.#store, row)));
       more.hidden = next.rows.length === 0 || list.children.length >= next.total;
     });
-    const words = total === 0 ? (store.sweep.state === "running" ? "Nothing has been computed of this cell yet." : "Nothing was computed of this cell.") : store.sweep.judged ? `${failures} of ${count(total, "run")} failed` : count(total, "run");
-    fill(root, heading(), h("p", { class: "hint" }, words), list, more);
+    return [h("p", { class: "hint" }, summary(this.#store.known, total, failures)), list, more];
   }
 }
 
+/**
+ * @param {SweepPublic} sweep
+ * @param {number} total
+ * @param {number} failures
+ */
+function summary({ state, judged }, total, failures) {
+  if (total === 0) return state === "running" ? "Nothing has been computed of this cell yet." : "Nothing was computed of this cell.";
+  return judged ? `${failures} of ${count(total, "run")} failed` : count(total, "run");
+}
+
+/**
+ * @param {SweepStore} store
+ * @param {RowPublic} row
+ */
 function item(store, row) {
-  const { sweep } = store;
-  const verdict = row.problem !== null ? "not possible" : row.success === null ? "" : row.success ? "kept" : "lost";
-  const others = sweep.trackers.filter(({ id }) => id !== row.tracker);
-  const shown = new Set([store.view.x, store.view.y]);
-  const pooled = sweep.axes.filter(({ name }) => !shown.has(name)).map(({ name, title, unit }) => `${title.toLowerCase()} ${row.conditions[name]}${unit ? ` ${unit}` : ""}`);
+  const { known: sweep } = store;
+  const kept = row.success ? "kept" : "lost";
+  const verdict = row.problem !== null ? "not possible" : row.success === null ? "" : kept;
   const open = row.problem === null;
   const title = [h("span", { class: "run-method" }, store.titleOf(row.tracker)), h("span", {}, `trial ${row.trial}`)];
   return h(
@@ -99,13 +153,45 @@ function item(store, row) {
       h("span", { class: `run-verdict ${verdict}` }, verdict),
     ),
     h("p", { class: "hint" }, row.problem ?? facts(sweep, row)),
-    h("p", { class: "hint" }, [...pooled, `seed ${row.seed}`].join(", ")),
-    open &&
-      others.length > 0 &&
-      h("p", { class: "run-others" }, h("span", { class: "hint" }, "Same seed"), others.map(({ id }) => h("a", { class: "chip-link", title: `The same seed with ${store.titleOf(id)}`, href: runPage(sweep.id, row.run, id), target: "_blank", rel: "noreferrer" }, store.shortOf(id)))),
+    h("p", { class: "hint" }, [...pooled(store, row), `seed ${row.seed}`].join(", ")),
+    open && sweep.trackers.length > 1 && others(store, row),
   );
 }
 
+/**
+ * The values of a run on the axes that are not seen.
+ *
+ * @param {SweepStore} store
+ * @param {RowPublic} row
+ */
+function pooled({ known, view }, { conditions }) {
+  const hidden = known.axes.filter(({ name }) => name !== view.x && name !== view.y);
+  return hidden.map(({ name, title, unit }) => `${title.toLowerCase()} ${conditions[name]}${unit ? ` ${unit}` : ""}`);
+}
+
+/**
+ * Links to the same run by the other methods.
+ *
+ * @param {SweepStore} store
+ * @param {RowPublic} row
+ */
+function others(store, row) {
+  const { known: sweep } = store;
+  const methods = sweep.trackers.filter(({ id }) => id !== row.tracker);
+  return h(
+    "p",
+    { class: "run-others" },
+    h("span", { class: "hint" }, "Same seed"),
+    methods.map(({ id }) =>
+      h("a", { class: "chip-link", title: `The same seed with ${store.titleOf(id)}`, href: runPage(sweep.id, row.run, id), target: "_blank", rel: "noreferrer" }, store.shortOf(id)),
+    ),
+  );
+}
+
+/**
+ * @param {SweepPublic} sweep
+ * @param {RowPublic} row
+ */
 function facts(sweep, row) {
   // The unit stays with its number.
   const unit = sweep.unit ? `\u00a0${sweep.unit}` : "";

@@ -6,38 +6,39 @@
  */
 
 import { throttle } from "../shared/timing.js";
+import { Topics } from "../shared/topics.js";
 import { sweeps } from "./api.js";
 
 const COMPARE_EVERY_MS = 1000;
+/** @type {Exclude<keyof MapPublic, "tracker">[]} */
+const COLUMNS = ["runs", "problems", "successes", "rate", "low", "high", "error", "lost_frames"];
 export const NO_AXIS = "none";
 
-/** @typedef {import("../shared/messages.js").SweepPublic} SweepPublic */
+/** @import { Cells, CellsPublic, ComparisonPublic, MapPublic, Progress, SweepMessage, SweepPublic } from "../shared/messages.js" */
+/** @import { View } from "./view.js" */
 
-export class SweepStore {
+/** @typedef {"sweep"|"cells"|"view"|"comparison"|"chosen"|"connection"} Topic */
+
+/** @typedef {{i: number, j: number, tracker: string|null}} Chosen A cell by its places on the axes, and the method of its map. */
+
+/** @extends {Topics<Topic>} */
+export class SweepStore extends Topics {
   /** @type {SweepPublic|null} */
   sweep = null;
-  /** @type {import("../shared/messages.js").CellsPublic|null} */
+  /** @type {CellsPublic|null} */
   cells = null;
-  /** @type {import("../shared/messages.js").ComparisonPublic|null} */
+  /** @type {ComparisonPublic|null} */
   comparison = null;
-  /** @type {{i: number, j: number, tracker?: string}|null} */
+  /** @type {Chosen|null} */
   chosen = null;
   /** @type {"connecting"|"open"|"lost"|"gone"} */
   connection = "connecting";
   view;
-  /** @type {Map<string, Set<() => void>>} */
-  #listeners = new Map();
 
+  /** @param {View} view */
   constructor(view) {
+    super();
     this.view = view;
-  }
-
-  /** Call `listener` after each change of any of the topics. */
-  on(topics, listener) {
-    for (const topic of topics.split(" ")) {
-      const those = this.#listeners.get(topic) ?? new Set();
-      this.#listeners.set(topic, those.add(listener));
-    }
   }
 
   /** The sweep, where there must be one: who listens to what changes in it is only called then. */
@@ -46,37 +47,53 @@ export class SweepStore {
     return this.sweep;
   }
 
-  /** Take over the sweep as the server describes it, before the stream brings more. */
+  /**
+   * Take over the sweep as the server describes it, before the stream brings more.
+   *
+   * @param {SweepPublic} sweep
+   */
   begin(sweep) {
     this.sweep = sweep;
     this.#complete();
-    this.#tell("sweep", "view");
+    this.tell("sweep", "view");
   }
 
-  /** Take over how far it is. */
+  /**
+   * Take over how far it is.
+   *
+   * @param {SweepPublic|Progress} progress
+   */
   take({ state, message, done, successes, rate, seconds, seconds_left, outcome }) {
     Object.assign(this.known, { state, message, done, successes, rate, seconds, seconds_left, outcome });
-    this.#tell("sweep", "cells");
+    this.tell("sweep", "cells");
   }
 
-  /** Take over a message of the stream. */
+  /**
+   * Take over a message of the stream.
+   *
+   * @param {SweepMessage} message
+   */
   receive(message) {
     if (message.type === "hello") {
       this.connection = "open";
       this.sweep = message.sweep;
       this.cells = message.cells;
-      this.#tell("connection", "sweep", "cells");
+      this.tell("connection", "sweep", "cells");
       this.compare();
     } else if (message.type === "progress") {
       this.take(message);
     } else if (message.type === "cells" && this.cells !== null) {
       this.#merge(message);
-      this.#tell("cells");
+      this.tell("cells");
       this.compare();
     }
   }
 
-  /** Change what is shown. */
+  /**
+   * Change what is shown.
+   *
+   * @param {Partial<View>} changes
+   */
   show(changes) {
     Object.assign(this.view, changes);
     if (this.view.first === this.view.second) {
@@ -85,19 +102,29 @@ export class SweepStore {
       else this.view.first = other?.id ?? this.view.first;
     }
     this.comparison = null;
-    this.#tell("view");
+    this.tell("view");
     this.compare();
   }
 
-  /** List the runs of a cell. */
+  /**
+   * List the runs of a cell.
+   *
+   * @param {Chosen} cell
+   */
   choose(cell) {
     this.chosen = cell;
-    this.#tell("chosen");
+    this.tell("chosen");
   }
 
+  /** @param {SweepStore["connection"]} connection */
   setConnection(connection) {
     this.connection = connection;
-    this.#tell("connection");
+    this.tell("connection");
+  }
+
+  /** What is shown of single methods, or of what two are compared. */
+  get quantity() {
+    return this.view.show === "error" || (this.compares && this.view.measure === "error") ? "error" : "success";
   }
 
   /** Whether the maps show one method against another. */
@@ -107,12 +134,17 @@ export class SweepStore {
 
   compare = throttle(() => this.#compare(), COMPARE_EVERY_MS);
 
-  /** "h-SPF" of "Hard switching (h-SPF)". */
+  /**
+   * "h-SPF" of "Hard switching (h-SPF)".
+   *
+   * @param {string} tracker
+   */
   shortOf(tracker) {
     const title = this.titleOf(tracker);
     return /\(([^)]+)\)$/.exec(title)?.[1] ?? title;
   }
 
+  /** @param {string} tracker */
   titleOf(tracker) {
     return this.known.trackers.find(({ id }) => id === tracker)?.title ?? tracker;
   }
@@ -126,7 +158,7 @@ export class SweepStore {
       const now = this.view;
       if (asked !== JSON.stringify([now.x, now.y, now.first, now.second, now.measure, now.level, now.correction, now.test])) return;
       this.comparison = comparison;
-      this.#tell("comparison");
+      this.tell("comparison");
     } catch {
       // The next change of the cells asks again.
     }
@@ -136,7 +168,7 @@ export class SweepStore {
   #complete() {
     const { axes, trackers, judged } = this.known;
     const view = this.view;
-    const known = (name) => axes.some((axis) => axis.name === name);
+    const known = (/** @type {string} */ name) => axes.some((axis) => axis.name === name);
     if (!known(view.x)) view.x = axes[0]?.name ?? NO_AXIS;
     if (!known(view.y) || view.y === view.x) view.y = axes.find(({ name }) => name !== view.x)?.name ?? NO_AXIS;
     const ids = trackers.map(({ id }) => id);
@@ -147,20 +179,14 @@ export class SweepStore {
     if (ids.length < 2 && ["difference", "significance"].includes(view.show)) view.show = judged ? "success" : "error";
   }
 
+  /** @param {Cells} message */
   #merge({ at, maps, done }) {
     const { cells } = this;
     if (cells === null) return;
     cells.done = done;
     for (const changed of maps) {
-      /** @type {any} */
       const map = cells.maps.find(({ tracker }) => tracker === changed.tracker);
-      for (const [name, column] of Object.entries(changed)) {
-        if (Array.isArray(column)) at.forEach((index, place) => (map[name][index] = column[place]));
-      }
+      if (map) for (const name of COLUMNS) at.forEach((index, place) => (map[name][index] = changed[name][place]));
     }
-  }
-
-  #tell(...topics) {
-    for (const topic of topics) for (const listener of this.#listeners.get(topic) ?? []) listener();
   }
 }

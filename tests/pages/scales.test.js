@@ -52,13 +52,13 @@ describe("the ends of a scale", () => {
   const store = (error) => ({ cells: { maps: [{ error }] }, view: { measure: "error" }, comparison: { difference: error } });
 
   it("are round and not moved by a few outliers", () => {
-    assert.deepEqual(errorEnd(store([1, 2, null, 2.8])), { most: 3, words: "" });
+    assert.deepEqual(errorEnd(store([1, 2, null, 2.8]).cells), { most: 3, words: "" });
     const many = [...Array.from({ length: 99 }, () => 1.9), 500];
-    assert.deepEqual(errorEnd(store(many)), { most: 2, words: " or more" });
+    assert.deepEqual(errorEnd(store(many).cells), { most: 2, words: " or more" });
   });
 
   it("are 1 where nothing is known", () => {
-    assert.deepEqual(errorEnd(store([null, null])), { most: 1, words: "" });
+    assert.deepEqual(errorEnd(store([null, null]).cells), { most: 1, words: "" });
   });
 
   it("are the same to both sides of a difference", () => {

@@ -1,0 +1,58 @@
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+
+import { listOf, rangeOf } from "../../frontend_static/sweep/axis_inputs.js";
+import { Grid } from "../../frontend_static/sweep/grid.js";
+import { queryOf, viewOf } from "../../frontend_static/sweep/view.js";
+
+describe("the values of an axis", () => {
+  const declaration = { default: 40, step: 5, minimum: 0, maximum: 50 };
+
+  it("are given, taken from a list, or made up within the bounds", () => {
+    assert.deepEqual(rangeOf(declaration, { start: 1, stop: 9, step: 2 }), { start: 1, stop: 9, step: 2 });
+    assert.deepEqual(rangeOf(declaration, { values: [10, 20, 30] }), { start: 10, stop: 30, step: 10 });
+    assert.deepEqual(rangeOf(declaration, {}), { start: 40, stop: 50, step: 5 });
+    assert.deepEqual(rangeOf({ ...declaration, step: null, maximum: null }, {}), { start: 40, stop: 44, step: 1 });
+  });
+
+  it("of a range become a list without the traces of floating point, unless it is long or no range", () => {
+    assert.deepEqual(listOf({ start: 0.1, stop: 0.4, step: 0.1 }), [0.1, 0.2, 0.3, 0.4]);
+    assert.deepEqual(listOf({ start: 5, stop: 5, step: 1 }), [5]);
+    for (const none of [{ start: 0, stop: 1000, step: 1 }, { start: 0, stop: 1, step: 0 }, { start: null, stop: 1, step: 1 }, { start: 2, stop: 1, step: 1 }]) {
+      assert.equal(listOf(none), null);
+    }
+  });
+});
+
+describe("the grid of a map", () => {
+  const axis = (count) => ({ values: Array.from({ length: count }, (_, index) => index) });
+
+  it("has a cell where its box is, and none beside it", () => {
+    const grid = new Grid({ x: axis(4), y: axis(3) }, 300);
+    for (const cell of [{ i: 0, j: 0 }, { i: 3, j: 2 }, { i: 1, j: 2 }]) {
+      const [x, y, width, height] = grid.box(cell);
+      assert.deepEqual(grid.at(x + width / 2, y + height / 2), cell);
+    }
+    assert.equal(grid.at(0, 0), null);
+    assert.equal(grid.index({ i: 1, j: 2 }), 9);
+  });
+
+  it("is as high as its cells, however many there are", () => {
+    const grid = new Grid({ x: axis(4), y: axis(500) }, 300);
+    const [, y, , height] = grid.box({ i: 0, j: 0 });
+    assert.ok(y + height <= grid.height);
+  });
+});
+
+describe("what of a sweep is shown", () => {
+  it("comes back from the address that names it", () => {
+    const view = { show: "significance", measure: "error", x: "a", y: "none", first: "p", second: "q", level: 0.001, correction: "holm", test: "fisher" };
+    assert.deepEqual(viewOf(queryOf(view)), view);
+    assert.equal(queryOf(viewOf(new URLSearchParams())).size, 0);
+  });
+
+  it("is the usual where an address says what there is not", () => {
+    const view = viewOf(new URLSearchParams("show=colours&measure=&level=x&correction=all&test=rank-sum"));
+    assert.deepEqual(view, viewOf(new URLSearchParams()));
+  });
+});
