@@ -6,17 +6,28 @@ It alone changes the spec's branches and positions, and it alone decides what of
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from pftrack.runs.loss import before_loss
 from server.schemas import messages
 from server.schemas.messages import Phase
 from server.schemas.spec import Bookmark, BranchSpec, Goal, SessionSpec
 from server.sessions.history import History
 from server.sessions.timeline_view import threshold_views, timeline_view
-from server.sessions.view import branch_views, last_of, view
+from server.sessions.view import DECLARATIONS, LAYERS, PLOTS, READINGS, SERIES, branch_views, last_of, view
 from server.stream.listeners import SessionListeners
 from server.worker.protocol import Ready, RunStatus, SessionInfo
 
 __all__ = ["SessionState"]
+
+FORMS: dict[str, TypeAdapter[Any]] = {
+    "declarations": DECLARATIONS,
+    "layers": LAYERS,
+    "plots": PLOTS,
+    "readings": READINGS,
+    "series": SERIES,
+}
+"""The lists on a card, each of its kind."""
 
 
 class SessionState:
@@ -233,5 +244,14 @@ def _where(status: RunStatus) -> tuple[int, int, Goal | None, bool, float]:
 
 
 def _card(stored: dict[str, Any]) -> SessionInfo:
-    """Return a card that an earlier version may have stored."""
-    return SessionInfo(**{name: value for name, value in stored.items() if name in SessionInfo.__slots__})
+    """Return a card that an earlier version may have stored, without what this one no longer knows.
+
+    Its next worker shows the whole of it again.
+    """
+    known = {name: value for name, value in stored.items() if name in SessionInfo.__slots__}
+    for name, form in FORMS.items():
+        try:
+            form.validate_python(known.get(name, []))
+        except ValidationError:
+            known[name] = []
+    return SessionInfo(**known)

@@ -13,7 +13,7 @@ from server.schemas.spec import Goal, SessionSpec
 from server.sessions.timeline_view import threshold_views, timeline_view
 from server.worker.protocol import SessionInfo
 
-__all__ = ["LAYERS", "branch_views", "last_of", "view"]
+__all__ = ["DECLARATIONS", "LAYERS", "PLOTS", "READINGS", "SERIES", "branch_views", "last_of", "view"]
 
 SERIES, LAYERS = TypeAdapter(list[Series]), TypeAdapter(list[Layer])
 PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
