@@ -9,7 +9,7 @@ at a height stands on the way from its pixel to the camera, so that looked at fr
 Beside the picture there may be worlds of their own (`pftrack.world`), in which a drawing shows the same primitives in
 the world's coordinates: lengths are in its unit, right-handed; only widths of lines stay px of the screen.
 
- primitive names its layer; a viewer lets people switch layers on and off. Colours are the palette's.
+Each primitive names its layer; a viewer lets people switch layers on and off. Colours are the palette's.
 """
 
 from dataclasses import dataclass, field

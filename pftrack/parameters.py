@@ -139,10 +139,12 @@ def parameter(
         sets: Of "particles", how many sets of this size a tracker has at most, such as one for each feature.
 
     Raises:
-        ValueError: A threshold names no series, or another role names one.
+        ValueError: A number has no bounds, a threshold names no series, or another role names one.
     """
     if (role == "threshold") != bool(threshold_of):
         raise ValueError(f"a threshold and no other role names a series, got role {role!r} of {threshold_of!r}")
+    if isinstance(default, int | float) and not isinstance(default, bool) and None in {ge, le}:
+        raise ValueError(f"the number {title!r} must be declared with both bounds, got ge = {ge} and le = {le}")
     declared: dict[str, Any] = {
         "unit": unit,
         "step": step,

@@ -149,3 +149,13 @@ def test_particles_are_limited(tracker: str, most: int, refused: str | None) -> 
     with pytest.raises(ParameterError) as error:
         limit_particles(Crowd, flat(Crowd()), tracker, most)
     assert error.value.field == refused
+
+
+@pytest.mark.parametrize("bounds", [{}, {"ge": 0}, {"le": 9}])
+@pytest.mark.parametrize("default", [2, 2.5])
+def test_a_number_without_bounds_is_no_declaration(default: float, bounds: dict[str, float]) -> None:
+    """It is refused where it is declared, by its title: every slider, message and sweep rests on the bounds."""
+    with pytest.raises(ValueError, match=r"the number 'Width' must be declared with both bounds, got ge = "):
+        parameter(default, "Width", "How wide.", **bounds)
+    for other in (True, "text"):
+        parameter(other, "Width", "How wide.")

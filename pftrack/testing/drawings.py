@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawing
 from pftrack.experiment import Experiment
+from pftrack.faults import faults
 from pftrack.rendering import render, render_beside
-from pftrack.testing.check import FRAMES, Check, begun, demand, each_tracker
+from pftrack.testing.check import FRAMES, Check, CheckError, begun, demand, each_tracker
 from pftrack.world import World
 
 __all__ = ["checks"]
@@ -42,6 +43,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
     yield from each_tracker(
         experiment,
         [
+            ("a drawing holds what can be shown", _drawings_have_no_faults),
             ("drawings keep to the picture and to declared layers", _drawings_are_sound),
             ("what is drawn in a world keeps to it", _worlds_are_sound),
             ("what has a name in a drawing stays what it is", _names_are_stable),
@@ -55,6 +57,12 @@ def _drawn(experiment: Experiment, tracker: str) -> Iterator[tuple[int, Drawing]
     run = begun(experiment, tracker)
     for step in run:
         yield step.diagnostics.frame, experiment.draw(step, run.diagnostics)
+
+
+def _drawings_have_no_faults(experiment: Experiment, tracker: str) -> None:
+    for frame, drawing in _drawn(experiment, tracker):
+        for name, clause in faults(drawing).items():
+            raise CheckError(f"{name} in frame {frame} cannot be shown: {clause}")
 
 
 def _drawings_are_sound(experiment: Experiment, tracker: str) -> None:

@@ -37,9 +37,10 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from pftrack.drawing import Drawing, Picture, Primitive, WorldDrawing
+from pftrack.faults import faults
 from pftrack.world import World
 
-__all__ = ["VERSION", "DrawingEncoder", "EncodedDrawing", "EncodedPicture", "decode"]
+__all__ = ["VERSION", "DrawingEncoder", "DrawingError", "EncodedDrawing", "EncodedPicture", "decode"]
 
 VERSION: Final = 1
 MAGIC: Final = b"pfd" + bytes([VERSION])
@@ -90,6 +91,10 @@ class EncodedDrawing:
         return b"".join((self.body, *(picture.record for picture in self.pictures if picture.key not in held)))
 
 
+class DrawingError(ValueError):
+    """A drawing that cannot travel; the sentence names the primitive and what is wrong with it."""
+
+
 class DrawingEncoder:
     """Encodes the drawings of one run; a picture that stays as it was is encoded once."""
 
@@ -103,7 +108,12 @@ class DrawingEncoder:
         Args:
             drawing: What is to be seen.
             frame: The frame that it shows.
+
+        Raises:
+            DrawingError: A primitive does not hold what it should.
         """
+        for name, clause in faults(drawing).items():
+            raise DrawingError(f"{name} cannot be shown: {clause}")
         arrays = _Arrays()
         pictures: dict[str, tuple[NDArray[np.uint8], EncodedPicture]] = {}
         described = []

@@ -12,6 +12,7 @@ from typing import Any
 from pftrack.drawing import Drawing
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
+from pftrack.faults import without_faults
 from pftrack.files import free_bytes
 from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise
 from pftrack.runs import checkpoint, record
@@ -167,10 +168,10 @@ class RunTree:
         return [row.as_dict() for row in self.run.diagnostics[first:]]
 
     def drawing(self) -> Drawing:
-        """Return what is to be seen of the frame that is shown."""
+        """Return what is to be seen of the frame that is shown, without what no viewer can show."""
         step = self.run.current
         past = self.run.diagnostics[: step.frame.index + 1]
-        return self.experiment.draw(step, past, self.other)
+        return without_faults(self.experiment.draw(step, past, self.other))
 
     @property
     def second(self) -> str | None:

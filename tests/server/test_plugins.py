@@ -1,10 +1,13 @@
-"""A package whose experiment does not run harms nobody but those who begin it."""
+"""A package whose experiment does not run, or draws nonsense, harms nobody but those who begin it."""
 
+import json
 from collections.abc import Iterator
 
 import httpx
 import pytest
+from websockets.sync.client import connect
 
+from server.flat.codec import decode
 from tests.browser.host import Server
 from tests.installing import install
 
@@ -18,11 +21,27 @@ def simulate():
 EXPERIMENT = replace(find("sine"), id="failing", simulate=simulate, interface=1)
 """
 
+SCRIBBLING = """
+import math
+from dataclasses import replace
+from pftrack.experiments import find
+
+SINE = find("sine")
+
+def draw(step, past, other=None):
+    drawn = SINE.draw(step, past, other)
+    width = math.nan if step.diagnostics.frame >= 2 else 2.0
+    return replace(drawn, primitives={**drawn.primitives, "now": replace(drawn.primitives["now"], width=width)})
+
+EXPERIMENT = replace(SINE, id="scribbling", draw=draw, interface=1)
+"""
+
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     place = tmp_path_factory.mktemp("installed")
     install(place, "a-failing-one", FAILING, "failing = a_failing_one:EXPERIMENT")
+    install(place, "a-scribbling-one", SCRIBBLING, "scribbling = a_scribbling_one:EXPERIMENT")
     server = Server(tmp_path_factory.mktemp("served"), installed=place)
     yield server
     server.stop()
@@ -43,4 +62,25 @@ def test_its_own_session_is_refused_in_a_sentence(server: Server) -> None:
     message = answer.json()["error"]["message"]
     assert "RuntimeError" in message
     assert "no scene" not in message
-    assert server.get("plugins") == [{"name": "failing", "package": "a-failing-one 1.0", "problem": ""}]
+    assert {"name": "failing", "package": "a-failing-one 1.0", "problem": ""} in server.get("plugins")
+
+
+def test_what_cannot_be_shown_does_not_end_the_session(server: Server) -> None:
+    """A primitive with a number that is none is left out of the drawing, whose caption says so; the run goes on."""
+    session = server.start_session(experiment="scribbling", frames=10)["id"]
+    address = f"{server.url.replace('http', 'ws', 1)}/api/v1/sessions/{session}/drawings"
+    with connect(address, max_size=None) as socket:
+        frame, drawing, pictures = decode(socket.recv(timeout=30))
+        assert "now" in drawing.primitives
+        server.seek(session, 5)
+        painted = 0
+        while frame < 5:
+            painted += 1
+            socket.send(json.dumps({"type": "painted", "count": painted}))
+            frame, drawing, pictures = decode(socket.recv(timeout=30), pictures)
+    assert "now" not in drawing.primitives
+    assert drawing.primitives
+    assert drawing.caption.startswith("Left out of the drawing: now: width must be a finite number")
+    assert httpx.get(f"{server.url}/api/v1/sessions/{session}/frame.png", timeout=30).is_success
+    server.seek(session, 9)
+    assert len(server.column(session, "estimate")) == 10

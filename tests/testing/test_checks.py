@@ -1,5 +1,6 @@
 """Each check fails for an experiment that breaks what it is about, and says what is wrong."""
 
+import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -9,6 +10,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pytest
+from pydantic import field_validator
 
 from pftrack.drawing import Ellipsoids, Points, Primitive, WorldDrawing
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
@@ -79,6 +81,15 @@ def in_world(*items: Primitive, world: World = SPACE) -> Experiment:
     return replace(drawing(lambda flat, *_: replace(flat, worlds=(drawn,))), worlds=(SPACE,))
 
 
+def nibbled(**other: Any) -> Experiment:
+    """Return an experiment of whose drawings one primitive has other fields."""
+
+    def alter(drawn: Any, *_: Any) -> Any:
+        return replace(drawn, primitives={**drawn.primitives, "now": replace(drawn.primitives["now"], **other)})
+
+    return drawing(alter)
+
+
 def declaring(model: type[SineParameters]) -> Experiment:
     return replace(SOUND, simulate=lambda: replace(SOUND.simulate(), parameters=model()))
 
@@ -93,10 +104,15 @@ class NoUnit(SineParameters):
     width_px: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
 
 
-class NoBounds(SineParameters):
-    """A number that may be anything."""
+class Forgiving(SineParameters):
+    """Takes what is too large for what is largest."""
 
-    width: float = parameter(1.0, "Width", "How wide.", group="Signal")
+    width: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
+
+    @field_validator("width", mode="before")
+    @classmethod
+    def _cut(cls, value: object) -> object:
+        return min(value, 2.0) if isinstance(value, float | int) else value
 
 
 class Restless(SignalSource):
@@ -195,8 +211,8 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "it says what it is": (lambda: replace(SOUND, question="Why."), r"the experiment's question .* got 'Why.'"),
     "its parameters are declared whole": (lambda: declaring(NoUnit), "width_px has a unit in its name"),
     "bad values are refused with their field": (
-        lambda: declaring(NoBounds),
-        "width = None must be refused with a ParameterError",
+        lambda: declaring(Forgiving),
+        "width = inf must be refused, and was accepted",
     ),
     "its presets run": (
         lambda: replace(SOUND, presets=(Preset("few", "few", "kalman", {"sample_count": 0}),)),
@@ -249,6 +265,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "what is drawn in a world keeps to it": (
         lambda: in_world(Points(np.array([[0.0, 0.0, 7.0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, "estimate")),
         "positions of it in frame 0 must lie within 5 mm of the middle of the world 'space', got 7 mm",
+    ),
+    "a drawing holds what can be shown": (
+        lambda: nibbled(width=math.nan),
+        "now in frame 0 cannot be shown: width must be a finite number that is not negative, got nan",
     ),
     "what has a name in a drawing stays what it is": (
         lambda: layered(lambda frame: ("estimate", "truth")[frame % 2]),

@@ -1,6 +1,7 @@
 """The codec of drawings: what a page reads is what an experiment drew."""
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from pftrack.drawing import (
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.runs.run import Run
 from pftrack.world import Viewpoint, World
-from server.flat.codec import DrawingEncoder, decode
+from server.flat.codec import DrawingEncoder, DrawingError, decode
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
 extent = st.floats(0, 1e3)
@@ -208,3 +209,11 @@ def test_a_picture_that_never_came_is_missed() -> None:
     encoded = DrawingEncoder().encode(Drawing(80, 60, {"picture": Picture(picture(0))}), 0)
     with pytest.raises(ValueError, match="lack"):
         decode(encoded.body)
+
+
+@pytest.mark.parametrize("size", [math.nan, (2.0,)])
+def test_what_a_page_cannot_read_is_refused_by_name(size: Any) -> None:
+    """A number that is none, or a tuple in place of one, is told with the primitive's name before anything is sent."""
+    cloud = Points(np.zeros((5, 3), np.float32), np.zeros((5, 3), np.uint8), size)
+    with pytest.raises(DrawingError, match="particles cannot be shown: size must be a finite number"):
+        DrawingEncoder().encode(Drawing(8, 6, {"picture": Picture(picture(0)), "particles": cloud}), 0)

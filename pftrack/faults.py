@@ -1,0 +1,115 @@
+"""Faults of drawings: what no viewer can show, because a field does not hold what its primitive says.
+
+Experiments of other packages draw, too, and types are not enforced while a program runs. One number that is none, or
+a tuple where a number should be, would make a whole frame unreadable for a page. So what is drawn is looked through
+before it travels; what has a fault is left out, and the caption says so.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from numbers import Real
+
+import numpy as np
+
+from pftrack.drawing import Drawing, Primitive
+
+__all__ = ["faults", "without_faults"]
+
+SHAPES: Mapping[str, tuple[int | None, ...]] = {
+    "positions": (None, 3),
+    "colours": (None, 3),
+    "centre": (3,),
+    "centres": (None, 3),
+    "covariances": (None, 3, 3),
+    "half_axes": (2, 2),
+    "origin": (3,),
+    "rotation": (3, 3),
+    "vertices": (None, 3),
+    "faces": (None, 3),
+    "segments": (None, 2, 3),
+    "position": (3,),
+    "apex": (3,),
+    "corners": (4, 3),
+}
+"""Extents of the arrays of all primitives by the field's name; None is any number."""
+
+PICTURE = (None, None, 3)
+NUMBERS = ("size", "width", "length", "opacity", "sigmas")
+ARRAY_KINDS = "fiub"
+"""NumPy's letters for numbers that are real, whole, whole and not negative, and truths."""
+
+
+def faults(drawing: Drawing) -> dict[str, str]:
+    """Return what is wrong, a clause each, by the name of the primitive; those in worlds have the world's before it."""
+    items = dict(drawing.primitives)
+    for each in drawing.worlds:
+        items |= {f"{each.world.name}/{name}": item for name, item in each.primitives.items()}
+    return {name: clause for name, item in items.items() if (clause := _fault(item))}
+
+
+def without_faults(drawing: Drawing) -> Drawing:
+    """Return the drawing without the primitives that have a fault, which its caption then names."""
+    found = faults(drawing)
+    if not found:
+        return drawing
+    kept = {name: item for name, item in drawing.primitives.items() if name not in found}
+    worlds = tuple(
+        replace(each, primitives={name: item for name, item in each.primitives.items() if not _fault(item)})
+        for each in drawing.worlds
+    )
+    left_out = "; ".join(f"{name}: {clause}" for name, clause in found.items())
+    return replace(drawing, primitives=kept, worlds=worlds, caption=f"Left out of the drawing: {left_out}")
+
+
+def _fault(item: Primitive) -> str:
+    """Return what is wrong with a primitive, or nothing."""
+    clauses = (_fault_of_field(field.name, getattr(item, field.name)) for field in fields(item))
+    return next(filter(None, clauses), "")
+
+
+def _fault_of_field(name: str, value: object) -> str:
+    if name == "image_rgb":
+        return "" if _is_picture(value) else f"{name} must be (height, width, 3) bytes, got {_shown(value)}"
+    if name in SHAPES:
+        return "" if _is_array(value, SHAPES[name]) else f"{name} must be an array {_shape(name)}, got {_shown(value)}"
+    if isinstance(value, np.ndarray):  # of a mesh, which has looked at its shape
+        return "" if value.dtype.kind in ARRAY_KINDS else f"{name} must hold numbers, got {value.dtype}"
+    if name == "colour":
+        return "" if _is_colour(value) else f"colour must be three numbers from 0 to 255, got {_shown(value)}"
+    if name in NUMBERS and not _is_number(value):
+        return f"{name} must be a finite number that is not negative, got {_shown(value)}"
+    return ""
+
+
+def _is_array(value: object, shape: tuple[int | None, ...]) -> bool:
+    return (
+        isinstance(value, np.ndarray)
+        and value.dtype.kind in ARRAY_KINDS
+        and value.ndim == len(shape)
+        and all(wanted in {None, extent} for wanted, extent in zip(shape, value.shape, strict=True))
+    )
+
+
+def _is_picture(value: object) -> bool:
+    return _is_array(value, PICTURE) and isinstance(value, np.ndarray) and value.dtype == np.uint8 and value.size > 0
+
+
+def _is_colour(value: object) -> bool:
+    return isinstance(value, tuple | list) and len(value) == 3 and all(_is_number(one, 255.0) for one in value)
+
+
+def _is_number(value: object, most: float = math.inf) -> bool:
+    return isinstance(value, Real) and math.isfinite(value) and 0.0 <= value <= most
+
+
+def _shape(name: str) -> str:
+    extents = ("n" if extent is None else str(extent) for extent in SHAPES[name])
+    return f"({', '.join(extents)})"
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"one of {value.dtype} {value.shape}"
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
