@@ -2,7 +2,7 @@
 
 Both use the second-order model X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In
 D dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the
-exact Kalman answer beside its own, since for this model it is known.
+exact Kalman answer beside its own, since for this model it is known. A sample that is not finite is a missing one.
 """
 
 from collections.abc import Mapping
@@ -146,7 +146,9 @@ def measure_particles(state: PointState) -> Mapping[str, SeriesValue]:
 
 
 def _log_likelihood(signal: NDArray[np.float64], noise_sd: float, states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return log N(signal | newest values, noise_sd^2), (N,), of states (N, 2 d)."""
+    """Return log N(signal | newest values, noise_sd^2), (N,), of states (N, 2 d); 0 where the sample is missing."""
+    if not np.isfinite(signal).all():
+        return np.zeros(len(states))
     dimension = len(signal)
     constant = -dimension * np.log(noise_sd * np.sqrt(2.0 * np.pi))
     values: NDArray[np.float64] = constant - 0.5 / noise_sd**2 * ((signal - states[:, :dimension]) ** 2).sum(axis=1)
@@ -157,6 +159,8 @@ def _exact(prior: Gaussian, frame: Frame, parameters: SignalTrackerParameters) -
     signal = _signal(frame)
     dimension = len(signal)
     predicted = kalman.predict(prior, _dynamics(dimension, parameters.process_noise_sd))
+    if not np.isfinite(signal).all():
+        return predicted, 0.0
     noise = parameters.assumed_noise_sd**2 * np.eye(dimension)
     return kalman.update(predicted, signal, np.eye(dimension, 2 * dimension), noise)
 

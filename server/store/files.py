@@ -58,7 +58,7 @@ class DataDirectory:
             ) from None
         # What was coming when the last server stopped is of no use to anybody.
         shutil.rmtree(self.incoming, ignore_errors=True)
-        # Pictures of experiments are drawn again by each version of the program.
+        # Drawn again by each start: the program may be another one, and a package may have changed under its version.
         shutil.rmtree(self.cache, ignore_errors=True)
         for folder in (self.uploads, self.runs, self.sweeps, self.states, self.cache, self.incoming):
             folder.mkdir(exist_ok=True, mode=0o700)

@@ -355,3 +355,14 @@ def test_trackers_of_colour_need_pictures() -> None:
     for member in TRACKERS.values():
         with pytest.raises(ValueError, match="needs pictures, got a signal"):
             member.step(begun(given), Frame(1, 0.0, signal=np.zeros(1)), given, rng)
+
+
+def test_after_a_gaussian_the_switch_goes_by_its_deviation() -> None:
+    """A switching filter that takes over judges the Gaussian that it was given, not the sample that it drew of it."""
+    state = stepped("kalman", begun(parameters()), 1, parameters())
+    widest = float(state.sigma.max())
+    for factor, switched in ((1 - 1e-9, True), (1 + 1e-9, False)):
+        for seed in range(4):
+            rng = Stream(seed, 2, Purpose.TRACK)
+            after = TRACKERS["h-spf"].step(state, frame(2), parameters(gamma_px=factor * widest), rng)
+            assert after.alert == switched

@@ -152,3 +152,41 @@ def test_a_tracker_of_signals_needs_one() -> None:
     state = KALMAN.start(Target(np.zeros(1)), Frame(0, 0.0), PARAMETERS, Stream(0, 0, Purpose.START))
     with pytest.raises(ValueError, match="needs a signal, got a picture"):
         KALMAN.step(state, Frame(1, 0.0), PARAMETERS, Stream(0, 1, Purpose.TRACK))
+
+
+def test_the_kalman_filter_takes_the_exact_answer_over(seen: list[Frame]) -> None:
+    """After the particle filter it goes on with the exact posterior that was carried beside the particles."""
+    exact = followed("kalman", seen, PARAMETERS)
+    state = followed("condensation", seen[:6], PARAMETERS)[-1]
+    for frame, known in zip(seen[6:], exact[7:], strict=True):
+        state = KALMAN.step(state, frame, PARAMETERS, Stream(0, frame.index, Purpose.TRACK))  # type: ignore[assignment]
+        assert np.array_equal(state.posterior.mean, known.posterior.mean)
+        assert np.array_equal(state.posterior.covariance, known.posterior.covariance)
+        assert state.particles is None
+
+
+@pytest.mark.parametrize("threshold", [0.3, 1.0])
+def test_in_three_dimensions_the_evidence_is_that_of_all(seen: list[Frame], threshold: float) -> None:
+    """The particle filter's evidence comes to the exact one in three dimensions too, resampled or not, to 0.1."""
+    values = np.array([frame.signal for frame in seen])[:4] * [[1.0, 1.1, 0.8]]
+    many = revise(PARAMETERS, {"sample_count": 100_000, "resampling_threshold": threshold})
+    exact = followed("kalman", frames(values.tolist()), PARAMETERS)
+    sampled = followed("condensation", frames(values.tolist()), many)
+    for known, state in zip(exact[1:], sampled[1:], strict=True):
+        assert state.log_evidence == pytest.approx(known.log_evidence, abs=0.1)
+    assert all(state.resampled for state in sampled[1:]) == (threshold == 1.0)
+
+
+def test_a_sample_that_is_no_number_says_nothing(seen: list[Frame]) -> None:
+    """Both filters then keep their prediction, without evidence, and go on with the next sample."""
+    broken = frames([[np.nan]])[0]
+    for name in ("kalman", "condensation"):
+        chosen, states = TRACKERS[name], followed(name, seen[:4], PARAMETERS)
+        lost = chosen.step(states[-1], broken, PARAMETERS, Stream(0, 5, Purpose.TRACK))
+        newest, older = states[-1].posterior.mean
+        assert lost.estimate[0] == pytest.approx(2 * newest - older, abs=1e-9 if name == "kalman" else 0.05)
+        assert lost.sigma[0] > states[-1].sigma[0]
+        assert lost.log_evidence == pytest.approx(0.0, abs=1e-12)
+        found = chosen.step(lost, seen[5], PARAMETERS, Stream(0, 6, Purpose.TRACK))
+        assert np.isfinite([found.log_evidence, *found.estimate, *found.sigma]).all()
+        assert found.sigma[0] < lost.sigma[0]
