@@ -100,7 +100,7 @@ def _is_colour(value: object) -> bool:
 
 
 def _is_number(value: object, most: float = math.inf) -> bool:
-    return isinstance(value, Real) and math.isfinite(value) and 0.0 <= value <= most
+    return isinstance(value, Real) and 0.0 <= float(value) <= most and math.isfinite(value)
 
 
 def _shape(name: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from pftrack.drawing import COLOURS, Polyline, Primitive
+from pftrack.frame import Target
 from pftrack.marks.mark import LARGEST_PX, Editor, Mark, MarkNumber
 from pftrack.parameters import ParameterError
 
@@ -63,6 +64,19 @@ class Box(Mark):
         if not all(math.isfinite(value) for value in (x, y, w, h)):
             raise ValueError(f"expected 4 finite numbers (x,y,w,h), got {text!r}")
         return cls.read({"x": x, "y": y, "width": w, "height": h})
+
+    @classmethod
+    def of_target(cls, target: Target) -> Self | None:
+        """Return the box of whole pixels around the target's landmarks, or a square of its size around its position."""
+        if target.landmarks is not None:
+            low, high = target.landmarks.points_px.min(axis=0), target.landmarks.points_px.max(axis=0)
+        elif len(target.position) == 2 and target.size > 0:
+            reach = (target.size - 1.0) / 2.0
+            low, high = target.position - reach, target.position + reach
+        else:
+            return None
+        (x, y), (right, bottom) = np.floor(low), np.ceil(high)
+        return cls.of(float(x), float(y), float(right - x + 1.0), float(bottom - y + 1.0))
 
     def check(self, size: tuple[int, int]) -> None:
         """Refuse a box that has no area or reaches beyond the picture."""

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pftrack.drawing import Primitive
+from pftrack.frame import Target
 from pftrack.parameters import ParameterError
 
 __all__ = ["LARGEST_FILE_BYTES", "Editor", "Handle", "Mark", "MarkNumber", "read_mark", "text_of"]
@@ -140,6 +141,15 @@ class Mark(BaseModel, ABC):
             place = ".".join(str(part) for part in ("mark", *first["loc"]))
             message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
             raise ParameterError(place, first["input"], f"as a mark of kind {cls.name()} has it: {message}") from None
+
+    @classmethod
+    def of_target(cls, target: Target) -> Self | None:
+        """Return the mark of a target that is known, as a person would make it; None where the kind cannot tell.
+
+        The check of experiments marks the simulated scene's own target by it, in a recording of that scene.
+        """
+        del target
+        return None
 
     @abstractmethod
     def check(self, size: tuple[int, int]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from pftrack.drawing import COLOURS, Links, Points, Primitive
+from pftrack.frame import Target
 from pftrack.marks.mark import LARGEST_PX, Editor, Handle, Mark, text_of
 from pftrack.parameters import ParameterError
 
@@ -63,6 +64,15 @@ class FeaturePoints(Mark):
         if not rows:
             raise ValueError(f"{path.name} lists no points")
         return cls.read({"points": dict(rows)})
+
+    @classmethod
+    def of_target(cls, target: Target) -> Self | None:
+        """Return the target's landmarks of the names that there are."""
+        if target.landmarks is None:
+            return None
+        places = zip(target.landmarks.names, target.landmarks.points_px.tolist(), strict=True)
+        named = {name: place for name, place in places if name in cls.features}
+        return cls.read({"points": named}) if named else None
 
     def check(self, size: tuple[int, int]) -> None:
         """Refuse a point that is none of the target's or lies outside the picture."""

@@ -11,7 +11,7 @@ from pftrack.parameters import ParameterError
 from pftrack.rendering import render
 from pftrack.testing.check import Check, CheckError, demand, named
 
-__all__ = ["checks"]
+__all__ = ["at_first", "checks"]
 
 SIZE = (320, 240)
 """Width and height of the picture in which marks are made, px."""
@@ -71,7 +71,7 @@ def _bad_marks_are_refused(experiment: Experiment) -> None:
     for raw in ({"kind": "no such kind"}, {}, "no mark", None, 7):
         _demand_refusal(experiment, raw, "what is no mark")
     for kind in experiment.marks:
-        good = _at_first(kind)
+        good = at_first(kind)
         _demand_refusal(experiment, {**good, "no_such_field": 1}, f"a {kind.name()} with an unknown field")
         editor = kind.editor()
         for number in editor.numbers:
@@ -96,7 +96,7 @@ def _demand_refusal(experiment: Experiment, raw: object, what: str) -> None:
 
 def _marks_survive(experiment: Experiment) -> None:
     for kind in experiment.marks:
-        mark = experiment.mark(_at_first(kind))
+        mark = experiment.mark(at_first(kind))
         again = experiment.mark(mark.model_dump(mode="json"))
         demand(again == mark, f"a {kind.name()} must come back from its JSON, got {again!r} for {mark!r}")
         mark.check(SIZE)
@@ -107,12 +107,12 @@ def _marks_survive(experiment: Experiment) -> None:
         demand(shape == (SIZE[1], SIZE[0], 3), f"a {kind.name()} is rendered to the shape {shape}")
 
 
-def _at_first(kind: type[Mark]) -> dict[str, Any]:
-    """Return the JSON of a mark as an editor begins with it."""
+def at_first(kind: type[Mark], size: tuple[int, int] = SIZE) -> dict[str, Any]:
+    """Return the JSON of a mark as an editor begins with it in a picture of this width and height, px."""
     editor = kind.editor()
     raw: dict[str, Any] = {"kind": kind.name()}
     for handle in editor.handles:
-        raw = _with(raw, handle.name, [share * (length - 1) for share, length in zip(handle.at, SIZE, strict=True)])
+        raw = _with(raw, handle.name, [share * (length - 1) for share, length in zip(handle.at, size, strict=True)])
     for number in editor.numbers:
         raw = _with(raw, number.name, number.default)
     return raw

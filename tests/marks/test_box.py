@@ -3,8 +3,10 @@
 import json
 from typing import Any
 
+import numpy as np
 import pytest
 
+from pftrack.frame import Landmarks, Target
 from pftrack.marks import Box, read_mark
 from pftrack.parameters import ParameterError
 
@@ -66,3 +68,16 @@ def test_it_is_drawn_around_its_pixels() -> None:
 def test_an_editor_has_its_numbers() -> None:
     """The description names all fields of the mark's JSON."""
     assert {number.name for number in Box.editor().numbers} == {"x", "y", "width", "height"}
+
+
+def test_the_box_of_a_target_is_around_it() -> None:
+    """Of a disc it is the square of whole pixels that holds it; of a solid the box around its landmarks."""
+    disc = Box.of_target(Target(np.array([50.5, 40.0]), 11.0))
+    assert disc is not None
+    assert disc.corner_and_size == (45.0, 35.0, 12.0, 11.0)
+    points = np.array([[10.2, 20.0], [30.0, 25.9]])
+    known = Landmarks(points, np.ones(2, np.bool_), np.zeros((2, 3)), ("a", "b"))
+    solid = Box.of_target(Target(np.zeros(3), landmarks=known))
+    assert solid is not None
+    assert solid.corner_and_size == (10.0, 20.0, 21.0, 7.0)
+    assert Box.of_target(Target(np.zeros(1))) is None

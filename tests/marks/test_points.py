@@ -4,11 +4,14 @@ import json
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.experiments.head.marks import FacePoints
+from pftrack.experiments.head.marks import FaceBox, FacePoints
+from pftrack.frame import Landmarks, Target
+from pftrack.geometry.face_model import FEATURES, mean_model
 from pftrack.marks import FeaturePoints
 from pftrack.parameters import ParameterError
 
@@ -95,3 +98,25 @@ def test_an_editor_has_a_handle_a_point() -> None:
     assert issubclass(FacePoints, FeaturePoints)
     assert [handle.name for handle in editor.handles][:2] == ["points.nose", "points.leye"]
     assert {name for link in editor.links for name in link} == {handle.name for handle in editor.handles}
+
+
+def test_the_points_of_a_target_are_its_landmarks() -> None:
+    """Those of the names that the kind knows; of a target without any there is no such mark."""
+    names = ("nose", "tail", "leye")
+    known = Landmarks(np.array([[1.5, 2.0], [9.0, 9.0], [3.0, 4.0]]), np.ones(3, np.bool_), np.zeros((3, 3)), names)
+    mark = FacePoints.of_target(Target(np.zeros(3), landmarks=known))
+    assert mark is not None
+    assert mark.points == {"nose": (1.5, 2.0), "leye": (3.0, 4.0)}
+    assert FacePoints.of_target(Target(np.zeros(2), 5.0)) is None
+    assert FaceBox.of_target(Target(np.zeros(2), 5.0)) is None
+
+
+def test_the_box_of_a_face_is_larger_than_its_features() -> None:
+    """Hair, chin and ears are in it, and its middle is that of the features."""
+    points = mean_model().points_mm[:, :2] * 2 + [300.0, 200.0]
+    target = Target(np.zeros(3), landmarks=Landmarks(points, np.ones(11, np.bool_), np.zeros((11, 3)), FEATURES))
+    box = FaceBox.of_target(target)
+    assert box is not None
+    low, high = points.min(axis=0), points.max(axis=0)
+    assert box.width == box.height == pytest.approx(1.5 * (high - low).max())
+    assert [box.x + box.width / 2, box.y + box.height / 2] == pytest.approx((low + high) / 2)

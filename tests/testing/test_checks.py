@@ -26,6 +26,7 @@ from tests.installing import environment, install
 
 TRACKERS = find("sine").trackers
 KALMAN = TRACKERS["kalman"]
+BALL = find("ball")
 SOUND = replace(
     find("sine"),
     id="under-test",
@@ -102,6 +103,16 @@ class NoUnit(SineParameters):
     """A unit in the name alone."""
 
     width_px: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
+
+
+def refusing(*_: Any, **__: Any) -> Any:
+    raise ValueError("too dark")
+
+
+def from_the_start(sequence: Any, mark: Any, **_: Any) -> Any:
+    """Wire a recording from its first picture on, whatever is asked for."""
+    assert BALL.on_video is not None
+    return BALL.on_video(sequence, mark)
 
 
 class Forgiving(SineParameters):
@@ -265,6 +276,14 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "what is drawn in a world keeps to it": (
         lambda: in_world(Points(np.array([[0.0, 0.0, 7.0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, "estimate")),
         "positions of it in frame 0 must lie within 5 mm of the middle of the world 'space', got 7 mm",
+    ),
+    "a film of its scene is tracked from a mark": (
+        lambda: replace(BALL, on_video=refusing),
+        "a box of the scene's own target in picture 0 must be taken, and is refused: too dark",
+    ),
+    "what is no start on a film is refused": (
+        lambda: replace(BALL, on_video=from_the_start),
+        "a start at picture -1 of 12 must be refused, and was accepted",
     ),
     "a drawing holds what can be shown": (
         lambda: nibbled(width=math.nan),

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.detection.face import DetectedFace
+from pftrack.parameters import Value, revise
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import SEARCH_EVERY, around
 from pftrack.trackers.head.parameters import HeadTrackerParameters
@@ -126,16 +127,16 @@ def test_a_face_of_another_size_begins_again(scale: float, monkeypatch: pytest.M
     )
     before = run.step(grey())
     run.step(NOTHING)
-    state = run.step(grey())
+    state = run.step(grey(3, 2))
     found = memory(state)
     assert not found.lost
     assert found.bank is not memory(before).bank
     assert np.array_equal(found.sight.points_px, points)
-    assert np.array_equal(found.sight.grey, grey())
+    assert np.array_equal(found.sight.grey, grey(3, 2))
     assert found.sight.own == memory(before).sight.own
     assert found.enlarged == 1.0
     assert state.estimate.tolist() == [0, 0, 0]
-    after = run.step(grey())
+    after = run.step(grey(3, 2))
     assert memory(after).correlations.min() > 0.7
 
 
@@ -157,3 +158,16 @@ def test_a_found_face_is_tracked_on(upper: str, monkeypatch: pytest.MonkeyPatch)
     assert run.state.recognised.all()
     assert np.abs(run.state.feature_means - moved).max() < 1.5
     assert np.rad2deg(np.abs(run.state.estimate)).max() < 5
+
+
+@pytest.mark.parametrize("changed", [{"face_model": "personal"}, {"focal_widths": 1.0}])
+def test_a_face_that_has_come_nearer_stays_near(changed: dict[str, Value], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found again a fifth larger, it is as large when its solid is made again in another form."""
+    face = DetectedFace(similar(1.2, 0.0, (0.0, 0.0)), (0.0, 0.0, 1.0, 1.0), 2)
+    run = Search(parameters(find_again=True, patience_frames=1), monkeypatch, lambda _: face)
+    before = run.step(grey())
+    run.step(NOTHING)
+    found = run.step(grey())
+    assert found.solid.scale == pytest.approx(1.2 * before.solid.scale)
+    run.given = revise(run.given, changed)
+    assert head._formed(run.state, run.given).solid.scale == pytest.approx(found.solid.scale, rel=0.05)

@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pftrack.geometry.camera import pinhole
 from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model
+from pftrack.geometry.rotation import rotation
 from pftrack.random import Purpose, Stream
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import FirstSight, Form, around, eye_distance
+from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.methods import METHODS, Method
 from tests.trackers.moving_face import (
     HEIGHT,
@@ -250,3 +253,14 @@ def test_points_on_a_line_make_no_face() -> None:
             head.start("pf-asd", target(points), frame(0, grey()), parameters(), Stream(3, 0, Purpose.START))
     with pytest.raises(ValueError, match="within the picture"):
         head.start("pf-asd", target(POINTS + 300.0), frame(0, grey()), parameters(), Stream(3, 0, Purpose.START))
+
+
+def test_the_pose_before_a_pinhole_is_found_exactly() -> None:
+    """From the exact pixels of a turned face angles and place come back, to a hundredth of a degree and of a mm."""
+    theta, place, focal = np.array([0.12, -0.2, 0.15]), np.array([30.0, -20.0, 600.0]), 700.0
+    points_mm, principal = mean_model().points_mm, np.array([120.0, 100.0])
+    pixels = pinhole(points_mm @ rotation(theta).T + place, focal) + principal
+    first = pose.translation(points_mm, pixels, focal, principal)
+    found, where = head._fitted(points_mm, pixels, focal, principal, first)
+    assert np.rad2deg(found) == pytest.approx(np.rad2deg(theta), abs=0.01)
+    assert where == pytest.approx(place, abs=0.01)

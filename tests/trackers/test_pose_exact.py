@@ -16,13 +16,15 @@ from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import Projection
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.filters.rao_blackwell import SCATTER_PX
+from pftrack.gaussian import Gaussian
 from pftrack.learning import mixture_em
 from pftrack.parameters import Value, revise
 from pftrack.random import Purpose, Stream
-from pftrack.sources.prism import VERTICES_MM
+from pftrack.sources.prism import NAMES, VERTICES_MM
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.beliefs import JointParticles, Layers
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
+from pftrack.trackers.pose.reports import measurement, reported
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
@@ -316,3 +318,35 @@ def test_counts_and_settings_may_change_in_mid_run() -> None:
     assert after.ratios.tolist() == [0.5] * 8
     joint = stepped(begun("rb-pf", given), "rb-pf", fewer, 1).belief
     assert joint.positions.shape == (8, 77, 2)
+
+
+@pytest.mark.parametrize("method", ["pf-asd", "rb-pf"])
+def test_the_deviation_of_a_feature_is_that_of_one_axis(method: pose.Method) -> None:
+    """What is reported is the root of the mean of both axes' variances, not of their sum."""
+    given = parameters(sample_count=60, joint_sample_count=500)
+    state = stepped(begun(method, given), method, given, 1)
+    found = measurement(reported(method, NAMES))(state)["feature_sd_px"]
+    variances = state.feature_covariances[:, [0, 1], [0, 1]]
+    assert found == pytest.approx(np.sqrt(variances.mean(axis=1)))
+
+
+def test_a_pose_that_is_poorly_known_begins_so() -> None:
+    """Before a pinhole the angles begin as unsure as they are given, and never surer than a frame's own noise."""
+    for sd in (0.2, 1e-4):
+        known = Gaussian(np.array([0.1, 0.0, 0.0]), sd**2 * np.eye(3))
+        begun = pose.begin(
+            SOLID, AT_START, parameters(upper_layer="perspective"), "pf-asd", Stream(7, 0, Purpose.START), theta=known
+        )
+        assert np.sqrt(begun.pose.covariance.diagonal()) == pytest.approx([max(sd, POSE_NOISE[0])] * 3)
+        assert begun.pose.mean == pytest.approx([0.1, 0.0, 0.0])
+
+
+def test_another_focal_length_puts_the_solid_elsewhere() -> None:
+    """Before a pinhole of twice the focal length a solid of the same look and pose is twice as far away."""
+    given = parameters(upper_layer="perspective", sample_count=60)
+    state = begun("pf-asd", given)
+    far = replace(SOLID, focal_px=2 * FOCAL)
+    moved = pose.transferred(state, far, given)
+    assert moved.translation_mm[2] == pytest.approx(2 * state.translation_mm[2], rel=0.05)
+    assert moved.estimate == pytest.approx(state.estimate)
+    assert apart(moved).layers.features is apart(state).layers.features

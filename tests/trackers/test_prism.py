@@ -199,3 +199,14 @@ def test_the_tracker_s_functions_are_those_of_its_method(method: Method) -> None
     assert np.array_equal(after.estimate, expected.estimate)
     assert tracker.measure(after).keys() == {series.name for series in tracker.series}
     assert tracker.searching is None
+
+
+def test_the_place_is_that_of_this_frame() -> None:
+    """Of a prism that goes two mm to the right a frame the place is the present one, to 0.8 mm."""
+    given = parameters(upper_layer="perspective", sample_count=300)
+    state = begun("pf-asd", given)
+    for frame in range(1, 11):
+        place = np.array([2.0 * frame, 0.0, 80.0])
+        points = pinhole(VERTICES_MM + place, given.focal_length_px) + PRINCIPAL_PX
+        state = prism.step("pf-asd", state, frame_of(points, frame, 0.5), given, rng(frame))
+    assert state.translation_mm[:2] == pytest.approx([20.0, 0.0], abs=0.8)

@@ -1,10 +1,12 @@
 """How a face is marked: by its features, or by a box in which they are then looked for."""
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import ClassVar, Self
 
+from pftrack.frame import Target
 from pftrack.geometry.face_model import LINKS, TITLES
 from pftrack.marks import Box, FeaturePoints
+from pftrack.trackers.head.memory import around
 
 __all__ = ["FaceBox", "FacePoints"]
 
@@ -22,3 +24,11 @@ class FaceBox(Box):
 
     title: ClassVar[str] = "Box around the face"
     instruction: ClassVar[str] = "Draw a box from the hair to the chin and from ear to ear."
+
+    @classmethod
+    def of_target(cls, target: Target) -> Self | None:
+        """Return the box around the whole face: its features leave out hair, chin and ears."""
+        if target.landmarks is None:
+            return None
+        x, y, width, height = around(target.landmarks.points_px)
+        return cls.of(x, y, width, height)

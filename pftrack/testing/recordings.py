@@ -1,0 +1,176 @@
+"""Checks of recordings: a film of the experiment's own scene is tracked from a mark, as an upload would be.
+
+The simulated scene is written to a small video file. Its target is marked by each kind of mark that the experiment
+takes: where it truly is, if the kind can tell (`Mark.of_target`), and else as an editor begins. The second may mark
+nothing that can be tracked; it may then be refused, but only in a sentence.
+"""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import Picture
+from pftrack.experiment import Experiment, Setup, Step
+from pftrack.faults import faults
+from pftrack.film import FilmWriter
+from pftrack.frame import Target
+from pftrack.marks import Mark
+from pftrack.parameters import ParameterError
+from pftrack.runs.record import RecordError, load, save
+from pftrack.runs.run import Run
+from pftrack.sources.sequence import FrameSequence, open_sequence
+from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, named
+from pftrack.testing.marks import at_first
+from pftrack.testing.repeatability import demand_equal
+
+__all__ = ["checks"]
+
+LATER = FRAMES // 3
+"""The picture at which a run that does not begin with the film begins."""
+
+
+def checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield the checks of this module."""
+    yield from named(
+        experiment,
+        [
+            ("a film of its scene is tracked from a mark", _a_film_is_tracked),
+            ("what is no start on a film is refused", _no_start_is_refused),
+        ],
+    )
+
+
+@contextmanager
+def _filmed(experiment: Experiment) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
+    """Write the simulated scene to a file, and give its pictures as a decoder has them, and where the target is."""
+    run = begun(experiment)
+    targets: list[Target | None] = []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "scene.mp4")
+        with FilmWriter(path, run.source.frame_rate_hz) as film:
+            for step in run:
+                film.write(_picture(experiment, run, step))
+                targets.append(step.frame.target)
+        sequence = open_sequence(path)
+        try:
+            yield sequence, targets
+        finally:
+            sequence.close()
+
+
+def _picture(experiment: Experiment, run: Run, step: Step) -> NDArray[np.uint8]:
+    """Return what a camera would see of a frame; of a scene without pictures, what is drawn in their place."""
+    if step.frame.image_rgb is not None:
+        return step.frame.image_rgb
+    shown = experiment.draw(step, run.diagnostics).primitives.values()
+    return next(item.image_rgb for item in shown if isinstance(item, Picture))
+
+
+def _a_film_is_tracked(experiment: Experiment) -> None:
+    if experiment.on_video is None:
+        return
+    with _filmed(experiment) as (sequence, targets):
+        for place, (kind, start) in enumerate(product(experiment.marks, (0, LATER))):
+            target = targets[start]
+            known = None if target is None else kind.of_target(target)
+            mark = known or experiment.mark(at_first(kind, sequence.size))
+            setup = _wired(experiment, sequence, mark, start, sure=known is not None)
+            if setup is not None:
+                # What one tracker makes of a kind of mark the others make as well, and some are slow.
+                trackers = list(experiment.trackers) if place == 0 else [experiment.default_tracker]
+                _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
+        if experiment.finder is not None:
+            setup = _wired(experiment, sequence, None, 0, sure=False)
+            if setup is not None:
+                trackers = [experiment.default_tracker]
+                _demand_tracked(experiment, setup, sequence, "a recording without a mark", trackers)
+
+
+def _wired(
+    experiment: Experiment, sequence: FrameSequence, mark: Mark | None, start: int, *, sure: bool
+) -> Setup | None:
+    """Return the setup of a recording, or None where the mark may be, and is, refused in a sentence."""
+    what = f"a {mark.kind}" if mark else "no mark"
+    try:
+        return experiment.on_video(sequence, mark, start=start) if experiment.on_video else None
+    except ValueError as error:
+        demand(not sure, f"{what} of the scene's own target in picture {start} must be taken, and is refused: {error}")
+        demand(str(error), f"{what} in a film of the scene must be refused in a sentence, got an empty {type(error)}")
+        return None
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}"
+        raise CheckError(
+            f"{what} in a film of the scene must be taken or refused by a ValueError, got {said}"
+        ) from error
+
+
+def _demand_tracked(
+    experiment: Experiment,
+    setup: Setup,
+    sequence: FrameSequence,
+    what: str,
+    trackers: Sequence[str],
+    start: int | None = None,
+) -> None:
+    footage = setup.footage
+    if footage is None or footage.sha256 != sequence.sha256:
+        raise CheckError(f"the footage of {what} must have the hash of its file, got {footage}")
+    if start is not None:
+        demand(footage.start == start, f"{what} must begin at picture {start}, got {footage.start}")
+    length = sequence.frame_count - footage.start
+    for tracker in trackers:
+        run = Run(experiment, setup, tracker=tracker, seed=SEED)
+        demand(run.frames == length, f"{what} has {length} pictures to track, and the run has {run.frames} frames")
+        for step in run:
+            where = f"in frame {step.diagnostics.frame} of {what} with the tracker {tracker}"
+            finite = np.isfinite(step.diagnostics.estimate).all()
+            demand(finite, f"the estimate {where} is {step.diagnostics.estimate}")
+            for name, clause in faults(experiment.draw(step, run.diagnostics)).items():
+                raise CheckError(f"{name} {where} cannot be shown: {clause}")
+    _demand_reopened(run, sequence, what)
+
+
+def _demand_reopened(run: Run, sequence: FrameSequence, what: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "run.pft")
+        save(run, path)
+        try:
+            again = load(path, open_sequence=lambda _: sequence)
+        except RecordError as error:
+            raise CheckError(f"a saved run on {what} must open again: {error}") from None
+    again.finish()
+    demand_equal(run, again, f"a saved run on {what}")
+
+
+def _no_start_is_refused(experiment: Experiment) -> None:
+    if experiment.on_video is None:
+        return
+    with _filmed(experiment) as (sequence, _):
+        for kind in experiment.marks:
+            mark = experiment.mark(at_first(kind, sequence.size))
+            for start in (-1, sequence.frame_count):
+                _demand_refusal(experiment, sequence, mark, start)
+        if experiment.finder is None:
+            _demand_refusal(experiment, sequence, None, 0)
+
+
+def _demand_refusal(experiment: Experiment, sequence: FrameSequence, mark: Mark | None, start: int) -> None:
+    field = "mark" if mark is None else "start"
+    what = "a recording without a mark" if mark is None else f"a start at picture {start} of {sequence.frame_count}"
+    try:
+        if experiment.on_video is not None:
+            experiment.on_video(sequence, mark, start=start)
+    except ParameterError as error:
+        # A first proposal may mark nothing; that it does may be seen before the start is looked at.
+        place = error.field.split(".")[0]
+        demand(place in {field, "mark"}, f"{what} must be refused by the field {field}, got {error.field!r}")
+    except Exception as error:
+        got = type(error).__name__
+        raise CheckError(f"{what} must be refused with a ParameterError, got {got}: {error}") from error
+    else:
+        raise CheckError(f"{what} must be refused, and was accepted")

@@ -1,0 +1,125 @@
+"""The checks on recordings: a film of the scene is marked, tracked, drawn, saved and opened, or refused."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pftrack.drawing import Picture
+from pftrack.experiment import Experiment
+from pftrack.experiments import find
+from pftrack.marks import Mark
+from pftrack.parameters import ParameterError
+from pftrack.sources.recording import RecordingSource
+from pftrack.testing import CheckError, recordings
+from tests.testing.test_marks import Disc
+
+BALL = find("ball")
+SEEN: list[Any] = []
+
+
+def wiring(alter: Callable[[Any], Any]) -> Experiment:
+    """Return the ball with another setup on recordings."""
+
+    def on_video(sequence: Any, mark: Any, **more: Any) -> Any:
+        assert BALL.on_video is not None
+        return alter(BALL.on_video(sequence, mark, **more))
+
+    return replace(BALL, on_video=on_video)
+
+
+def crashing(*_: Any, **__: Any) -> Any:
+    raise ZeroDivisionError("somewhere")
+
+
+def shorter(setup: Any) -> Any:
+    def open_source(seed: int, parameters: Any) -> Any:
+        source = setup.open_source(seed, parameters)
+        source.frame_count -= 1
+        return source
+
+    return replace(setup, open_source=open_source)
+
+
+def at_sea(setup: Any) -> Any:
+    """Begin where there is nothing, and never say so."""
+
+    def open_source(seed: int, parameters: Any) -> Any:
+        source = setup.open_source(seed, parameters)
+        source.start = replace(source.start, position=np.full(2, np.nan))
+        return source
+
+    return replace(setup, open_source=open_source)
+
+
+BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
+    "an exception that says nothing": (
+        lambda: replace(BALL, on_video=crashing),
+        "a box in a film of the scene must be taken or refused by a ValueError, got ZeroDivisionError: somewhere",
+    ),
+    "no footage": (lambda: wiring(lambda setup: replace(setup, footage=None)), "must have the hash of its file"),
+    "another file": (
+        lambda: wiring(lambda setup: replace(setup, footage=setup.footage.model_copy(update={"sha256": "0" * 64}))),
+        "the footage of a recording with a box must have the hash of its file, got",
+    ),
+    "a frame too few": (lambda: wiring(shorter), "has 12 pictures to track, and the run has 11 frames"),
+    "an estimate that is no number": (
+        lambda: wiring(at_sea),
+        r"the estimate in frame 0 of a recording with a box with the tracker h-spf is \(nan, nan\)",
+    ),
+    "a drawing that cannot be shown": (
+        lambda: replace(BALL, draw=lambda *given: replace(BALL.draw(*given), primitives={"p": Picture(np.zeros(3))})),
+        "p in frame 0 of a recording with a box .* cannot be shown: image_rgb must be",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_is_wrong_on_a_recording_is_said(name: str) -> None:
+    """An experiment that is broken in one way fails with a sentence."""
+    make, sentence = BROKEN[name]
+    with pytest.raises(CheckError, match=sentence):
+        recordings._a_film_is_tracked(make())
+
+
+def test_a_kind_that_knows_no_target_is_placed_as_an_editor_begins() -> None:
+    """Its handles are where the editor has them in the film's own size, and the mark may be refused in a sentence."""
+    SEEN.clear()
+
+    def on_video(sequence: Any, mark: Mark | None, **_: Any) -> Any:
+        SEEN.append((sequence.size, mark))
+        raise ParameterError("mark", "this", "something else")
+
+    recordings._a_film_is_tracked(replace(BALL, marks=(Disc,), on_video=on_video))
+    assert [size for size, _ in SEEN] == [(320, 240)] * 2
+    for _, mark in SEEN:
+        assert isinstance(mark, Disc)
+        assert mark.centre == (159.5, 119.5)
+        assert mark.radius_px == 20
+
+
+def test_the_film_is_of_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is tracked are the pictures of the scene as a decoder has them, from the mark of the true place on."""
+    starts: list[Any] = []
+    monkeypatch.setattr(RecordingSource, "__init__", _noting(starts, RecordingSource.__init__))
+    recordings._a_film_is_tracked(BALL)
+    (sequence, first), (_, later) = starts[0], starts[-1]
+    assert sequence.frame_count == 12
+    assert first.tolist() == pytest.approx([60.0, 120.0], abs=0.5)
+    assert later[0] > 60.5
+
+
+def _noting(starts: list[Any], begin: Callable[..., None]) -> Callable[..., None]:
+    def init(self: Any, sequence: Any, *given: Any, **named: Any) -> None:
+        begin(self, sequence, *given, **named)
+        starts.append((sequence, self.start.position))
+
+    return init
+
+
+def test_what_takes_no_recordings_has_nothing_to_show() -> None:
+    """The checks pass for an experiment on signals without making a film."""
+    for check in recordings.checks(find("sine")):
+        check()
