@@ -7,7 +7,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from pftrack.sweep import begin, carry_out, cells, csv_pieces, partial_of, read_result, rows_of
+from pftrack.sweep import Plan, SweepError, begin, carry_out, cells, csv_pieces, partial_of, read_result, rows_of
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.report import write_report
@@ -76,3 +76,34 @@ def test_an_old_sweep_goes_on_where_it_stopped(name: str, tmp_path: Path) -> Non
     assert result.complete
     assert result.table.select(COMPUTED) == read_result(path).table.select(COMPUTED)
     assert pq.read_schema(out).names == schema(plan).names
+
+
+LARGE_SEED = 2**60 + 7
+"""Of a plan that an earlier version took; beyond what JavaScript carries."""
+
+
+def test_a_plan_with_an_earlier_seed_opens_and_goes_on(tmp_path: Path) -> None:
+    """Its result is read, resumed, reported and opened row by row; the seeds of its rows were always small ones."""
+    raw = Plan("sine", trackers=("kalman",), trials=3, frames=12).as_dict() | {"seed": LARGE_SEED}
+    plan, out = Plan.from_dict(raw), tmp_path / "old.parquet"
+    begin(plan, out)
+    assert read_result(out).plan == plan
+    result = carry_out(None, out, jobs=1)
+    again = read_result(out)
+    assert again.complete
+    assert again.plan.seed == LARGE_SEED
+    assert again.plan.as_dict() == raw
+    for row in rows_of(result, {}):
+        assert row["seed"] <= 2**48
+        live = again.plan.live(row["run"])
+        live.finish()
+        assert live.estimates_sha256 == row["estimates_sha256"]
+    assert write_report(again, tmp_path / "report").tables
+
+
+def test_a_new_plan_has_a_seed_that_every_reader_can_carry() -> None:
+    """What is begun today keeps to the bound that all seeds have now; beyond the generator's nothing opens."""
+    with pytest.raises(SweepError, match="seed must be a whole number between 0 and 9007199254740991"):
+        Plan("sine", seed=LARGE_SEED)
+    with pytest.raises(SweepError, match="seed must be a whole number between 0 and 9223372036854775807"):
+        Plan.from_dict(Plan("sine").as_dict() | {"seed": 2**63})
