@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
+from pftrack.matrices import product
 from pftrack.random import Generator
 
 __all__ = [
@@ -54,7 +55,7 @@ class LinearDynamics:
 
     def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the means (N, d) of the next states, given states (N, d)."""
-        return predict(states, self.transition, self.offset)
+        return predict(np.asfortranarray(states), self.transition, self.offset)
 
     def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
         """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
@@ -64,8 +65,7 @@ class LinearDynamics:
     @property
     def noise_covariance(self) -> NDArray[np.float64]:
         """B B^T, (d, d)."""
-        covariance: NDArray[np.float64] = self.noise @ self.noise.T
-        return covariance
+        return product(self.noise, self.noise.T)
 
 
 def random_walk(dimension: int, noise_sd: float) -> LinearDynamics:

@@ -6,9 +6,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.compiled import compiled
+from pftrack.matrices import factorise, product, root, substitute
 from pftrack.random import Generator
 
-__all__ = ["Gaussian", "log_density", "symmetrised"]
+__all__ = ["Gaussian", "log_densities", "log_density", "symmetrised"]
 
 
 @dataclass(frozen=True)
@@ -31,9 +33,8 @@ class Gaussian:
 
     def sample(self, rng: Generator, count: int) -> NDArray[np.float64]:
         """Draw (count, d) samples; the covariance may be singular."""
-        values, vectors = np.linalg.eigh(self.covariance)
-        root = vectors * np.sqrt(np.clip(values, 0.0, None))
-        samples: NDArray[np.float64] = self.mean + rng.standard_normal((count, len(self.mean))) @ root.T
+        normals = rng.standard_normal((count, len(self.mean)))
+        samples: NDArray[np.float64] = self.mean + product(normals, root(self.covariance).T)
         return samples
 
 
@@ -50,12 +51,48 @@ def log_density(
     Raises:
         numpy.linalg.LinAlgError: The covariance is not positive definite.
     """
-    root = np.linalg.cholesky(covariance)
-    whitened = np.linalg.solve(root, (points - means)[..., None])[..., 0]
-    log_determinant = 2.0 * np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(-1)
-    dimension = points.shape[-1]
-    density: NDArray[np.float64] = -0.5 * ((whitened**2).sum(-1) + log_determinant + dimension * np.log(2.0 * np.pi))
-    return density
+    differences = np.subtract(points, means)
+    dimension = differences.shape[-1]
+    shape = differences.shape[:-1]
+    one = np.ndim(covariance) == 2
+    spread = covariance if one else np.broadcast_to(covariance, (*shape, dimension, dimension))
+    densities, positive = log_densities(
+        np.ascontiguousarray(differences.reshape(-1, dimension), np.float64),
+        np.array(spread, np.float64).reshape(-1, dimension, dimension),
+    )
+    if not positive:
+        raise np.linalg.LinAlgError("Matrix is not positive definite")
+    return densities.reshape(shape)
+
+
+@compiled
+def log_densities(
+    differences: NDArray[np.float64], covariances: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], bool]:
+    """Return log N(x | 0, P), (n,), of points (n, d), and whether all covariances are positive definite.
+
+    Args:
+        differences: (n, d) of the points from their means.
+        covariances: (n, d, d), or (1, d, d) for all of them.
+    """
+    count, dimension = differences.shape
+    densities = np.empty(count)
+    lower = np.empty((dimension, dimension))
+    constant = 0.0
+    for n in range(count):
+        if n < covariances.shape[0]:
+            lower, positive = factorise(covariances[n])
+            if not positive:
+                return densities, False
+            constant = dimension * np.log(2.0 * np.pi)
+            for i in range(dimension):
+                constant += 2.0 * np.log(lower[i, i])
+        whitened = substitute(lower, differences[n].copy().reshape(dimension, 1))
+        square = 0.0
+        for i in range(dimension):
+            square += whitened[i, 0] * whitened[i, 0]
+        densities[n] = -0.5 * (square + constant)
+    return densities, True
 
 
 def symmetrised(covariance: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,14 +5,16 @@ since the likelihood of even a short signal underflows (document 1, section 3: r
 particles), and an impossible value (NaN) becomes a weight of zero in one place, `normalise`.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled, compiled_sums
+from pftrack.compiled import compiled
 from pftrack.elementary import exponentials
+from pftrack.sums import inner_product, total
 
 __all__ = ["ParticleSet", "moments", "normalise"]
 
@@ -35,7 +37,7 @@ class ParticleSet:
     def uniform(cls, states: NDArray[np.float64]) -> "ParticleSet":
         """Return the states (N, d) with equal weights, each its own ancestor."""
         count = len(states)
-        return cls(states, np.full(count, -np.log(count)), np.arange(count))
+        return cls(states, np.full(count, -math.log(count)), np.arange(count))
 
     def __len__(self) -> int:
         """Return the number of particles N."""
@@ -53,7 +55,7 @@ class ParticleSet:
         The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that document 1 prints (eq.
         3.5, an erratum: the weights are normalised already).
         """
-        return moments(self.states, self.weights)
+        return moments(np.asfortranarray(self.states), self.weights)
 
     @property
     def mean(self) -> NDArray[np.float64]:
@@ -68,7 +70,7 @@ class ParticleSet:
     @cached_property
     def effective_sample_size(self) -> float:
         """1 / sum_n w_n^2, between 1 and N."""
-        return float(1.0 / np.dot(self.weights, self.weights))
+        return float(1.0 / np.square(self.weights).sum())
 
     @property
     def mode(self) -> NDArray[np.float64]:
@@ -105,13 +107,13 @@ def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], fl
     scaled = np.empty(count)
     for n in range(count):
         scaled[n] = log_weights[n] - top if log_weights[n] < np.inf else -np.inf
-    log_sum = np.log(_sum(exponentials(scaled)))
+    log_sum = np.log(total(exponentials(scaled)))
     for n in range(count):
         scaled[n] -= log_sum
     return scaled, top + log_sum
 
 
-@compiled_sums
+@compiled
 def moments(
     states: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -122,36 +124,26 @@ def moments(
     deviations = np.empty((dimension, count))
     weighted = np.empty(count)
     for i in range(dimension):
-        total = 0.0
         for n in range(count):
             deviations[i, n] = states[n, i]
-            total += weights[n] * states[n, i]
-        mean[i] = total
+        mean[i] = inner_product(weights, deviations[i])
         for n in range(count):
-            deviations[i, n] -= total
+            deviations[i, n] -= mean[i]
     for i in range(dimension):
         for n in range(count):
             weighted[n] = weights[n] * deviations[i, n]
         for j in range(i, dimension):
-            total = 0.0
-            for n in range(count):
-                total += weighted[n] * deviations[j, n]
-            covariance[i, j] = total
-            covariance[j, i] = total
+            covariance[i, j] = inner_product(weighted, deviations[j])
+            covariance[j, i] = covariance[i, j]
     return mean, covariance
-
-
-@compiled_sums
-def _sum(values: NDArray[np.float64]) -> float:
-    total = 0.0
-    for n in range(values.shape[0]):
-        total += values[n]
-    return total
 
 
 @compiled
 def _count_unique(ancestors: NDArray[np.int64]) -> int:
-    seen = np.zeros(ancestors.max() + 1, dtype=np.bool_)
+    most = 0
+    for ancestor in ancestors:
+        most = max(most, ancestor)
+    seen = np.zeros(most + 1, dtype=np.bool_)
     unique = 0
     for ancestor in ancestors:
         if not seen[ancestor]:

@@ -25,6 +25,7 @@ from pftrack.compiled import compiled
 from pftrack.elementary import exponentials
 from pftrack.particles import ParticleSet
 from pftrack.random import Generator, uniforms
+from pftrack.sums import total
 
 __all__ = [
     "RESAMPLERS",
@@ -128,22 +129,25 @@ def _decide(
 @compiled
 def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the weights (N,) relative to the greatest."""
-    return exponentials(log_weights - log_weights.max())
+    top = log_weights[0]
+    for n in range(log_weights.shape[0]):
+        top = max(top, log_weights[n])
+    relative = np.empty(log_weights.shape[0])
+    for n in range(log_weights.shape[0]):
+        relative[n] = log_weights[n] - top
+    return exponentials(relative)
 
 
 @compiled
 def systematic_parents(weights: NDArray[np.float64], offset: float, count: int) -> NDArray[np.int64]:
     """Draw (count,) parents by weights (N,), not all 0, with one offset in [0, 1) for all strata."""
     size = weights.shape[0]
-    total = 0.0
-    for n in range(size):
-        total += weights[n]
     # Rounding must not carry the last draws past the last particle that has any weight.
     last = size - 1
     while weights[last] == 0.0:
         last -= 1
     ancestors = np.empty(count, dtype=np.int64)
-    spacing = total / count
+    spacing = total(weights) / count
     parent = 0
     reached = weights[0]
     for i in range(count):
@@ -158,7 +162,10 @@ def systematic_parents(weights: NDArray[np.float64], offset: float, count: int) 
 @compiled
 def _stratified(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
     count = numbers.shape[0]
-    return _inverse(weights, (np.arange(count) + numbers) / count)
+    quantiles = np.empty(count)
+    for i in range(count):
+        quantiles[i] = (i + numbers[i]) / count
+    return _inverse(weights, quantiles)
 
 
 @compiled
@@ -169,28 +176,42 @@ def _multinomial(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> 
 @compiled
 def _residual(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
     count = numbers.shape[0]
-    expected = weights * (count / weights.sum())
-    whole = np.floor(expected)
-    ancestors = np.empty(count, dtype=np.int64)
+    size = weights.shape[0]
+    scale = count / total(weights)
+    copies, fractions = np.empty(size, np.int64), np.empty(size)
     certain = 0
-    for n in range(weights.shape[0]):
-        for _ in range(int(whole[n])):
-            ancestors[certain] = n
-            certain += 1
+    for n in range(size):
+        expected = weights[n] * scale
+        copies[n] = int(np.floor(expected))
+        fractions[n] = expected - copies[n]
+        certain += copies[n]
     if certain < count:
-        ancestors[certain:] = _inverse(expected - whole, np.sort(numbers[: count - certain]))
-    return np.sort(ancestors)
+        for ancestor in _multinomial(fractions, numbers[: count - certain]):
+            copies[ancestor] += 1
+    ancestors = np.empty(count, np.int64)
+    drawn = 0
+    for n in range(size):
+        for _ in range(copies[n]):
+            ancestors[drawn] = n
+            drawn += 1
+    return ancestors
 
 
 @compiled
 def _inverse(weights: NDArray[np.float64], quantiles: NDArray[np.float64]) -> NDArray[np.int64]:
-    cumulative = np.cumsum(weights)
-    total = cumulative[-1]
-    last = np.searchsorted(cumulative, total)
-    ancestors = np.empty(quantiles.shape[0], dtype=np.int64)
+    size = weights.shape[0]
+    cumulative = np.empty(size)
+    whole, last = 0.0, 0
+    for n in range(size):
+        # Rounding must not carry the last draws past the last particle that has any weight.
+        if whole + weights[n] > whole:
+            last = n
+        whole += weights[n]
+        cumulative[n] = whole
+    ancestors = np.empty(quantiles.shape[0], np.int64)
     parent = 0
     for i in range(quantiles.shape[0]):
-        wanted = quantiles[i] * total
+        wanted = quantiles[i] * whole
         while cumulative[parent] <= wanted and parent < last:
             parent += 1
         ancestors[i] = parent

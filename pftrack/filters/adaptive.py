@@ -127,7 +127,7 @@ def draw(
             projection.means,
             projection.covariances,
             ratios,
-            noise_sd_px,
+            float(noise_sd_px),
             normals,
             uniforms,
         )
@@ -202,11 +202,18 @@ def _weigh(
     means, covariances = np.empty((features, 2)), np.empty((features, 2, 2))
     log_evidences = np.empty(features)
     for n in range(features):
-        log_weights[n], log_sum = normalise(log_likelihoods[n])
+        normalised, log_sum = normalise(log_likelihoods[n])
         log_evidences[n] = log_sum - np.log(count)
-        weights = exponentials(log_weights[n])
-        means[n], covariances[n] = moments(coordinates[n, :2].T, weights)
-        survivors[n] = systematic_parents(weights, offsets[n], count)
+        weights = exponentials(normalised)
+        mean, covariance = moments(coordinates[n, :2].T, weights)
+        parents = systematic_parents(weights, offsets[n], count)
+        for i in range(count):
+            log_weights[n, i] = normalised[i]
+            survivors[n, i] = parents[i]
+        for axis in range(2):
+            means[n, axis] = mean[axis]
+            for other in range(2):
+                covariances[n, axis, other] = covariance[axis, other]
     return log_weights, survivors, means, covariances, log_evidences
 
 

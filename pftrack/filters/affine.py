@@ -20,6 +20,7 @@ from pftrack.filters import affine_pose
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 from pftrack.gaussian import Gaussian
+from pftrack.matrices import owned
 from pftrack.random import Generator
 
 __all__ = ["AffineBelief", "AffineLayer", "observe", "predict", "project"]
@@ -71,6 +72,10 @@ class AffineLayer:
     estimator: Literal["extended", "particle"] = "extended"
     theta_count: int = affine_pose.THETA_COUNT
 
+    def __post_init__(self) -> None:
+        """Keep what compiled code gets in the one form for which it is compiled."""
+        object.__setattr__(self, "points_mm", owned(self.points_mm))
+
     def begin(self) -> AffineBelief:
         """Begin at the reference camera, at rest, as certain as one frame's process noise."""
         variances = np.tile(self.noise_sd**2, 2)
@@ -118,9 +123,13 @@ def predict(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], noise_sd: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return mean (2, 8) and covariance (2, 8, 8) a frame later, given the noise (4,) of the entries of a row."""
-    predicted, spread = np.empty_like(mean), np.empty_like(covariance)
+    predicted, spread = np.empty((2, 8)), np.empty((2, 8, 8))
     for axis in range(2):
-        predicted[axis], spread[axis] = predict_second_order(mean[axis], covariance[axis], noise_sd)
+        row, known = predict_second_order(mean[axis], covariance[axis], noise_sd)
+        for i in range(8):
+            predicted[axis, i] = row[i]
+            for j in range(8):
+                spread[axis, i, j] = known[i, j]
     return predicted, spread
 
 
@@ -133,17 +142,22 @@ def project(
     means, covariances = np.zeros((count, 2, 2)), np.zeros((count, 2, 2, 2))
     row = np.ones(4)
     for n in range(count):
-        row[:3] = points_mm[n]
+        for i in range(3):
+            row[i] = points_mm[n, i]
         for axis in range(2):
-            for age in range(2):
+            for place in range(4):
+                # Of this frame's and the last one's position: both means, and all four covariances.
+                age, other = place // 2, place % 2
+                total = 0.0
                 for i in range(4):
-                    means[n, axis, age] += row[i] * mean[axis, 4 * age + i]
-                for other in range(2):
-                    total = 0.0
+                    along = 0.0
+                    for j in range(4):
+                        along += covariance[axis, 4 * age + i, 4 * other + j] * row[j]
+                    total += row[i] * along
+                covariances[n, axis, age, other] = total
+                if other == 0:
                     for i in range(4):
-                        for j in range(4):
-                            total += row[i] * covariance[axis, 4 * age + i, 4 * other + j] * row[j]
-                    covariances[n, axis, age, other] = total
+                        means[n, axis, age] += row[i] * mean[axis, 4 * age + i]
     return means, covariances
 
 
@@ -173,10 +187,17 @@ def observe(
         for i in range(3):
             jacobian[n, i] = points_mm[n, i]
         jacobian[n, 3] = 1.0
-    updated, spread = np.empty_like(mean), np.empty_like(covariance)
+    updated, spread = np.empty((2, 8)), np.empty((2, 8, 8))
+    residuals, noise = np.empty(count), np.empty(count)
     for axis in range(2):
-        residuals = positions[:, axis] - jacobian @ mean[axis]
-        updated[axis], spread[axis], _ = condition(
-            mean[axis], covariance[axis], residuals, jacobian, variances[:, axis]
-        )
+        for n in range(count):
+            noise[n] = variances[n, axis]
+            residuals[n] = positions[n, axis]
+            for i in range(4):
+                residuals[n] -= jacobian[n, i] * mean[axis, i]
+        row, known, _ = condition(mean[axis], covariance[axis], residuals, jacobian, noise)
+        for i in range(8):
+            updated[axis, i] = row[i]
+            for j in range(8):
+                spread[axis, i, j] = known[i, j]
     return updated, spread

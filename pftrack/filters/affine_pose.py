@@ -16,6 +16,7 @@ from pftrack.compiled import compiled
 from pftrack.filters.sequential import condition, decorrelated
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import derivatives, rotation
+from pftrack.matrices import multiply
 from pftrack.particles import ParticleSet, normalise
 from pftrack.random import Generator
 from pftrack.resampling import systematic
@@ -95,15 +96,30 @@ def _extended(
     reference: NDArray[np.float64],
     theta_sd_rad: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    residuals = measured - (reference @ rotation(mean)).ravel()
+    residuals = _residuals(measured, reference, rotation(mean))
     slopes = derivatives(mean)
     jacobian = np.empty((6, 3))
+    walked = covariance.copy()
     for axis in range(3):
-        jacobian[:, axis] = (reference @ slopes[axis]).ravel()
+        walked[axis, axis] += theta_sd_rad**2
+        seen = multiply(reference, slopes[axis])
+        for i in range(6):
+            jacobian[i, axis] = seen[i // 3, i % 3]
     residuals, jacobian, variances = decorrelated(residuals, jacobian, noise)
-    walked = covariance + theta_sd_rad**2 * np.eye(3)
     posterior, spread, _ = condition(mean, walked, residuals, jacobian, variances)
     return posterior, spread
+
+
+@compiled
+def _residuals(
+    measured: NDArray[np.float64], reference: NDArray[np.float64], turn: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return entries (6,) less those of A_0 R, given A_0 (2, 3) and R (3, 3)."""
+    expected = multiply(reference, turn)
+    residuals = np.empty(6)
+    for i in range(6):
+        residuals[i] = measured[i] - expected[i // 3, i % 3]
+    return residuals
 
 
 @compiled
@@ -118,7 +134,7 @@ def _log_likelihood(
     _, whitening, variances = decorrelated(measured, whitening, noise)
     log_likelihoods = np.zeros(theta.shape[0])
     for n in range(theta.shape[0]):
-        residuals = measured - (reference @ rotation(theta[n])).ravel()
+        residuals = _residuals(measured, reference, rotation(theta[n]))
         for i in range(6):
             total = 0.0
             for j in range(i + 1):

@@ -15,6 +15,7 @@ What weight a particle of the observation sampler gets is the decisive choice, a
   that trusts the observation more than the model does; its sigma is too small and its log evidence is no evidence.
 """
 
+import math
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -76,7 +77,7 @@ def step(
     if observation_count and weights != "sharpened":
         log_weights = log_weights + correction(log_g[ancestors], log_mean_g, prediction_count, weights == "balanced")
     log_weights, log_sum = normalise(log_weights)
-    log_evidence = log_sum - float(np.log(len(ancestors)))
+    log_evidence = log_sum - math.log(len(ancestors))
     return Posterior(ParticleSet(states, log_weights, ancestors), log_evidence, observation_count, resampled=True)
 
 
@@ -93,10 +94,18 @@ def correction(
         balanced: By the balance heuristic, or each group by its own sampler.
     """
     count = log_g_parent.shape[0]
-    relative = log_g_parent - log_mean_g
+    relative = np.empty(count)
+    for n in range(count):
+        relative[n] = log_g_parent[n] - log_mean_g
     if balanced:
         share = 1.0 - prediction_count / count
-        return -logarithms((1.0 - share) + share * exponentials(relative))
+        mixed = exponentials(relative)
+        for n in range(count):
+            mixed[n] = (1.0 - share) + share * mixed[n]
+        mixed = logarithms(mixed)
+        for n in range(count):
+            relative[n] = -mixed[n]
+        return relative
     for n in range(count):
         relative[n] = 0.0 if n < prediction_count else -relative[n]
     return relative

@@ -5,6 +5,8 @@ and Blake 1998). Its particles go where the prediction says, whatever the observ
 wasteful when the prediction is poor. Source: document 1, sections 3 and 5.2.
 """
 
+import math
+
 import numpy as np
 
 from pftrack.dynamics import Dynamics
@@ -50,4 +52,4 @@ def step(
         return Posterior(ParticleSet(states, log_weights, kept), log_evidence, 0, resampled=False)
     states = dynamics.diffuse(rng, means, ancestors)
     log_weights, log_sum = normalise(log_likelihood(states))
-    return Posterior(ParticleSet(states, log_weights, ancestors), log_sum - float(np.log(count)), 0, resampled=True)
+    return Posterior(ParticleSet(states, log_weights, ancestors), log_sum - math.log(count), 0, resampled=True)

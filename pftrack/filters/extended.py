@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from pftrack.filters.kalman import condition
 from pftrack.gaussian import Gaussian, symmetrised
+from pftrack.matrices import product
 
 __all__ = ["predict", "update"]
 
@@ -26,7 +27,7 @@ def predict(
         noise_covariance: Q, (d, d).
     """
     slope = jacobian(posterior.mean)
-    covariance = slope @ posterior.covariance @ slope.T + noise_covariance
+    covariance = product(product(slope, posterior.covariance), slope.T) + noise_covariance
     return Gaussian(transition(posterior.mean), symmetrised(covariance))
 
 

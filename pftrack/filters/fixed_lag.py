@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
 from pftrack.gaussian import Gaussian
+from pftrack.matrices import product
 from pftrack.particles import ParticleSet
 
 __all__ = ["Lineage", "augment", "augment_dynamics", "begin_lineage", "block", "extend_lineage", "smoothed"]
@@ -84,5 +85,4 @@ def smoothed(lineage: Lineage, particles: ParticleSet, age: int) -> NDArray[np.f
     Raises:
         IndexError: The lineage does not reach back so far.
     """
-    mean: NDArray[np.float64] = particles.weights @ lineage.paths[age]
-    return mean
+    return product(particles.weights, lineage.paths[age])

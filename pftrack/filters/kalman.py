@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
 from pftrack.gaussian import Gaussian, log_density, symmetrised
+from pftrack.matrices import product, solved
 
 __all__ = ["predict", "update"]
 
@@ -16,8 +17,9 @@ __all__ = ["predict", "update"]
 def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
     """Return p(x_t | z_{1:t-1}) from p(x_{t-1} | z_{1:t-1}), both over (d,)."""
     transition = dynamics.transition
-    mean = transition @ posterior.mean + dynamics.offset
-    covariance = transition @ posterior.covariance @ transition.T + dynamics.noise_covariance
+    mean = product(transition, posterior.mean) + dynamics.offset
+    moved = product(product(transition, posterior.covariance), transition.T)
+    covariance = moved + dynamics.noise_covariance
     return Gaussian(mean, symmetrised(covariance))
 
 
@@ -41,7 +43,7 @@ def update(
     Raises:
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
-    return condition(prior, measurement, observation @ prior.mean, observation, noise_covariance)
+    return condition(prior, measurement, product(observation, prior.mean), observation, noise_covariance)
 
 
 def condition(
@@ -60,11 +62,11 @@ def condition(
         jacobian: dz/dx there, (m, d).
         noise_covariance: R, (m, m).
     """
-    cross = prior.covariance @ jacobian.T
-    innovation_covariance = symmetrised(jacobian @ cross + noise_covariance)
-    gain = np.linalg.solve(innovation_covariance, cross.T).T
-    mean = prior.mean + gain @ (measurement - predicted)
-    kept = np.eye(len(mean)) - gain @ jacobian
-    covariance = kept @ prior.covariance @ kept.T + gain @ noise_covariance @ gain.T
+    cross = product(prior.covariance, jacobian.T)
+    innovation_covariance = symmetrised(product(jacobian, cross) + noise_covariance)
+    gain = solved(innovation_covariance, cross.T).T
+    mean = prior.mean + product(gain, measurement - predicted)
+    kept = np.eye(len(mean)) - product(gain, jacobian)
+    covariance = product(product(kept, prior.covariance), kept.T) + product(product(gain, noise_covariance), gain.T)
     log_evidence = float(log_density(measurement, predicted, innovation_covariance))
     return Gaussian(mean, symmetrised(covariance)), log_evidence

@@ -16,7 +16,8 @@ from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import pinhole, pinhole_jacobian
-from pftrack.geometry.rotation import derivatives, rotation
+from pftrack.geometry.rotation import derivatives, rotation, turned
+from pftrack.matrices import multiply, owned
 from pftrack.random import Generator
 
 __all__ = ["POSE_NOISE", "PerspectiveLayer", "features", "project"]
@@ -42,6 +43,12 @@ class PerspectiveLayer:
     start: NDArray[np.float64]
     principal_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
     noise_sd: NDArray[np.float64] = field(default_factory=lambda: np.array(POSE_NOISE))
+
+    def __post_init__(self) -> None:
+        """Keep what compiled code gets in the one form for which it is compiled."""
+        object.__setattr__(self, "points_mm", owned(self.points_mm))
+        object.__setattr__(self, "principal_px", owned(self.principal_px))
+        object.__setattr__(self, "focal_px", float(self.focal_px))
 
     def begin(self) -> Gaussian:
         """Begin at the start, at rest, as certain as one frame's process noise."""
@@ -77,14 +84,16 @@ def features(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return where points (F, 3) are seen, (F, 2) px from the principal point, and the derivatives (F, 2, 6) by q."""
     count = points_mm.shape[0]
-    seen = points_mm @ rotation(state[:3]).T
+    theta = state[:3]
+    seen = turned(points_mm, rotation(theta))
     for n in range(count):
-        seen[n] += state[3:6]
+        for i in range(3):
+            seen[n, i] += state[3 + i]
     slopes = pinhole_jacobian(seen, focal_px)
-    turns = derivatives(state[:3])
+    turns = derivatives(theta)
     jacobian = np.empty((count, 2, 6))
     for axis in range(3):
-        moved = points_mm @ turns[axis].T
+        moved = turned(points_mm, turns[axis])
         for n in range(count):
             for i in range(2):
                 jacobian[n, i, axis] = slopes[n, i, i] * moved[n, i] + slopes[n, i, 2] * moved[n, 2]
@@ -103,21 +112,21 @@ def project(
     """Return the Gaussians of `Projection`, given mean (12,) and covariance (12, 12) of (q_t, q_{t-1})."""
     count = points_mm.shape[0]
     means, covariances = np.empty((count, 2, 2)), np.empty((count, 2, 2, 2))
-    jacobian = np.empty((2, count, 2, 6))
+    jacobian = np.zeros((count, 2, 2, 12))
     for age in range(2):
-        pixels, jacobian[age] = features(mean[6 * age : 6 * age + 6], points_mm, focal_px)
-        means[:, :, age] = pixels + principal_px
+        pixels, slopes = features(mean[6 * age : 6 * age + 6], points_mm, focal_px)
+        for n in range(count):
+            for axis in range(2):
+                means[n, axis, age] = pixels[n, axis] + principal_px[axis]
+                for i in range(6):
+                    jacobian[n, axis, age, 6 * age + i] = slopes[n, axis, i]
     for n in range(count):
         for axis in range(2):
+            both = jacobian[n, axis]
+            spread = multiply(multiply(both, covariance), both.T.copy())
             for age in range(2):
-                for other in range(age + 1):
-                    total = 0.0
-                    for i in range(6):
-                        for j in range(6):
-                            slope = jacobian[age, n, axis, i] * jacobian[other, n, axis, j]
-                            total += slope * covariance[6 * age + i, 6 * other + j]
-                    covariances[n, axis, age, other] = total
-                    covariances[n, axis, other, age] = total
+                for other in range(2):
+                    covariances[n, axis, age, other] = spread[age, other]
     return means, covariances
 
 
@@ -134,7 +143,13 @@ def _observe(
     count = points_mm.shape[0]
     pixels, slopes = features(mean[:6], points_mm, focal_px)
     jacobian = np.zeros((2 * count, 12))
-    jacobian[:, :6] = slopes.reshape(2 * count, 6)
-    residuals = (positions - pixels - principal_px).ravel()
-    posterior, spread, _ = condition(mean, covariance, residuals, jacobian, variances.ravel())
+    residuals, noise = np.empty(2 * count), np.empty(2 * count)
+    for n in range(count):
+        for axis in range(2):
+            row = 2 * n + axis
+            residuals[row] = positions[n, axis] - pixels[n, axis] - principal_px[axis]
+            noise[row] = variances[n, axis]
+            for i in range(6):
+                jacobian[row, i] = slopes[n, axis, i]
+    posterior, spread, _ = condition(mean, covariance, residuals, jacobian, noise)
     return posterior, spread

@@ -9,6 +9,7 @@ the camera; the two axes share even the covariance.
 Sixteen dimensions are many: of 25,000 particles the best one usually takes nearly all the weight.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -21,6 +22,7 @@ from pftrack.filters import affine_pose
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.sequential import predict_second_order
 from pftrack.gaussian import Gaussian
+from pftrack.matrices import factorise, multiply, substitute
 from pftrack.particles import moments, normalise
 from pftrack.random import Generator
 from pftrack.resampling import systematic
@@ -72,7 +74,7 @@ def begin(layer: AffineLayer, count: int) -> RaoBlackwell:
     cameras = np.repeat(belief.mean[:, :, None], count, axis=2)
     means = layer.project(belief).positions
     coordinates = np.repeat(means.T[:, :, None], count, axis=2)
-    log_weights = np.full(count, -np.log(count))
+    log_weights = np.full(count, -math.log(count))
     covariances = np.zeros((len(means), 2, 2))
     return RaoBlackwell(cameras, belief.covariance[0], log_weights, coordinates, means, covariances, layer.pose(belief))
 
@@ -101,7 +103,7 @@ def step(
     size = len(belief.log_weights)
     count = count or size
     if count != size or belief.effective_sample_size < threshold * size:
-        parents, prior = systematic(rng, belief.log_weights, count), np.full(count, -np.log(count))
+        parents, prior = systematic(rng, belief.log_weights, count), np.full(count, -math.log(count))
     else:
         parents, prior = np.arange(count), belief.log_weights
     root, gain, covariance = _common(belief.covariance, layer.points_mm, layer.noise_sd, scatter_px)
@@ -130,13 +132,21 @@ def _common(
     count = points_mm.shape[0]
     _, predicted = predict_second_order(np.zeros(8), covariance, noise_sd)
     observation = np.zeros((count, 8))
-    observation[:, :3] = points_mm
-    observation[:, 3] = 1.0
-    cross = observation @ predicted
-    root = np.linalg.cholesky(cross @ observation.T + scatter_px**2 * np.eye(count)).astype(np.float64)
-    gain = np.linalg.solve(root, cross).T.astype(np.float64)
-    known = predicted - gain @ gain.T
-    return root, gain, (0.5 * (known + known.T)).astype(np.float64)
+    for f in range(count):
+        for i in range(3):
+            observation[f, i] = points_mm[f, i]
+        observation[f, 3] = 1.0
+    cross = multiply(observation, predicted)
+    seen = multiply(cross, observation.T.copy())
+    for f in range(count):
+        seen[f, f] += scatter_px**2
+    root, _ = factorise(seen)
+    gain = substitute(root, cross).T.copy()
+    known = multiply(gain, gain.T.copy())
+    for i in range(8):
+        for j in range(8):
+            known[i, j] = predicted[i, j] - known[i, j]
+    return root, gain, known
 
 
 @compiled
@@ -156,7 +166,8 @@ def _advance(
         entries, seen = moved[axis], coordinates[axis]
         _predict(cameras[axis], parents, entries)
         for f in range(features):
-            seen[f] = entries[3]
+            for n in range(count):
+                seen[f, n] = entries[3, n]
             for i in range(3):
                 _add(seen[f], points_mm[f, i], entries[i])
         for f in range(features):
@@ -193,9 +204,19 @@ def _summary(
     """Return mean (6,) and covariance (6, 6) of the slopes, means (F, 2) and covariances (F, 2, 2) of the features."""
     _, features, count = coordinates.shape
     slopes = np.empty((6, count))
-    slopes[:3], slopes[3:] = cameras[0, :3], cameras[1, :3]
+    for i in range(6):
+        for n in range(count):
+            slopes[i, n] = cameras[i // 3, i % 3, n]
     entries, spread = moments(slopes.T, weights)
     means, covariances = np.empty((features, 2)), np.empty((features, 2, 2))
+    place = np.empty((2, count))
     for f in range(features):
-        means[f], covariances[f] = moments(coordinates[:, f].T, weights)
+        for axis in range(2):
+            for n in range(count):
+                place[axis, n] = coordinates[axis, f, n]
+        mean, covariance = moments(place.T, weights)
+        for axis in range(2):
+            means[f, axis] = mean[axis]
+            for other in range(2):
+                covariances[f, axis, other] = covariance[axis, other]
     return entries, spread, means, covariances

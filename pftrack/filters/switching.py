@@ -17,7 +17,10 @@ __all__ = ["exceeds", "hard", "soft"]
 @compiled
 def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
     """Tell whether any posterior standard deviation (d,) exceeds the threshold gamma, in the same unit."""
-    return bool((sigma > gamma).any())
+    for deviation in sigma:  # noqa: SIM110 - `any` of a generator cannot be compiled
+        if deviation > gamma:
+            return True
+    return False
 
 
 @compiled
@@ -46,7 +49,9 @@ def soft(sigma: NDArray[np.float64], gamma_min: float, gamma_max: float, count: 
         gamma_max: Above this all are; not less than gamma_min. If both are equal, the switch is hard.
         count: N.
     """
-    widest = sigma.max()
+    widest = sigma[0]
+    for axis in range(sigma.shape[0]):
+        widest = max(widest, sigma[axis])
     if gamma_max <= gamma_min:
         return count if widest > gamma_max else 0
     return int(np.rint(count * min(max((widest - gamma_min) / (gamma_max - gamma_min), 0.0), 1.0)))

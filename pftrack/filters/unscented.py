@@ -14,7 +14,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.compiled import compiled
 from pftrack.gaussian import Gaussian, log_density, symmetrised
+from pftrack.matrices import multiply, root, solve
 
 __all__ = ["Function", "predict", "transform", "update", "update_batch"]
 
@@ -43,17 +45,41 @@ def transform(
     spread = max(3.0 - dimension, 0.0) if kappa is None else kappa
     if dimension + spread <= 0:
         raise ValueError(f"dimension + kappa must be positive, got {dimension} + {spread}")
-    values, vectors = np.linalg.eigh(covariance)
-    root = (vectors * np.sqrt(np.clip(values, 0.0, None))).T * np.sqrt(dimension + spread)
-    offsets = np.concatenate([np.zeros((1, dimension)), root, -root])
+    directions = root(covariance).T * np.sqrt(dimension + spread)
+    offsets = np.concatenate([np.zeros((1, dimension)), directions, -directions])
     weights = np.full(2 * dimension + 1, 0.5 / (dimension + spread))
     weights[0] = spread / (dimension + spread)
-    images = function(means[:, None, :] + offsets)
-    image_means = np.einsum("s,nsm->nm", weights, images)
-    deviations = images - image_means[:, None, :]
-    image_covariances = np.einsum("s,nsi,nsj->nij", weights, deviations, deviations)
-    cross = np.einsum("s,sd,nsm->ndm", weights, offsets, deviations)
-    return image_means, image_covariances, cross
+    images = np.array(function(means[:, None, :] + offsets), np.float64, order="C")
+    return _weighted(weights, offsets, images)
+
+
+@compiled
+def _weighted(
+    weights: NDArray[np.float64], offsets: NDArray[np.float64], images: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return means (n, m) and covariances (n, m, m) of images (n, s, m), and cross covariances (n, d, m) with offsets.
+
+    Args:
+        weights: (s,) of the sigma points.
+        offsets: (s, d) of the sigma points from their means.
+        images: (n, s, m) what became of them.
+    """
+    count, points, size = images.shape
+    dimension = offsets.shape[1]
+    means = np.zeros((count, size))
+    covariances, cross = np.zeros((count, size, size)), np.zeros((count, dimension, size))
+    for n in range(count):
+        for s in range(points):
+            for i in range(size):
+                means[n, i] += weights[s] * images[n, s, i]
+        for s in range(points):
+            for i in range(size):
+                share = weights[s] * (images[n, s, i] - means[n, i])
+                for j in range(size):
+                    covariances[n, i, j] += share * (images[n, s, j] - means[n, j])
+                for d in range(dimension):
+                    cross[n, d, i] += offsets[s, d] * share
+    return means, covariances, cross
 
 
 def predict(
@@ -107,7 +133,38 @@ def update_batch(
     """
     predicted, spreads, cross = transform(means, covariance, observe, kappa)
     innovation_covariances = symmetrised(spreads + noise_covariance)
-    gains = np.swapaxes(np.linalg.solve(innovation_covariances, np.swapaxes(cross, -1, -2)), -1, -2)
-    updated = means + np.einsum("ndm,nm->nd", gains, measurement - predicted)
-    covariances = covariance - gains @ innovation_covariances @ np.swapaxes(gains, -1, -2)
+    updated, covariances, regular = _conditioned(
+        np.array(means, np.float64, order="C"),
+        np.array(covariance, np.float64, order="C"),
+        innovation_covariances,
+        cross,
+        np.array(measurement - predicted, np.float64, order="C"),
+    )
+    if not regular:
+        raise np.linalg.LinAlgError("Singular matrix")
     return updated, symmetrised(covariances), log_density(measurement, predicted, innovation_covariances)
+
+
+@compiled
+def _conditioned(
+    means: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    innovation_covariances: NDArray[np.float64],
+    cross: NDArray[np.float64],
+    innovations: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+    """Return means (n, d) and covariances (n, d, d) of the posteriors, and whether there are any."""
+    count, dimension = means.shape
+    updated, covariances = means.copy(), np.empty((count, dimension, dimension))
+    for n in range(count):
+        # The gain, transposed, and what it takes off the covariance: K S K^T, of which S K^T is the cross covariance.
+        gain, regular = solve(innovation_covariances[n], cross[n].T.copy())
+        if not regular:
+            return updated, covariances, False
+        known = multiply(cross[n], gain)
+        for i in range(dimension):
+            for k in range(gain.shape[0]):
+                updated[n, i] += gain[k, i] * innovations[n, k]
+            for j in range(dimension):
+                covariances[n, i, j] = covariance[i, j] - known[i, j]
+    return updated, covariances, True

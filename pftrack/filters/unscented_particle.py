@@ -8,14 +8,18 @@ The first coordinates of the state are the ones that receive process noise; lagg
 a second-order model) follow their parent exactly and are left out of the densities.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.compiled import compiled
 from pftrack.dynamics import LinearDynamics
 from pftrack.filters import bootstrap
 from pftrack.filters.posterior import LogLikelihood, Posterior
 from pftrack.filters.unscented import Function, update_batch
 from pftrack.gaussian import log_density
+from pftrack.matrices import factorise
 from pftrack.particles import ParticleSet, normalise
 from pftrack.random import Generator
 from pftrack.resampling import Resampler, systematic
@@ -65,14 +69,37 @@ def step(
     means = dynamics.predict(particles.states)[ancestors]
     prior_covariance = dynamics.noise_covariance[:driven, :driven]
     proposed, covariances, _ = update_batch(means[:, :driven], prior_covariance, measurement, observe, noise_covariance)
-    roots = np.linalg.cholesky(covariances)
-    normals = rng.standard_normal((driven, count))
-    states = means.copy()
-    states[:, :driven] = proposed + np.einsum("nij,jn->ni", roots, normals)
+    states = _proposed(means, proposed, covariances, rng.standard_normal((driven, count)))
     log_weights = (
         log_likelihood(states)
         + log_density(states[:, :driven], means[:, :driven], prior_covariance)
         - log_density(states[:, :driven], proposed, covariances)
     )
     log_weights, log_sum = normalise(log_weights)
-    return Posterior(ParticleSet(states, log_weights, ancestors), log_sum - float(np.log(count)), 0, resampled=True)
+    return Posterior(ParticleSet(states, log_weights, ancestors), log_sum - math.log(count), 0, resampled=True)
+
+
+@compiled
+def _proposed(
+    means: NDArray[np.float64],
+    proposed: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    normals: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return states (N, d): their first k coordinates drawn around those proposed, the others as they are expected.
+
+    Args:
+        means: (N, d) of the predictions.
+        proposed: (N, k) means of the proposals.
+        covariances: (N, k, k) of the proposals.
+        normals: (k, N).
+    """
+    count, driven = proposed.shape
+    states = means.copy()
+    for n in range(count):
+        lower, _ = factorise(covariances[n])
+        for i in range(driven):
+            states[n, i] = proposed[n, i]
+            for j in range(i + 1):
+                states[n, i] += lower[i, j] * normals[j, n]
+    return states

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
+from pftrack.matrices import least_squares, product
 
 __all__ = ["NEAREST_MM", "affine_fit", "affine_projection", "pinhole", "pinhole_jacobian"]
 
@@ -49,7 +50,7 @@ def pinhole_jacobian(points_mm: NDArray[np.float64], focal_px: float) -> NDArray
 
 def affine_projection(camera: NDArray[np.float64], points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
     """Project points (n, 3) by an affine camera (2, 4) to (n, 2) px."""
-    pixels: NDArray[np.float64] = points_mm @ camera[:, :3].T + camera[:, 3]
+    pixels: NDArray[np.float64] = product(points_mm, camera[:, :3].T) + camera[:, 3]
     return pixels
 
 
@@ -68,7 +69,7 @@ def affine_fit(points_mm: NDArray[np.float64], pixels: NDArray[np.float64]) -> N
     if not (np.isfinite(points_mm).all() and np.isfinite(pixels).all()):
         raise ValueError("expected finite points and pixels, got some that are not")
     extended = np.column_stack([points_mm, np.ones(len(points_mm))])
-    solved, _, rank, _ = np.linalg.lstsq(extended, pixels, rcond=None)
-    if rank < 4:
+    fitted, determined = least_squares(extended, pixels)
+    if not determined:
         raise ValueError("expected four points that do not lie in one plane, got fewer")
-    return np.ascontiguousarray(solved.T, dtype=np.float64)
+    return np.ascontiguousarray(fitted.T)

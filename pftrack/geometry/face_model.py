@@ -20,6 +20,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.geometry.rotation import nearest_rotation
+from pftrack.matrices import product
+
 __all__ = [
     "FEATURES",
     "LINKS",
@@ -133,7 +136,7 @@ class Similarity:
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Map points (n, d)."""
-        mapped: NDArray[np.float64] = self.scale * points @ self.rotation.T + self.translation
+        mapped: NDArray[np.float64] = product(self.scale * points, self.rotation.T) + self.translation
         return mapped
 
 
@@ -171,8 +174,8 @@ def average(models: list[FaceModel]) -> FaceModel:
 def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> Similarity:
     """Return the similarity that maps points onto others with the least sum of squared distances.
 
-    Umeyama 1991: rotation from the singular value decomposition of the cross-covariance, the last singular direction
-    turned where it would otherwise be a mirror image. Two points in the plane determine it exactly.
+    Umeyama 1991, by `nearest_rotation` of the cross-covariance, which is never a mirror image. Two points in the plane
+    determine it exactly.
 
     Args:
         source: (n, d) points to be mapped, not all the same.
@@ -188,15 +191,13 @@ def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> 
     middle, aim = source.mean(axis=0), target.mean(axis=0)
     spread, aimed = source - middle, target - aim
     power = float((spread * spread).sum())
-    left, values, right = np.linalg.svd(aimed.T @ spread)
-    signs = np.ones(source.shape[1])
-    signs[-1] = np.sign(np.linalg.det(left @ right)) or 1.0
-    strength = float((values * signs).sum())
+    cross = product(aimed.T, spread)
+    rotation = nearest_rotation(cross)
+    strength = float((rotation * cross).sum())
     if power <= 0.0 or strength <= 0.0:
         raise ValueError("expected points that differ from each other, got all at one place")
-    rotation = (left * signs) @ right
     scale = strength / power
-    return Similarity(scale, rotation, aim - scale * rotation @ middle)
+    return Similarity(scale, rotation, aim - scale * product(rotation, middle))
 
 
 def place(model: FaceModel, found: Mapping[str, tuple[float, float]]) -> NDArray[np.float64]:

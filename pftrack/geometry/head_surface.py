@@ -14,7 +14,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.elementary import exponential, power
 from pftrack.geometry.face_model import FaceModel
+from pftrack.matrices import product, solved
 
 __all__ = ["HeadMesh", "HeadSurface", "grid_triangles", "head_mesh"]
 
@@ -66,7 +68,7 @@ class HeadSurface:
         missing = model.points_mm[:, 2] - egg_depth(x, y) - self._nose_depth(x, y)
         wanted = np.concatenate([missing, ANCHOR_CORRECTION_MM])
         kernel = self._kernel(self._centres[:, 0], self._centres[:, 1])
-        self._weights = np.linalg.solve(kernel + RIDGE * np.eye(len(wanted)), wanted)
+        self._weights = solved(kernel + RIDGE * np.eye(len(wanted)), wanted)
 
     def depth(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return z in mm at (x, y) in mm, arrays of equal shape."""
@@ -74,28 +76,29 @@ class HeadSurface:
 
     def correction(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what nose and correction add to the egg's depth, mm."""
-        added: NDArray[np.float64] = self._nose_depth(x, y) + self._kernel(x, y) @ self._weights
+        kernel = self._kernel(x, y)
+        corrected = product(kernel.reshape(-1, len(self._weights)), self._weights).reshape(np.shape(x))
+        added: NDArray[np.float64] = self._nose_depth(x, y) + corrected
         return added
 
     def _kernel(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         away = (x[..., None] - self._centres[:, 0]) ** 2 + (y[..., None] - self._centres[:, 1]) ** 2
-        kernel: NDArray[np.float64] = np.exp(-away / (2.0 * CORRECTION_SD_MM**2))
-        return kernel
+        return exponential(-away / (2.0 * CORRECTION_SD_MM**2))
 
     def _nose_depth(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the nose alone: a ridge that rises and widens down to the tip, and ends below it."""
         _, tip_y, tip_z = self._nose
         along = np.maximum(0.0, (y + 4.0) / (tip_y + 4.0))
         width = 6.0 + 5.0 * np.minimum(along, 1.2)
-        below = np.exp(-((np.maximum(y - tip_y, 0.0) / 6.0) ** 2) / 2.0)
-        ridge: NDArray[np.float64] = np.minimum(along, 1.0) ** 1.4 * below * np.exp(-((x / width) ** 2) / 2.0)
+        below = exponential(-((np.maximum(y - tip_y, 0.0) / 6.0) ** 2) / 2.0)
+        ridge = power(np.minimum(along, 1.0), 1.4) * below * exponential(-((x / width) ** 2) / 2.0)
         depth: NDArray[np.float64] = 0.85 * tip_z * ridge
         return depth
 
 
 def egg_depth(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the depth of the egg's front at (x, y), mm; beyond its outline, that of its widest section."""
-    off = (np.abs(y - MIDDLE_Y_MM) / HALF_HEIGHT_MM) ** FLATNESS
+    off = power(np.abs(y - MIDDLE_Y_MM) / HALF_HEIGHT_MM, FLATNESS)
     inside = np.maximum(0.0, 1.0 - (x / HALF_WIDTH_MM) ** 2 - off)
     depth: NDArray[np.float64] = HALF_DEPTH_MM - HALF_DEPTH_MM * np.sqrt(inside)
     return depth
@@ -114,7 +117,7 @@ def head_mesh(model: FaceModel, longitudes: int = 200, latitudes: int = 220) -> 
         np.linspace(-LONGITUDE, LONGITUDE, longitudes), np.linspace(-LATITUDE, LATITUDE, latitudes)
     )
     x = HALF_WIDTH_MM * np.sin(longitude) * np.cos(latitude)
-    y = MIDDLE_Y_MM + HALF_HEIGHT_MM * np.sign(np.sin(latitude)) * np.abs(np.sin(latitude)) ** (2.0 / FLATNESS)
+    y = MIDDLE_Y_MM + HALF_HEIGHT_MM * np.sign(np.sin(latitude)) * power(np.abs(np.sin(latitude)), 2.0 / FLATNESS)
     # Depth is a function of (x, y) in front only: the correction must not show again at the back.
     front = np.clip((np.cos(longitude) - 0.15) / 0.35, 0.0, 1.0)
     z = HALF_DEPTH_MM - HALF_DEPTH_MM * np.cos(longitude) * np.cos(latitude) + surface.correction(x, y) * front

@@ -9,12 +9,15 @@ Filters linearise R, so its derivatives are here as well; all are compiled, for 
 Source: document 1, ch. 4 section 3.2 and Appendix D, as corrected in specification 0.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pftrack.compiled import compiled
+from pftrack.matrices import principal
 
-__all__ = ["angles", "derivatives", "rotation", "wrapped"]
+__all__ = ["angles", "derivatives", "nearest_rotation", "rotation", "turned", "wrapped"]
 
 
 @compiled
@@ -73,6 +76,47 @@ def angles(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     tilt = min(max(-matrix[1, 2], -1.0), 1.0)
     return np.array([np.arcsin(tilt), np.arctan2(matrix[0, 2], matrix[2, 2]), np.arctan2(matrix[1, 0], matrix[1, 1])])
+
+
+@compiled
+def turned(points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return A x, (n, m), of points (n, 3), given A, (m, 3): a rotation, or the slopes of an affine camera."""
+    count, size = points.shape[0], matrix.shape[0]
+    moved = np.empty((count, size))
+    for n in range(count):
+        for i in range(size):
+            moved[n, i] = matrix[i, 0] * points[n, 0] + matrix[i, 1] * points[n, 1] + matrix[i, 2] * points[n, 2]
+    return moved
+
+
+def nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation R that has the greatest trace(R^T M), given M (2, 2) or (3, 3).
+
+    In the plane it turns by the angle of (M_00 + M_11, M_10 - M_01); a matrix that prefers none gives no rotation. In
+    space its quaternion is the eigenvector of the greatest eigenvalue of a matrix of M's entries (Horn 1987).
+    """
+    if matrix.shape == (2, 2):
+        along, across = matrix[0, 0] + matrix[1, 1], matrix[1, 0] - matrix[0, 1]
+        length = math.hypot(along, across)
+        cosine, sine = (along / length, across / length) if length > 0.0 else (1.0, 0.0)
+        return np.array([[cosine, -sine], [sine, cosine]])
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.T
+    sums = np.array(
+        [
+            [xx + yy + zz, yz - zy, zx - xz, xy - yx],
+            [yz - zy, xx - yy - zz, xy + yx, zx + xz],
+            [zx - xz, xy + yx, yy - xx - zz, yz + zy],
+            [xy - yx, zx + xz, yz + zy, zz - xx - yy],
+        ]
+    )
+    w, x, y, z = principal(sums)
+    return np.array(
+        [
+            [w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
 
 
 def wrapped(angle_rad: ArrayLike) -> NDArray[np.float64]:

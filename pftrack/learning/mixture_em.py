@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
 from pftrack.elementary import exponentials, logarithms
+from pftrack.matrices import owned
+from pftrack.sums import total
 
 __all__ = ["Mixture", "Settings", "adapt", "begin", "gaussian_log_density", "kernel_log_density", "responsibilities"]
 
@@ -86,7 +88,13 @@ def adapt(
         settings: How to adapt.
     """
     shares = responsibilities(
-        survivors, mixture.ratios, *upper, lower, noise_sd_px, kernel=settings.lower_density == "kernel"
+        survivors,
+        mixture.ratios,
+        owned(upper[0]),
+        owned(upper[1]),
+        lower,
+        float(noise_sd_px),
+        kernel=settings.lower_density == "kernel",
     )
     eta = 1.0 / (1.0 + settings.forgetting / mixture.eta) if mixture.eta > 0.0 else 1.0
     learned = mixture.responsibilities + eta * (shares - mixture.responsibilities)
@@ -112,7 +120,9 @@ def responsibilities(
             shares[n] = ratio
             continue
         points = survivors[n]
-        above = gaussian_log_density(points, upper_means[n], np.diag(upper_variances[n]))
+        spread = np.zeros((2, 2))
+        spread[0, 0], spread[1, 1] = upper_variances[n, 0], upper_variances[n, 1]
+        above = gaussian_log_density(points, upper_means[n], spread)
         if kernel:
             below = kernel_log_density(points, lower[n], noise_sd_px)
         else:
@@ -120,11 +130,13 @@ def responsibilities(
             covariance[0, 0] += noise_sd_px**2
             covariance[1, 1] += noise_sd_px**2
             below = gaussian_log_density(points, mean, covariance)
-        odds = exponentials(np.minimum(np.maximum(below - above, -STEEPEST), STEEPEST))
-        total = 0.0
         for i in range(size):
-            total += 1.0 / (1.0 + (1.0 - ratio) / ratio * odds[i])
-        shares[n] = total / size
+            below[i] = min(max(below[i] - above[i], -STEEPEST), STEEPEST)
+        odds = exponentials(below)
+        share = 0.0
+        for i in range(size):
+            share += 1.0 / (1.0 + (1.0 - ratio) / ratio * odds[i])
+        shares[n] = share / size
     return shares
 
 
@@ -153,9 +165,15 @@ def kernel_log_density(points: NDArray[np.float64], centres: NDArray[np.float64]
         for j in range(size):
             x, y = points[0, i] - centres[0, j], points[1, i] - centres[1, j]
             exponents[j] = -0.5 * (x * x + y * y) / (sd * sd)
-        tops[i] = exponents.max()
-        sums[i] = exponentials(exponents - tops[i]).sum()
-    densities: NDArray[np.float64] = tops + logarithms(sums) - np.log(2.0 * np.pi * sd * sd * size)
+        tops[i] = exponents[0]
+        for j in range(size):
+            tops[i] = max(tops[i], exponents[j])
+        for j in range(size):
+            exponents[j] -= tops[i]
+        sums[i] = total(exponentials(exponents))
+    densities = logarithms(sums)
+    for i in range(count):
+        densities[i] += tops[i] - np.log(2.0 * np.pi * sd * sd * size)
     return densities
 
 

@@ -17,6 +17,7 @@ spectral radius says that it would run away; without it learning breaks Condensa
 Regression works in coordinates of order one, xi = (x - centre) / 100 px.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +27,7 @@ from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.filters import kalman
 from pftrack.filters.fixed_lag import augment, augment_dynamics, block
 from pftrack.gaussian import Gaussian
+from pftrack.matrices import product, solved
 
 __all__ = ["LAG", "Learner", "Settings", "begin", "dynamics", "learn", "period_frames"]
 
@@ -133,7 +135,7 @@ def learn(
     if counted.triples < settings.warm_up:
         return counted
     theta = _solve(regressors, products, _normalised(initial, learner.centre_px), settings.ridge)
-    if np.isfinite(theta).all() and _spectral_radius(theta) <= settings.largest_spectral_radius:
+    if np.isfinite(theta).all() and stays_within(theta, settings.largest_spectral_radius):
         return replace(counted, theta=theta)
     return counted
 
@@ -141,7 +143,7 @@ def learn(
 def dynamics(learner: Learner, noise: NDArray[np.float64]) -> LinearDynamics:
     """Return the learned model on (x_t, x_{t-1}) in px, with the given process noise B, (2, k)."""
     newer, older = learner.theta[:, :2], learner.theta[:, 2:4]
-    offset = SCALE_PX * learner.theta[:, 4] + (np.eye(2) - newer - older) @ learner.centre_px
+    offset = SCALE_PX * learner.theta[:, 4] + product(np.eye(2) - newer - older, learner.centre_px)
     return autoregression(newer, older, offset, noise)
 
 
@@ -150,12 +152,28 @@ def period_frames(model: LinearDynamics, axis: int = 0) -> float:
     newer, older = model.transition[axis, axis], model.transition[axis, 2 + axis]
     if older >= 0 or abs(newer) >= 2.0 * np.sqrt(-older):
         return float("nan")
-    return float(2.0 * np.pi / np.arccos(newer / (2.0 * np.sqrt(-older))))
+    return 2.0 * math.pi / math.acos(newer / (2.0 * math.sqrt(-older)))
 
 
-def _spectral_radius(theta: NDArray[np.float64]) -> float:
-    companion = np.vstack([theta[:, :4], np.eye(2, 4)])
-    return float(np.abs(np.linalg.eigvals(companion)).max())
+def stays_within(theta: NDArray[np.float64], radius: float) -> bool:
+    """Tell whether all roots of a model [A1 A0 d] (2, 5) lie within a circle around 0.
+
+    They are those of det(z^2 - A1 z - A0), a polynomial of the fourth degree, and lie within the unit circle exactly if
+    the last coefficient is smaller than the first, and so on after each step of Schur and Cohn's reduction. Dividing
+    the roots by the radius beforehand serves for any circle.
+    """
+    (a, b), (c, d) = theta[:, :2].tolist()
+    (e, f), (g, h) = theta[:, 2:4].tolist()
+    trace, cross = a + d, a * h + d * e - b * g - c * f
+    coefficients = [1.0, -trace, a * d - b * c - e - h, cross, e * h - f * g]
+    coefficients = [value / radius**power for power, value in enumerate(coefficients)]
+    while len(coefficients) > 1:
+        first, last = coefficients[0], coefficients[-1]
+        if not abs(last) < abs(first):
+            return False
+        pairs = zip(coefficients, reversed(coefficients), strict=True)
+        coefficients = [first * one - last * other for one, other in pairs][:-1]
+    return True
 
 
 def _smooth(
@@ -185,7 +203,7 @@ def _second_moments(positions: Gaussian) -> tuple[NDArray[np.float64], NDArray[n
 def _normalised(model: LinearDynamics, centre_px: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return [A1 A0 d] (2, 5) of a model in px, in the learner's coordinates."""
     newer, older = model.transition[:2, :2], model.transition[:2, 2:]
-    drift = (model.offset[:2] - (np.eye(2) - newer - older) @ centre_px) / SCALE_PX
+    drift = (model.offset[:2] - product(np.eye(2) - newer - older, centre_px)) / SCALE_PX
     return np.hstack([newer, older, drift[:, None]])
 
 
@@ -194,7 +212,6 @@ def _solve(
 ) -> NDArray[np.float64]:
     """Return the model that fits the statistics, pulled towards the anchor (eqs. A.17-A.19 with a ridge)."""
     try:
-        solved = np.linalg.solve(regressors + ridge * np.eye(5), (products + ridge * anchor).T)
+        return solved(regressors + ridge * np.eye(5), (products + ridge * anchor).T).T
     except np.linalg.LinAlgError:
         return np.full_like(anchor, np.nan)
-    return np.asarray(solved.T, dtype=np.float64)

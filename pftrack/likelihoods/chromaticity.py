@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials, logarithms
+from pftrack.compiled import compiled, read_only
+from pftrack.elementary import exponential, exponentials, logarithms
 
 __all__ = ["ColourModel", "centroid", "displayed", "fit", "likelihood_map", "log_kernel", "log_likelihood"]
 
@@ -55,7 +55,9 @@ def log_likelihood(
         model: Colour of the target.
         background_level: rho, relative to the kernel's peak; at 0 a particle off the target has the likelihood 0.
     """
-    return log_kernel(image_rgb, states, model.mean, model.precision, background_level)
+    return log_kernel(
+        read_only(image_rgb), np.asfortranarray(states), model.mean, model.precision, float(background_level)
+    )
 
 
 def likelihood_map(image_rgb: NDArray[np.uint8], model: ColourModel, background_level: float) -> NDArray[np.float64]:
@@ -70,8 +72,8 @@ def likelihood_map(image_rgb: NDArray[np.uint8], model: ColourModel, background_
     total = colours.sum(axis=2)
     seen = total > 0.0
     shares = colours[:, :, :2] / np.where(seen, total, 1.0)[:, :, None]
-    exponents = ((shares - model.mean) ** 2) @ np.array(model.precision)
-    kernel = np.where(seen, np.exp(-exponents), 0.0)
+    exponents = ((shares - model.mean) ** 2 * model.precision).sum(axis=2)
+    kernel = np.where(seen, exponential(-exponents), 0.0)
     return np.asarray((background_level + kernel) / (background_level + 1.0))
 
 
@@ -85,7 +87,7 @@ def centroid(image_rgb: NDArray[np.uint8], model: ColourModel) -> NDArray[np.flo
         image_rgb: (height, width, 3).
         model: Colour of the target.
     """
-    weight, u, v = _centroid(image_rgb, *model.mean, *model.precision)
+    weight, u, v = _centroid(read_only(image_rgb), *model.mean, *model.precision)
     return np.array([u / weight, v / weight]) if weight > 0.5 else None
 
 

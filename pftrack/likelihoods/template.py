@@ -12,7 +12,7 @@ The patch lies around the particle's pixel (floor(x + 0.5), floor(y + 0.5)) and 
 rounded down, to the left and above. Where it reaches beyond the picture, or has no contrast, NCC is -1, its least
 value.
 
-Eleven features with fifty particles each take 0.19 ms by the sums themselves, in one pass over each patch; with
+Eleven features with fifty particles each take 0.18 ms by the sums themselves, in one pass over each patch; with
 integral pictures for the patch's mean and variance 0.21 to 0.24 ms; by `cv2.matchTemplate` on the part of the picture
 that the particles cover 0.65 to 0.85 ms, since it also computes what lies between the particles (640 x 480, one core).
 The picture's luma takes 0.04 ms.
@@ -24,7 +24,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pftrack.compiled import compiled_sums
+from pftrack.compiled import compiled
+from pftrack.sums import inner_product
 
 __all__ = [
     "SPREAD",
@@ -123,7 +124,7 @@ def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], templa
         positions: (F, N, 2) px; not finite ones count as outside the picture.
         templates: One a feature.
     """
-    return ncc(grey, positions, templates.pixels, templates.sizes)
+    return ncc(grey, np.ascontiguousarray(positions), templates.pixels, templates.sizes)
 
 
 def log_likelihood(
@@ -168,13 +169,13 @@ def _patches(templates: Templates) -> list[NDArray[np.float32]]:
 def _normalised(patch: NDArray[np.floating]) -> NDArray[np.float32]:
     """Return a patch as (w h,) less its mean and of unit norm, or zeros if it has no contrast."""
     off = patch.ravel() - patch.mean(dtype=np.float64)
-    norm = float(np.linalg.norm(off))
+    norm = float(np.sqrt(np.square(off).sum()))
     # A patch of grey levels is flat below this variance; one of unit norm is never.
     flat = norm < 1e-6 or (norm > 2.0 and norm**2 < LEAST_VARIANCE * off.size)
     return np.zeros(off.size, np.float32) if flat else (off / norm).astype(np.float32)
 
 
-@compiled_sums
+@compiled
 def ncc(
     grey: NDArray[np.uint8], positions: NDArray[np.float64], pixels: NDArray[np.float32], sizes: NDArray[np.int64]
 ) -> NDArray[np.float64]:
@@ -186,28 +187,27 @@ def ncc(
     for f in range(features):
         w, h = sizes[f, 0], sizes[f, 1]
         area = w * h
-        contrast = np.float32(0)
-        for k in range(begin, begin + area):
-            contrast += abs(pixels[k])
+        template = pixels[begin : begin + area]
+        begin += area
+        if inner_product(template, template) == 0.0:
+            continue
+        levels = np.empty(area, np.float32)
         for i in range(count):
-            if contrast == 0.0:
-                break
             x, y = np.floor(positions[f, i, 0] + 0.5), np.floor(positions[f, i, 1] + 0.5)
             if not (x >= w // 2 and y >= h // 2 and x + w - w // 2 <= width and y + h - h // 2 <= height):
                 continue
             left, top = int(x) - w // 2, int(y) - h // 2
-            total, squares, product = np.int32(0), np.int32(0), np.float32(0)
+            total, squares = np.int32(0), np.int32(0)
             for row in range(h):
                 patch = grey[top + row, left : left + w]
-                template = pixels[begin + row * w : begin + row * w + w]
+                line = levels[row * w : row * w + w]
                 for column in range(w):
                     level = np.int32(patch[column])
                     total = np.int32(total + level)
                     squares = np.int32(squares + np.int32(level * level))
-                    # The template's mean is zero, so the patch's need not be taken off.
-                    product += template[column] * np.float32(level)
+                    line[column] = np.float32(level)
             power = squares - total * (total / area)
             if power > LEAST_VARIANCE * area:
-                results[f, i] = min(max(product / np.sqrt(power), -1.0), 1.0)
-        begin += area
+                # The template's mean is zero, so the patch's need not be taken off.
+                results[f, i] = min(max(inner_product(levels, template) / np.sqrt(power), -1.0), 1.0)
     return results

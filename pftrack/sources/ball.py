@@ -147,7 +147,7 @@ def _picture(
     """Draw the scene without noise; two periods of the document's scene stay in the cache for the next run."""
     image = _ground(parameters.image_width_px, parameters.image_height_px, parameters.background_colour).copy()
     for u, v, radius in (*look_alikes, (*_centre(parameters, turns), parameters.ball_radius_px)):
-        paint_disc(image, u, v, radius, rgb(parameters.ball_colour))
+        paint_disc(image, u, v, float(radius), rgb(parameters.ball_colour))
     paint(image, parameters, parameters.ball_colour)
     image.flags.writeable = False
     return image

@@ -132,7 +132,7 @@ def paint(image_rgb: NDArray[np.uint8], parameters: OverlayParameters, target_co
             row, column = divmod(slot, 3)
             u = width / 2 + (column - 1) * parameters.slot_spacing_px
             v = height / 2 + (2 * row - 1) * parameters.slot_offset_px
-            paint_disc(image_rgb, u, v, parameters.distracter_radius_px, rgb(target_colour))
+            paint_disc(image_rgb, u, v, float(parameters.distracter_radius_px), rgb(target_colour))
     left, right = strip(parameters, width)
     first, last = (min(max(int(np.ceil(edge)), 0), width) for edge in (left, right))
     _paint_columns(image_rgb, first, last, rgb(parameters.occluder_colour))

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pftrack.frame import Frame, Landmarks, Measurements, Target
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
+from pftrack.matrices import product
 from pftrack.parameters import Parameters, parameter
 from pftrack.random import Purpose, Stream
 from pftrack.sources.source import History
@@ -78,8 +79,8 @@ def _outward_planes() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the planes of the faces, normal (6, 3) outwards and offset (6,): a point x is outside if n.x > offset."""
     corners = VERTICES_MM[np.array(FACES)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    offsets = np.einsum("fi,fi->f", normals, corners[:, 0])
-    inside = np.sign(offsets - normals @ VERTICES_MM.mean(axis=0))
+    offsets = (normals * corners[:, 0]).sum(axis=1)
+    inside = np.sign(offsets - (normals * VERTICES_MM.mean(axis=0)).sum(axis=1))
     return normals * inside[:, None], offsets * inside
 
 
@@ -236,19 +237,19 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
     theta = _theta(u, parameters)
     translation = _translation(u, parameters)
     turn = rotation(theta)
-    placed = VERTICES_MM @ turn.T + translation
+    placed = product(VERTICES_MM, turn.T) + translation
     # A face is seen if the camera, in the object's frame, lies on its outer side.
-    faces = NORMALS @ (-translation @ turn) > OFFSETS
+    faces = product(NORMALS, product(-translation, turn)) > OFFSETS
     visible = np.asarray((TOUCHING & faces).any(axis=1))
     noise_sd = np.where(visible, parameters.noise_px, parameters.hidden_noise_px)
-    true = pinhole(placed, parameters.focal_length_px)
+    true = pinhole(placed, float(parameters.focal_length_px))
     normals = Stream(seed, index, Purpose.SCENE).standard_normal(true.shape)
     return Sight(true + noise_sd[:, None] * normals, noise_sd, visible, faces, theta, translation, true)
 
 
 def visible_faces(theta_rad: NDArray[np.float64], translation_mm: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which of `FACES` (6,) are seen: those on whose outer side the camera lies, in the object's frame."""
-    seen: NDArray[np.bool_] = np.greater(NORMALS @ (-translation_mm @ rotation(theta_rad)), OFFSETS)
+    seen: NDArray[np.bool_] = np.greater(product(NORMALS, product(-translation_mm, rotation(theta_rad))), OFFSETS)
     return seen
 
 

@@ -47,7 +47,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPris
     measured = _measured(frame)
     belief = pose.advance(
         state,
-        lambda positions: points.log_likelihood(positions, measured.points_px, measured.sd_px),
+        lambda positions: points.log_likelihood(np.ascontiguousarray(positions), measured.points_px, measured.sd_px),
         parameters,
         method,
         rng,
@@ -60,7 +60,7 @@ def _solid(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], paramet
     scale = parameters.focal_length_px / parameters.distance_mm
     reference = np.column_stack([scale * np.eye(2, 3), PRINCIPAL_PX])
     place = np.array([0.0, 0.0, parameters.distance_mm])
-    return Solid(points_mm, reference, parameters.focal_length_px, PRINCIPAL_PX, place)
+    return Solid(points_mm, reference, float(parameters.focal_length_px), PRINCIPAL_PX, place)
 
 
 def _measured(frame: Frame) -> Measurements:

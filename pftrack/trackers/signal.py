@@ -5,6 +5,7 @@ D dimensions the state is D copies: all newest values first, then all previous o
 exact Kalman answer beside its own, since for this model it is known. A sample that is not finite is a missing one.
 """
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache, partial
 
@@ -150,7 +151,7 @@ def _log_likelihood(signal: NDArray[np.float64], noise_sd: float, states: NDArra
     if not np.isfinite(signal).all():
         return np.zeros(len(states))
     dimension = len(signal)
-    constant = -dimension * np.log(noise_sd * np.sqrt(2.0 * np.pi))
+    constant = -dimension * math.log(noise_sd * math.sqrt(2.0 * math.pi))
     values: NDArray[np.float64] = constant - 0.5 / noise_sd**2 * ((signal - states[:, :dimension]) ** 2).sum(axis=1)
     return values
 

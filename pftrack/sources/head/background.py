@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.elementary import exponential
 from pftrack.random import Purpose, Stream
 
 __all__ = ["background"]
@@ -47,9 +48,15 @@ def _body(scene: NDArray[np.float64]) -> NDArray[np.float64]:
     """Paint neck and shoulders; they get darker away from the lamp's middle."""
     columns, rows = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
     beside = np.abs(columns - WIDTH / 2.0)
-    shoulders = rows - (418.0 + 26.0 * np.tanh(np.maximum(beside - 70.0, 0.0) / 90.0) + 0.0009 * beside**2)
+    shoulders = rows - (418.0 + 26.0 * _tanh(np.maximum(beside - 70.0, 0.0) / 90.0) + 0.0009 * beside**2)
     neck = np.maximum(beside - 84.0, 350.0 - rows)
     for distance, grey in ((neck, NECK - 0.0035 * beside**2), (shoulders, CLOTHES + 0.0 * beside)):
         share = np.clip(0.5 - distance / 6.0 if distance is neck else 0.5 + distance / 6.0, 0.0, 1.0)
         scene = scene + (grey - scene) * share
     return scene
+
+
+def _tanh(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return tanh x of values that are not negative."""
+    shrunk = exponential(-2.0 * values)
+    return (1.0 - shrunk) / (1.0 + shrunk)

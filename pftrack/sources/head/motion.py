@@ -8,6 +8,7 @@ parameters alone. So the place in the script is the sum of all past speeds, and 
 asked for with a lag of half a second, written in closed form over the spans of the history.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -51,7 +52,7 @@ def eased_amplitude(spans: Spans, initial: float) -> float:
     """
     amplitude = initial
     for steps, parameters in spans:
-        amplitude = parameters.amplitude + (amplitude - parameters.amplitude) * np.exp(-steps / LAG_FRAMES)
+        amplitude = parameters.amplitude + (amplitude - parameters.amplitude) * math.exp(-steps / LAG_FRAMES)
     return float(amplitude)
 
 

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.elementary import power
 from pftrack.geometry.face_model import FaceModel
 from pftrack.geometry.head_surface import HeadMesh, vertex_normals
 from pftrack.sources.head.parameters import HeadSceneParameters
@@ -83,7 +84,7 @@ def _lens_radius(x: NDArray[np.float64], y: NDArray[np.float64], model: FaceMode
     for side in "lr":
         eye = model[side + "eye"]
         u, v = (x - 1.04 * eye[0]) / LENS_HALF_MM[0], (y - eye[1] - 3.0) / LENS_HALF_MM[1]
-        radii.append((np.abs(u) ** 2.6 + np.abs(v) ** 2.6) ** (1 / 2.6))
+        radii.append(power(power(np.abs(u), 2.6) + power(np.abs(v), 2.6), 1 / 2.6))
     nearer: NDArray[np.float64] = np.minimum(*radii)
     return nearer
 

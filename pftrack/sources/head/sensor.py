@@ -4,26 +4,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
-from pftrack.random import Purpose, standard_normals
 
 __all__ = ["exposed"]
 
-SCENE = Purpose.SCENE.value
-
 
 @compiled
-def exposed(grey: NDArray[np.float32], noise_sd: float, seed: int, frame: int) -> NDArray[np.uint8]:
+def exposed(grey: NDArray[np.float32], noise_sd: float, noise: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), its three channels alike.
 
     Args:
         grey: (height, width) grey levels.
         noise_sd: Standard deviation of the noise, grey levels.
-        seed: Of the noise.
-        frame: Index of the frame, for its noise.
+        noise: (height width,) of unit variance; empty where there is none.
     """
     height, width = grey.shape
     image = np.empty((height, width, 3), np.uint8)
-    noise = standard_normals(seed, frame, SCENE, 0, height * width if noise_sd > 0.0 else 0)
     for row in range(height):
         for column in range(width):
             level = grey[row, column]

@@ -14,6 +14,8 @@ from pftrack.frame import Frame, Target
 from pftrack.geometry.face_model import FaceModel, mean_model, person
 from pftrack.geometry.head_surface import HeadMesh, head_mesh
 from pftrack.geometry.rotation import rotation
+from pftrack.matrices import product
+from pftrack.random import Purpose, Stream
 from pftrack.sources.head.background import background
 from pftrack.sources.head.motion import angles_rad, eased_amplitude, script_time
 from pftrack.sources.head.occluders import cover, with_lenses, with_sunglasses
@@ -79,7 +81,10 @@ class HeadSource:
         time = script_time(spans)
         theta = angles_rad(time, eased_amplitude(spans, history.at(0).amplitude))
         grey, target = self._render(theta, time, parameters)
-        image = exposed(grey, parameters.image_noise_sd, self._seed, index)
+        noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(
+            grey.size if parameters.image_noise_sd > 0 else 0
+        )
+        image = exposed(grey, float(parameters.image_noise_sd), noise)
         image.flags.writeable = False
         return Frame(index, index / FRAME_RATE_HZ, image_rgb=image, target=target)
 
@@ -90,12 +95,12 @@ class HeadSource:
         mesh = _mesh(parameters.person, parameters.face, parameters.sunglasses)
         texture = _texture(parameters.person, parameters.face, parameters.sunglasses)
         turn = rotation(theta)
-        translation = HEAD_MM + PIVOT_MM - turn @ PIVOT_MM
+        translation = HEAD_MM + PIVOT_MM - product(turn, PIVOT_MM)
         sun, sun_share, gain = _light(time)
         strength = parameters.sun_strength * sun_share
-        light = lit(mesh.normals @ turn.T, sun, AMBIENT, parameters.lamp_strength, strength)
+        light = lit(product(mesh.normals, turn.T), sun, AMBIENT, parameters.lamp_strength, strength)
         centre = (float(self.centre_px[0]), float(self.centre_px[1]))
-        pixels, inverse_depths = project(mesh.vertices_mm @ turn.T + translation, self.focal_px, centre)
+        pixels, inverse_depths = project(product(mesh.vertices_mm, turn.T) + translation, self.focal_px, centre)
         grey = background(parameters.person, self.size[0]).copy()
         depth_buffer = np.zeros(grey.shape, np.float32)
         rasterise(
@@ -113,7 +118,7 @@ class HeadSource:
         hidden = np.zeros(grey.shape, np.bool_)
         cover(grey, hidden, parameters)
         grey *= np.float32(gain)
-        points, depths = project(self.model.points_mm @ turn.T + translation, self.focal_px, centre)
+        points, depths = project(product(self.model.points_mm, turn.T) + translation, self.focal_px, centre)
         visible = _visible(points, 1.0 / depths, depth_buffer, hidden)
         return grey, HeadTarget.seen(self.model, theta, translation, points, visible)
 
@@ -132,7 +137,7 @@ def _light(time: float) -> tuple[NDArray[np.float64], float, float]:
     """Return the sun's direction (3,) and share of its full strength, and the camera's gain (specification 9.4)."""
     sun = np.array([0.8 * np.cos(2.0 * np.pi * (0.15 + 1.3 * time)), -0.35, -0.5])
     share = min(max(np.sin(2.0 * np.pi * 2.2 * time) + 0.2, 0.0), 1.0)
-    return sun / np.linalg.norm(sun), share, 1.0 + 0.08 * float(np.sin(2.0 * np.pi * 3.1 * time))
+    return sun / np.sqrt(np.square(sun).sum()), share, 1.0 + 0.08 * float(np.sin(2.0 * np.pi * 3.1 * time))
 
 
 def _visible(

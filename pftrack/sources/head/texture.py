@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.elementary import exponential, power
 from pftrack.geometry.face_model import FaceModel
 from pftrack.random import Purpose, Stream
 
@@ -57,20 +58,22 @@ def _eye(face: Map, x: Map, y: Map, model: FaceModel, side: str) -> Map:
     arc = np.sqrt(np.maximum(1.0 - along**2, 0.0))
     up, down = across + OPENING_UP_MM * arc, across - OPENING_DOWN_MM * arc
     reach = _below(np.abs(along) - 1.0, 0.08)
-    fade = np.exp(-((along / 1.15) ** 4))
-    face = face * (1.0 - 0.22 * np.exp(-(((x - eye[0]) / 21.0) ** 2 + ((y - eye[1] + 4.0) / 12.0) ** 2) / 1.4))
-    face = _mix(face, 0.42, 0.55 * fade * np.exp(-(((across + 1.75 * OPENING_UP_MM * np.sqrt(fade) - 0.5) / 0.9) ** 2)))
-    face = face + 0.05 * fade * np.exp(-(((across + 1.35 * OPENING_UP_MM * np.sqrt(fade)) / 1.6) ** 2))
+    fade = exponential(-_fourth(along / 1.15))
+    face = face * (1.0 - 0.22 * exponential(-(((x - eye[0]) / 21.0) ** 2 + ((y - eye[1] + 4.0) / 12.0) ** 2) / 1.4))
+    face = _mix(
+        face, 0.42, 0.55 * fade * exponential(-(((across + 1.75 * OPENING_UP_MM * np.sqrt(fade) - 0.5) / 0.9) ** 2))
+    )
+    face = face + 0.05 * fade * exponential(-(((across + 1.35 * OPENING_UP_MM * np.sqrt(fade)) / 1.6) ** 2))
     opening = _below(-up, 0.6) * _below(down, 0.6) * reach
     away = np.hypot(x - eye[0], y - eye[1])
-    ball = SCLERA - 0.16 * np.abs(along) ** 3 - 0.25 * np.exp(-((up / 2.2) ** 2))
+    ball = SCLERA - 0.16 * np.abs(along) * along**2 - 0.25 * exponential(-((up / 2.2) ** 2))
     ball = _mix(ball, IRIS + 0.04 * np.sin(0.9 * away), _below(away - IRIS_RADIUS_MM, 0.5))
-    ball = _mix(ball, IRIS - 0.12, 0.7 * np.exp(-(((away - IRIS_RADIUS_MM + 0.4) / 0.5) ** 2)))
+    ball = _mix(ball, IRIS - 0.12, 0.7 * exponential(-(((away - IRIS_RADIUS_MM + 0.4) / 0.5) ** 2)))
     ball = _mix(ball, PUPIL, _below(away - PUPIL_RADIUS_MM, 0.4))
     ball = _mix(ball, GLINT, _below(np.hypot(x - eye[0] - 2.0, y - eye[1] + 2.0) - 0.8, 0.5))
     face = _mix(face, ball, opening)
-    face = _mix(face, LASHES, 0.9 * reach * np.exp(-(((up + 0.3) / 1.0) ** 2)))
-    face = _mix(face, 0.35, 0.5 * reach * np.exp(-((down / 0.6) ** 2)))
+    face = _mix(face, LASHES, 0.9 * reach * exponential(-(((up + 0.3) / 1.0) ** 2)))
+    face = _mix(face, 0.35, 0.5 * reach * exponential(-((down / 0.6) ** 2)))
     return _mix(face, 0.5, 0.5 * _below(np.hypot(x - inner[0], y - inner[1]) - 1.2, 0.8))
 
 
@@ -78,8 +81,8 @@ def _brow(face: Map, x: Map, y: Map, model: FaceModel, side: str, grain: Map) ->
     start = model[side + "bro"]
     along = (x - start[0]) * np.sign(start[0]) / BROW_LENGTH_MM
     inside = np.clip(along, 0.0, 1.0)
-    arch = start[1] - 5.5 * np.sin(np.pi * inside**0.8) * (1.0 - 0.35 * inside) + 1.5 * inside
-    thickness = (4.2 - 3.0 * inside**1.5) * np.sqrt(np.clip(along / 0.06 + 1.0, 0.0, 1.0))
+    arch = start[1] - 5.5 * np.sin(np.pi * power(inside, 0.8)) * (1.0 - 0.35 * inside) + 1.5 * inside
+    thickness = (4.2 - 3.0 * inside * np.sqrt(inside)) * np.sqrt(np.clip(along / 0.06 + 1.0, 0.0, 1.0))
     cover = _below(np.abs(y - arch) - thickness, 1.2) * _below(-along * BROW_LENGTH_MM, 0.8)
     return _mix(face, BROW + 0.04 * grain, 0.92 * cover * _below((along - 1.0) * BROW_LENGTH_MM, 1.5))
 
@@ -87,16 +90,16 @@ def _brow(face: Map, x: Map, y: Map, model: FaceModel, side: str, grain: Map) ->
 def _nose(face: Map, x: Map, y: Map, model: FaceModel) -> Map:
     tip_x, tip_y = model["nose"][:2]
     x = x - tip_x
-    face = face + 0.05 * np.exp(-(((x / 4.0) ** 2 + ((y - tip_y + 2.0) / 5.0) ** 2) / 2.0))
+    face = face + 0.05 * exponential(-(((x / 4.0) ** 2 + ((y - tip_y + 2.0) / 5.0) ** 2) / 2.0))
     beside = np.abs(x)
     # The wings of the nose end in a crease, from which a fold runs down beside the mouth.
     crease = np.abs(np.hypot((beside - 9.0) / 1.0, y - tip_y - 3.5) - 7.0)
     outer = _below(9.5 - beside, 1.5) * _below(np.abs(y - tip_y - 4.0) - 6.5, 1.5)
-    face = _mix(face, 0.34, 0.6 * outer * np.exp(-((crease / 1.1) ** 2)))
+    face = _mix(face, 0.34, 0.6 * outer * exponential(-((crease / 1.1) ** 2)))
     fold = beside - 17.0 - 0.42 * (y - tip_y - 4.0)
     along = _below(tip_y + 6.0 - y, 3.0) * _below(y - tip_y - 24.0, 5.0)
-    face = face - 0.05 * along * np.exp(-((fold / 1.8) ** 2))
-    under = np.exp(-((x / 9.0) ** 4)) * np.exp(-(((y - tip_y - 10.5) / 2.4) ** 2))
+    face = face - 0.05 * along * exponential(-((fold / 1.8) ** 2))
+    under = exponential(-_fourth(x / 9.0)) * exponential(-(((y - tip_y - 10.5) / 2.4) ** 2))
     face = face * (1.0 - 0.28 * under)
     nostril = np.hypot((beside - 7.0) / 3.6, (y - tip_y - 9.0 + 0.25 * (beside - 7.0)) / 2.0)
     return _mix(face, NOSTRIL, _below(nostril - 1.0, 0.35))
@@ -109,17 +112,17 @@ def _mouth(face: Map, x: Map, y: Map, model: FaceModel) -> Map:
     base = (left[1] + right[1]) / 2.0 + along * (left[1] - right[1]) / 2.0
     arc = np.maximum(1.0 - along**2, 0.0)
     line = base + 0.8 * arc * np.cos(2.2 * np.pi * along)
-    upper = line - arc**0.8 * (6.5 - 1.8 * np.exp(-((along / 0.13) ** 2)))
-    lower = line + arc**0.7 * 8.5
+    upper = line - power(arc, 0.8) * (6.5 - 1.8 * exponential(-((along / 0.13) ** 2)))
+    lower = line + power(arc, 0.7) * 8.5
     inside = _below(np.abs(along) - 1.0, 0.03)
-    face = face * (1.0 - 0.12 * np.exp(-((along / 0.7) ** 4) - ((y - lower - 3.0) / 3.5) ** 2))
+    face = face * (1.0 - 0.12 * exponential(-_fourth(along / 0.7) - ((y - lower - 3.0) / 3.5) ** 2))
     lips = _below(upper - y, 0.9) * _below(y - lower, 0.9) * inside
-    shade = LIPS + 0.06 * np.exp(-(((y - line - 4.0) / 2.5) ** 2)) - 0.04 * _below(y - line, 0.8)
+    shade = LIPS + 0.06 * exponential(-(((y - line - 4.0) / 2.5) ** 2)) - 0.04 * _below(y - line, 0.8)
     face = _mix(face, shade, 0.9 * lips)
     width = 0.6 + 0.3 * arc
     face = _mix(face, MOUTH, _below(np.abs(y - line) - width, 0.5) * _below(np.abs(along) - 1.02, 0.03))
     for corner in (left, right):
-        face = face * (1.0 - 0.3 * np.exp(-((np.hypot(x - corner[0], y - corner[1]) / 2.2) ** 2)))
+        face = face * (1.0 - 0.3 * exponential(-((np.hypot(x - corner[0], y - corner[1]) / 2.2) ** 2)))
     return face
 
 
@@ -129,6 +132,11 @@ def _smooth_noise(seed: int, draw: int, sd_mm: float) -> Map:
     smooth = cv2.GaussianBlur(white, (0, 0), sd_mm / STEP_MM, borderType=cv2.BORDER_REFLECT)
     unit: Map = (smooth - smooth.mean()) / smooth.std()
     return unit
+
+
+def _fourth(value: Map) -> Map:
+    square: Map = value * value
+    return square * square
 
 
 def _below(value: Map, softness: float) -> Map:

@@ -23,6 +23,7 @@ from pftrack.filters.switching import exceeds, hard, soft
 from pftrack.particles import moments, normalise
 from pftrack.random import standard_normals
 from pftrack.resampling import parents
+from pftrack.sums import inner_product
 
 __all__ = ["LogLikelihood", "Loop", "Motion", "Rule", "Scheme", "loop_with"]
 
@@ -160,8 +161,11 @@ def _loop(
         if resampled[t]:
             log_evidences[t] -= np.log(scheme.sample_count)
         observation_counts[t] = by_observation
-        estimates[t], spread = moments(states.T[:2].T, exponentials(log_weights))
-        sigma = np.array([np.sqrt(spread[0, 0]), np.sqrt(spread[1, 1])])
+        position, spread = moments(states.T[:2].T, exponentials(log_weights))
+        sigma = np.empty(2)
+        for axis in range(2):
+            estimates[t, axis] = position[axis]
+            sigma[axis] = np.sqrt(spread[axis, axis])
     mean, covariance = moments(states, exponentials(log_weights))
     return Loop(
         states.T,
@@ -213,7 +217,7 @@ def _must_resample(scheme: Scheme, log_weights: NDArray[np.float64]) -> bool:
     if scheme.threshold >= 1.0 or scheme.sample_count != log_weights.shape[0]:
         return True
     weights = exponentials(log_weights)
-    return bool(1.0 / (weights * weights).sum() < scheme.threshold * scheme.sample_count)
+    return bool(1.0 / inner_product(weights, weights) < scheme.threshold * scheme.sample_count)
 
 
 @compiled

@@ -12,6 +12,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.compiled import read_only
 from pftrack.frame import Frame
 from pftrack.gaussian import Gaussian
 from pftrack.particles import ParticleSet
@@ -104,11 +105,8 @@ def _loop(
     particles = state.particles
     if particles is None:
         raise ValueError("the loop needs particles to begin with")
-    # Compiled code tells arrays that may be written from those that may not, and would be compiled for each.
-    pictures = pictures_rgb.view()
-    pictures.flags.writeable = False
     result: Loop = likelihood.loop(
-        pictures,
+        read_only(pictures_rgb),
         np.ascontiguousarray(particles.states.T),
         particles.log_weights,
         state.sigma,

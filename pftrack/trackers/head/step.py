@@ -8,6 +8,7 @@ Another face model, another camera or other templates may be chosen in mid-run: 
 would have been there, and the pose goes on from where it was.
 """
 
+import math
 from dataclasses import replace
 from functools import partial
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.face import find_again
+from pftrack.elementary import exponential, logarithm
 from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.frame import Frame, Target
 from pftrack.gaussian import Gaussian
@@ -24,6 +26,7 @@ from pftrack.geometry.rotation import rotation
 from pftrack.likelihoods import template
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
+from pftrack.matrices import product
 from pftrack.random import Purpose, Stream
 from pftrack.series import Series
 from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, Form, HeadMemory, around, widened
@@ -71,9 +74,18 @@ def camera_of(model: FaceModel, points_px: NDArray[np.float64]) -> NDArray[np.fl
         ValueError: The points do not make a face.
     """
     camera = affine_fit(model.points_mm, points_px)
-    if float(np.linalg.svd(camera[:, :3], compute_uv=False)[-1]) < LEAST_SCALE:
+    if _least_scale(camera[:, :3]) < LEAST_SCALE:
         raise ValueError("expected points that make a face, got points that lie on one line or all in one place")
     return camera
+
+
+def _least_scale(slopes: NDArray[np.float64]) -> float:
+    """Return the smaller singular value of a (2, 3) matrix: the area that its rows span, by the larger one."""
+    first, second = np.square(slopes).sum(axis=1)
+    mixed = float((slopes[0] * slopes[1]).sum())
+    larger = 0.5 * (first + second + math.hypot(first - second, 2.0 * mixed))
+    area = np.square(np.cross(slopes[0], slopes[1])).sum()
+    return math.sqrt(area / larger) if larger > 0.0 else 0.0
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
@@ -100,7 +112,7 @@ def _log_likelihood(
 ) -> NDArray[np.float64]:
     scores = template.log_likelihood(grey, positions, templates, parameters.correlation_spread)
     if parameters.hidden_weight > 0.0:
-        scores = np.logaddexp(scores, np.log(parameters.hidden_weight))
+        scores = logarithm(exponential(scores) + parameters.hidden_weight)
     return scores
 
 
@@ -149,8 +161,8 @@ def _solid(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.
         return Solid(model.points_mm, camera, focal_px, principal_px, place), np.eye(3)
     theta, place = _fitted(model.points_mm, points_px, focal_px, principal_px, place)
     turn = rotation(theta)
-    camera[:, :3] = camera[:, :3] @ turn.T
-    return Solid(np.ascontiguousarray(model.points_mm @ turn.T), camera, focal_px, principal_px, place), turn
+    camera[:, :3] = product(camera[:, :3], turn.T)
+    return Solid(product(model.points_mm, turn.T), camera, focal_px, principal_px, place), turn
 
 
 def _fitted(
@@ -202,7 +214,7 @@ def _resumed(
     if not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
         return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng)
     solid, turn = _solid(memory.sight, memory.model, memory.form, moved.scale)
-    roll = np.arctan2(moved.rotation[1, 0], moved.rotation[0, 0])
+    roll = math.atan2(moved.rotation[1, 0], moved.rotation[0, 0])
     theta = Gaussian(np.array([0.0, 0.0, roll]), FOUND_SD_RAD**2 * np.eye(3))
     spread_px = FOUND_SPREAD * memory.box[2] / 1.5
     belief = pose.begin(solid, points_px, parameters, method, rng, theta=theta, spread_px=spread_px)

@@ -18,6 +18,7 @@ from pftrack.filters.affine import AffineBelief
 from pftrack.filters.rao_blackwell import RaoBlackwell
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import rotation
+from pftrack.matrices import product
 from pftrack.series import SeriesValue
 from pftrack.trackers.pose.layered import Layered
 from pftrack.trackers.pose.solid import Solid
@@ -267,8 +268,9 @@ class JointParticles:
     def camera(self, solid: Solid) -> NDArray[np.float64]:
         """Return the weighted mean of the particles' cameras."""
         del solid
-        camera: NDArray[np.float64] = self.particles.cameras[:, :4] @ exponentials(self.log_weights)
-        return camera
+        entries = self.particles.cameras[:, :4]
+        weights = exponentials(self.log_weights)
+        return product(entries.reshape(-1, len(weights)), weights).reshape(entries.shape[:2])
 
     def measured(self) -> Mapping[str, SeriesValue]:
         """Return nothing: it has no other prediction to mix with, and draws no parents for each point."""

@@ -19,6 +19,7 @@ from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import rotation
 from pftrack.learning import mixture_em
+from pftrack.matrices import least_squares, product
 from pftrack.random import Generator
 from pftrack.trackers.pose import layered
 from pftrack.trackers.pose.beliefs import AffineLayers, Belief, JointParticles, Layers, PerspectiveLayers
@@ -146,7 +147,7 @@ def translation(
         slopes[rows, axis] = focal_px
         slopes[rows, 2] = -seen[:, axis]
         wanted[rows] = seen[:, axis] * turned_mm[:, 2] - focal_px * turned_mm[:, axis]
-    return np.asarray(np.linalg.lstsq(slopes, wanted, rcond=None)[0], dtype=np.float64)
+    return least_squares(slopes, wanted)[0]
 
 
 def _begun(
@@ -223,7 +224,7 @@ def _upper(
     initial = _layer(solid, parameters).begin()
     if isinstance(initial, AffineBelief):
         return AffineBelief(np.tile(_camera(solid, positions, pose.mean), 2), initial.covariance, pose)
-    turned = solid.points_mm @ rotation(pose.mean).T
+    turned = product(solid.points_mm, rotation(pose.mean).T)
     place = translation(turned, positions, solid.focal_px, solid.principal_px)
     covariance = initial.covariance.copy()
     covariance[:3, :3] = np.maximum(covariance[:3, :3], pose.covariance)
@@ -253,5 +254,5 @@ def _joint(
 
 def _camera(solid: Solid, positions: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the affine camera (2, 4) that sees a solid of this pose with the middle of its features in theirs."""
-    slopes = solid.reference[:, :3] @ rotation(theta)
-    return np.column_stack([slopes, positions.mean(axis=0) - slopes @ solid.points_mm.mean(axis=0)])
+    slopes = product(solid.reference[:, :3], rotation(theta))
+    return np.column_stack([slopes, positions.mean(axis=0) - product(slopes, solid.points_mm.mean(axis=0))])

@@ -29,4 +29,5 @@ class Solid:
     @property
     def scale(self) -> float:
         """How large a mm of it is at the start, px."""
-        return float(np.sqrt(abs(np.linalg.det(self.reference[:, :2]))))
+        (a, b), (c, d) = self.reference[:, :2]
+        return float(np.sqrt(abs(a * d - b * c)))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
+from pftrack.matrices import product
 from pftrack.trackers.pose.beliefs import Belief
 from pftrack.trackers.pose.solid import Solid
 
@@ -94,8 +95,8 @@ class PoseState:
             points_mm: In the solid's frame.
             theta: Angles (3,) of the solid, rad, if not those that are believed.
         """
-        turned = points_mm @ rotation(self.pose.mean if theta is None else theta).T
+        turned = product(points_mm, rotation(self.pose.mean if theta is None else theta).T)
         place = self.belief.place_mm
         if place is None:
-            return turned @ self.solid.reference[:, :3].T + self.belief.camera(self.solid)[:, 3]
-        return pinhole(turned + place, self.solid.focal_px) + self.solid.principal_px
+            return product(turned, self.solid.reference[:, :3].T) + self.belief.camera(self.solid)[:, 3]
+        return pinhole(turned + place, float(self.solid.focal_px)) + self.solid.principal_px

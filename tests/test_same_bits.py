@@ -1,0 +1,128 @@
+"""Every run comes to the same bits on every x86-64 processor with AVX2, whatever its libraries would choose."""
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+from numpy._core._multiarray_umath import __cpu_dispatch__
+
+from pftrack import machine
+
+ROOT = Path(__file__).parents[1]
+STORED: dict[str, str] = json.loads((ROOT / "tests/data/same_bits.json").read_text())
+
+WIDE = " ".join(name for name in __cpu_dispatch__ if "AVX512" in name or name == "X86_V4")
+"""What NumPy has for AVX-512."""
+
+SETTINGS: dict[str, dict[str, str]] = {
+    "as it is": {},
+    "other processors asked of every library": {
+        "NUMBA_CPU_NAME": "znver4",
+        "NUMBA_CPU_FEATURES": "+avx512f,+avx512vl",
+        "OPENBLAS_CORETYPE": "Prescott",
+        "OPENBLAS_NUM_THREADS": "2",
+        "NPY_DISABLE_CPU_FEATURES": WIDE,
+        "OPENCV_CPU_DISABLE": "AVX512-SKX",
+        "OPENCV_IPP": "sse42",
+    },
+}
+
+ALONE: dict[str, dict[str, str]] = {
+    "NUMBA_CPU_NAME=haswell": {"NUMBA_CPU_NAME": "haswell"},
+    "BLAS for Haswell": {"OPENBLAS_CORETYPE": "Haswell"},
+    "BLAS for Prescott": {"OPENBLAS_CORETYPE": "Prescott"},
+    "NumPy without AVX-512": {"NPY_DISABLE_CPU_FEATURES": WIDE},
+    "OpenCV without AVX-512": {"OPENCV_CPU_DISABLE": "AVX512-SKX"},
+    "OpenCV without Intel's primitives": {"OPENCV_IPP": "disabled"},
+    "the C library without wide vectors": {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX512F,-AVX512VL"},
+}
+
+pytestmark = pytest.mark.skipif(not machine.capable(), reason="numbers are the same on x86-64 with AVX2")
+
+
+def hashes(settings: Mapping[str, str]) -> dict[str, str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **settings}
+    command = [sys.executable, str(ROOT / "tests/same_bits.py")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, str] = json.loads(done.stdout)
+    return found
+
+
+@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
+def test_numbers_do_not_depend_on_the_machine(settings: Mapping[str, str]) -> None:
+    """Every tracker comes to the stored numbers in a process whose libraries compute as for another processor."""
+    assert hashes(settings) == STORED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("settings", ALONE.values(), ids=ALONE)
+def test_no_library_decides_alone(settings: Mapping[str, str]) -> None:
+    """The same for each library alone, which tells which of them it is."""
+    assert hashes(settings) == STORED
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("target", ["x86-64-v3", "znver3", "nehalem"])
+def test_the_compiler_has_no_freedom(target: str, tmp_path: Path) -> None:
+    """Code that is compiled for another processor computes the same: no operation is reordered or fused."""
+    assert hashes({"COMPILE_FOR": target, "NUMBA_CACHE_DIR": str(tmp_path)}) == STORED
+
+
+COMPUTING = ["filters", "likelihoods", "learning", "geometry", "trackers", "sources", "detection"]
+COMPUTING += ["particles.py", "gaussian.py", "dynamics.py", "resampling.py", "random.py"]
+
+BY_PROCESSOR = {
+    *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "logaddexp", "power", "float_power", "cbrt"),
+    *("tan", "arcsin", "arccos", "arctan", "arctan2", "sinh", "cosh", "tanh", "arcsinh", "arccosh", "arctanh"),
+    *("dot", "vdot", "inner", "matmul", "tensordot", "einsum", "linalg", "cov", "corrcoef", "polyfit"),
+}
+"""What NumPy computes by the processor, or leaves to a BLAS that does."""
+
+REPORTS = {
+    ("trackers/ball/loop.py", "log"): "compiled, though not by its decorator",
+    ("geometry/gaze.py", "arctan2"): "angles as a person would say them, for the screen",
+    ("geometry/gaze.py", "arcsin"): "angles as a person would say them, for the screen",
+    ("trackers/pose/reports.py", "exp"): "a share for the screen",
+}
+"""Where that is no part of a state, and why."""
+
+
+def computing() -> Iterator[Path]:
+    for room in COMPUTING:
+        place = ROOT / "pftrack" / room
+        yield from sorted(place.rglob("*.py")) if place.is_dir() else [place]
+
+
+def interpreted(tree: ast.AST) -> Iterator[ast.AST]:
+    """The nodes of a module without those of compiled functions, which have the C library's functions."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.FunctionDef) and any(ast.unparse(it) == "compiled" for it in node.decorator_list):
+            continue
+        yield node
+        yield from interpreted(node)
+
+
+@pytest.mark.parametrize("path", list(computing()), ids=lambda path: str(path.relative_to(ROOT)))
+def test_states_use_nothing_that_differs_by_processor(path: Path) -> None:
+    """What computes uses `pftrack.matrices` and `pftrack.elementary`, no BLAS, no transcendental function of NumPy."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    name = str(path.relative_to(ROOT / "pftrack"))
+    products = [node.lineno for node in ast.walk(tree) if isinstance(getattr(node, "op", None), ast.MatMult)]
+    assert not products, f"{name} has @ in lines {products}; use pftrack.matrices.product"
+    for node in interpreted(tree):
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "np" and node.attr in BY_PROCESSOR:
+            assert (name, node.attr) in REPORTS or node.attr == "linalg", f"{name}:{node.lineno} uses np.{node.attr}"
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "np.linalg":
+            line = path.read_text(encoding="utf-8").splitlines()[node.lineno - 1]
+            allowed = node.attr == "LinAlgError" or (node.attr == "norm" and "axis=" in line)
+            assert allowed, f"{name}:{node.lineno} uses np.linalg.{node.attr}"
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+            whole = isinstance(node.left, ast.Constant) or ast.unparse(node.right) in {"2", "2.0", "-1"}
+            assert whole or name == "learning/online_em.py", f"{name}:{node.lineno} has {ast.unparse(node)}"
