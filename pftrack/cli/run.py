@@ -116,10 +116,12 @@ def replay(
     json: Json = False,
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
-    from pftrack.runs.record import make, read
+    from pftrack.runs.comparison import difference
+    from pftrack.runs.record import make, read_saved
 
     _check_places(None, video_out)
-    record = read(file)
+    saved = read_saved(file)
+    record = saved.record
     with ExitStack() as stack:
 
         def find(footage: "Footage") -> "FrameSequence":
@@ -130,10 +132,10 @@ def replay(
 
         again = make(record.recipe, open_sequence=find)
         summary = _compute(again, video_out, frames=record.computed)
-    same = again.estimates_sha256 == record.estimates_sha256
-    _print({**summary, "same_as_saved": same}, json=json)
-    if not same:
-        note("pftrack: the numbers differ from the saved ones: another version or another processor made them")
+    apart = difference(again, saved)
+    _print({**summary, "same_as_saved": apart is None, **({"differs": apart.as_dict()} if apart else {})}, json=json)
+    if apart is not None:
+        note(f"pftrack: {apart.sentence}")
         raise typer.Exit(FAILED)
 
 

@@ -10,13 +10,15 @@ import io
 import json
 import zipfile
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pftrack import __version__, series
+from pftrack import __version__, machine, series
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
 from pftrack.files import part_of, settle
@@ -27,10 +29,23 @@ from pftrack.runs.run import Run
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.truth import Truth, TruthKind
 
-__all__ = ["OpenSequence", "Record", "RecordError", "describe", "load", "make", "read", "save", "wire"]
+__all__ = [
+    "OpenSequence",
+    "Record",
+    "RecordError",
+    "Saved",
+    "describe",
+    "load",
+    "make",
+    "read",
+    "read_saved",
+    "save",
+    "wire",
+]
 
 FORMAT: Literal[2] = 2
 LARGEST_RECORD_BYTES = 16 * 1024 * 1024
+LARGEST_DIAGNOSTICS_BYTES = 256 * 1024 * 1024
 
 OpenSequence = Callable[[Footage], FrameSequence]
 """Find the pictures that a recipe's footage speaks of."""
@@ -50,6 +65,7 @@ class Record(BaseModel):
         recipe: What makes the run again.
         computed: How many frames were computed.
         estimates_sha256: Hash of their estimates.
+        computed_on: Processor, compiled target and versions of libraries; empty in files of earlier versions.
     """
 
     model_config = ConfigDict(extra="ignore")
@@ -60,6 +76,20 @@ class Record(BaseModel):
     recipe: Recipe
     computed: int
     estimates_sha256: str
+    computed_on: dict[str, str] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class Saved:
+    """A file's description of a run and the numbers that it came to.
+
+    Attributes:
+        record: What makes it again.
+        estimates: (L, d) of all frames; None where the file holds none.
+    """
+
+    record: Record
+    estimates: NDArray[np.float64] | None
 
 
 def describe(run: Run, *, path: str | None = None) -> Record:
@@ -74,6 +104,7 @@ def describe(run: Run, *, path: str | None = None) -> Record:
         recipe=run.recipe.with_footage(path=path),
         computed=run.computed + 1,
         estimates_sha256=run.estimates_sha256,
+        computed_on=dict(machine.computed_on()),
     )
 
 
@@ -130,6 +161,23 @@ def read(path: Path) -> Record:
     except (KeyError, TypeError, ValueError, AttributeError):
         place = ""
     raise RecordError(f"{path.name} is no saved run: {place or 'its description'} is missing or wrong")
+
+
+def read_saved(path: Path) -> Saved:
+    """Read what a file says of its run, and the estimates that it holds.
+
+    Raises:
+        RecordError: See `read`.
+    """
+    record = read(path)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if archive.getinfo("diagnostics.npz").file_size > LARGEST_DIAGNOSTICS_BYTES:
+                return Saved(record, None)
+            with np.load(io.BytesIO(archive.read("diagnostics.npz")), allow_pickle=False) as columns:
+                return Saved(record, np.asarray(columns["estimate"], np.float64))
+    except (OSError, zipfile.BadZipFile, KeyError, ValueError):  # it can be computed again all the same
+        return Saved(record, None)
 
 
 def load(path: Path, *, open_sequence: OpenSequence | None = None) -> Run:

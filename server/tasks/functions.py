@@ -19,6 +19,7 @@ from pftrack.process import confine, leave_interrupts_to_parent
 from pftrack.random import LARGEST_SEED
 from pftrack.rendering import png, render
 from pftrack.runs import record
+from pftrack.runs.comparison import difference
 from pftrack.runs.recipe import Footage
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
@@ -204,7 +205,8 @@ def weigh_record(path: str, video: tuple[str, str | None] | None, limits: Limits
         index = FrameIndex.from_json(video[1]) if video[1] else None
         return open_sequence(Path(video[0]), limits, index=index)
 
-    found = _record(path)
+    saved = _saved(path)
+    found = saved.record
     recipe = found.recipe
     if recipe.frames is not None and recipe.frames > limits.frames:
         raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
@@ -214,16 +216,25 @@ def weigh_record(path: str, video: tuple[str, str | None] | None, limits: Limits
     check_timeline(run.timeline.changes, run.frames)
     run.seek(min(max(found.computed, 1), run.frames) - 1)
     drawing = run.experiment.draw(run.current, run.diagnostics)
+    apart = difference(run, saved)
     return {
         "title": run.experiment.title,
-        "summary": {**run.summary().as_dict(), "reproduced": run.estimates_sha256 == found.estimates_sha256},
+        "summary": {
+            **run.summary().as_dict(),
+            "reproduced": apart is None,
+            **({"differs": {**apart.as_dict(), "sentence": apart.sentence}} if apart else {}),
+        },
         "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),
     }
 
 
 def _record(path: str) -> record.Record:
+    return _saved(path).record
+
+
+def _saved(path: str) -> record.Saved:
     try:
-        return record.read(Path(path))
+        return record.read_saved(Path(path))
     except record.RecordError as error:
         # What the file is called here is nobody's business.
         raise record.RecordError(str(error).replace(Path(path).name, "The file")) from None

@@ -1,6 +1,7 @@
 """How each primitive of a drawing is shown: which of viser's nodes it becomes, and what of it is sent again.
 
-A node's arrays are replaced where they have changed, which costs half or a third of adding the node again.
+A node's arrays are replaced where they have changed, which costs half or a third of adding the node again. The one
+exception is a mesh with colours of its own, which viser takes as a file only.
 """
 
 from collections.abc import Callable
@@ -26,8 +27,8 @@ from pftrack.drawing import (
     Text,
 )
 from server.viewer import bodies, shapes
+from server.viewer.gltf import glb
 from server.viewer.shapes import Stance
-from server.viewer.viser_adapter import ColouredMesh
 
 __all__ = ["LAYER_GAP_PX", "Node", "is_empty", "way_to_show"]
 
@@ -229,11 +230,12 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
 
 
 def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
-    parts = _pressed(item, stance), shapes.turned_over(item.faces), item.rgba
+    file = glb(_pressed(item, stance), shapes.turned_over(item.faces), item.rgba)
     if node.handle is None:
-        node.handle = ColouredMesh(server, f"/{name}", *parts)
-    else:
-        node.handle.update(*parts)
+        node.handle = server.scene.add_glb(f"/{name}", file, cast_shadow=False, receive_shadow=False)
+    elif file != node.look:
+        node.handle.glb_data = file
+    node.look = file
 
 
 def _pressed(item: Mesh, stance: Stance) -> shapes.Floats:

@@ -1,0 +1,59 @@
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pftrack import machine
+from pftrack.experiments import find
+from pftrack.runs.comparison import difference
+from pftrack.runs.record import Saved, read_saved, save
+from pftrack.runs.run import Run
+
+
+@pytest.fixture
+def run() -> Run:
+    experiment = find("sine")
+    run = Run(experiment, experiment.simulate(), seed=4, frames=12)
+    run.finish()
+    return run
+
+
+@pytest.fixture
+def saved(run: Run, tmp_path: Path) -> Saved:
+    save(run, tmp_path / "run.pft")
+    return read_saved(tmp_path / "run.pft")
+
+
+def test_the_same_numbers_do_not_differ(run: Run, saved: Saved) -> None:
+    """A run and its own file are equal, and the file says on what it was computed."""
+    assert difference(run, saved) is None
+    assert saved.record.computed_on == machine.computed_on()
+    assert saved.estimates is not None
+    assert saved.estimates.shape == (12, 1)
+
+
+def test_the_first_frame_that_differs_is_named(run: Run, saved: Saved) -> None:
+    """Other numbers are told with the first frame, by how much at most, and what was different about the machine."""
+    record = saved.record.model_copy(
+        update={"estimates_sha256": "0" * 64, "computed_on": {**machine.computed_on(), "numpy": "1.0"}}
+    )
+    estimates = saved.estimates.copy()
+    estimates[5:] += 0.25
+    estimates[7] = np.nan
+    apart = difference(run, Saved(record, estimates))
+    assert apart is not None
+    assert (apart.frame, apart.largest) == (5, pytest.approx(0.25))
+    assert apart.sentence.startswith("the numbers differ from the saved ones from frame 5 on, by up to 0.25; ")
+    assert f"numpy 1.0 (here {machine.computed_on()['numpy']})" in apart.sentence
+    assert json.loads(json.dumps(apart.as_dict()))["first_frame"] == 5
+
+
+def test_a_file_without_numbers_is_told_apart_by_its_hash(run: Run, saved: Saved) -> None:
+    """Without saved estimates there is no frame to name, and the sentence does without."""
+    other = dataclasses.replace(saved, estimates=None, record=saved.record.model_copy(update={"estimates_sha256": ""}))
+    apart = difference(run, other)
+    assert apart is not None
+    assert apart.frame is None
+    assert apart.sentence.startswith("the numbers differ from the saved ones; ")
