@@ -22,6 +22,7 @@ from pftrack.random import Generator
 from pftrack.resampling import systematic
 from pftrack.series import Series, SeriesValue
 from pftrack.trackers import reports
+from pftrack.trackers.parameters import particle_count, resampling_threshold
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.tracker import Tracker
 
@@ -36,17 +37,7 @@ EXACT = Series("exact", "exact mean", shape="vector")
 class SignalTrackerParameters(Parameters):
     """Everything that can be turned on the trackers of a signal."""
 
-    sample_count: int = parameter(
-        100,
-        "Particles",
-        "Number of particles N.",
-        ge=1,
-        le=100_000,
-        step=1,
-        group=GROUP,
-        trackers=("condensation",),
-        role="particles",
-    )
+    sample_count: int = particle_count(100, group=GROUP, trackers=("condensation",))
     process_noise_sd: float = parameter(
         0.001,
         "Process noise",
@@ -75,16 +66,7 @@ class SignalTrackerParameters(Parameters):
         live=False,
         group=GROUP,
     )
-    resampling_threshold: float = parameter(
-        1.0,
-        "Resampling threshold",
-        "Resample only when the effective sample size is below this share of N; 1 resamples in every frame.",
-        ge=0,
-        le=1,
-        step=0.05,
-        group=GROUP,
-        trackers=("condensation",),
-    )
+    resampling_threshold: float = resampling_threshold(group=GROUP, trackers=("condensation",))
 
 
 def start_kalman(target: Target, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:

@@ -5,20 +5,16 @@ the tails, which then find look-alikes. Success confirms it in both readings of 
 well depends on which of them is taken.
 """
 
-from itertools import product
+from dataclasses import replace
 
-import pyarrow as pa
-
-from pftrack.reproduce.ball.study import Scene, rows, tally
-from pftrack.reproduce.finding import Finding, claim, compare, share
+from pftrack.reproduce.ball.study import SIXTEEN, cells, compare_cells, rows, tally
+from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Axis
 
-__all__ = ["WIDTHS", "sample_count"]
+__all__ = ["sample_count"]
 
 SOURCE = "document 1, ch. 3 section 3.3 (specification 7)"
-WIDTHS = (30, 45, 60, 75)
-RADII = (5, 8, 11, 14)
 CELL_RUNS = 80
 SHARED_SEEDS_ALLOWANCE = 0.08
 """With a hundred particles runs with the same seed are lost alike in all cells, and the reference shares eighty seeds
@@ -42,7 +38,7 @@ CELLS: dict[str, tuple[tuple[float, ...], ...]] = {
 def sample_count(pool: Pool, full: bool) -> list[Finding]:
     """Success and error over the number of particles, pooled over sixteen cells, and the cells with 800 particles."""
     counts = tuple(SUCCESS["h-spf"]) if full else (50, 100, 200, 800, 1600)
-    scene = Scene(WIDTHS, RADII, axes=(Axis("sample_count", counts),))
+    scene = replace(SIXTEEN, axes=(Axis("sample_count", counts),))
     table = rows(pool, scene.plan(("h-spf", "s-spf"), 4 if full else 1))
     findings = []
     for tracker, references in SUCCESS.items():
@@ -55,7 +51,9 @@ def sample_count(pool: Pool, full: bool) -> list[Finding]:
                 name = f"sample-count: {tracker}, error with N = {count}, px"
                 findings.append(compare(name, whole.error, ERROR[tracker][count], 0.5, SOURCE))
         if full:
-            findings += _cells(tracker, table)
+            found = cells(table, SIXTEEN, tracker=tracker, sample_count=800)
+            title = f"sample-count: {tracker}, success with N = 800"
+            findings += compare_cells(title, found, SIXTEEN, CELLS[tracker], CELL_RUNS, SOURCE)
         success = {count: whole.success for count, whole in pooled.items()}
         holds = success[200] > success[800] > success[1600] and success[50] < success[100] < success[200]
         name = f"sample-count: {tracker}, success peaks between too few and too many (N = 200 less N = 1600)"
@@ -64,13 +62,4 @@ def sample_count(pool: Pool, full: bool) -> list[Finding]:
         change = pooled[200].error - pooled[1600].error
         source = "document 1, ch. 3 section 3.3; in the other reading of the scene only (specification 7)"
         findings.append(claim(name, change, holds=change < -0.25, source=source, confirmed=False))
-    return findings
-
-
-def _cells(tracker: str, table: pa.Table) -> list[Finding]:
-    findings = []
-    for (row, width), (column, radius) in product(enumerate(WIDTHS), enumerate(RADII)):
-        cell = tally(table, tracker=tracker, sample_count=800, occlusion_width_px=width, distracter_radius_px=radius)
-        name = f"sample-count: {tracker}, success with N = 800 at width {width}, radius {radius}"
-        findings.append(share(name, cell.successes, cell.runs, CELLS[tracker][row][column], CELL_RUNS, SOURCE))
     return findings

@@ -5,21 +5,17 @@ Condensation and the auxiliary filter stand beside the switching filters, althou
 simulation, because the sharpened auxiliary filter beats both of them (specification 12).
 """
 
-from itertools import product
-
 import numpy as np
 import pyarrow as pa
 
-from pftrack.reproduce.ball.study import Scene, Tally, rows, tally
-from pftrack.reproduce.finding import Finding, claim, compare, share
+from pftrack.reproduce.ball.study import COARSE, Tally, cells, compare_cells, rows, tally
+from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.statistics import chi_square, rank_sum
 
 __all__ = ["coarse_map"]
 
 SOURCE = "document 1, ch. 3 sections 3.1 and 3.2 (specification 6.5)"
-WIDTHS = (5, 30, 55, 80, 100)
-RADII = (1, 6, 11, 16, 20)
 REFERENCE_RUNS = 200
 
 CELLS: dict[str, tuple[tuple[float, ...], ...]] = {
@@ -79,8 +75,7 @@ def coarse_map(pool: Pool, full: bool) -> list[Finding]:
 
     The quick form has one run for each cell and layout, which is enough for pooled figures but not for single cells.
     """
-    scene = Scene(WIDTHS, RADII)
-    table = rows(pool, scene.plan(tuple(POOLED), 10 if full else 1))
+    table = rows(pool, COARSE.plan(tuple(POOLED), 10 if full else 1))
     findings = []
     pooled: dict[str, float] = {}
     for tracker, (success, error, observed) in POOLED.items():
@@ -92,8 +87,10 @@ def coarse_map(pool: Pool, full: bool) -> list[Finding]:
             compare(f"occlusion: {tracker}, observation share", whole.observation_share, observed, 0.05, SOURCE),
         ]
         if full:
-            findings += _compared_cells(tracker, table)
-    corrected = rows(pool, scene.plan(tuple(CORRECTED), 5 if full else 1, apf_weights="corrected"))
+            found = cells(table, COARSE, tracker=tracker)
+            title = f"occlusion: {tracker}, success"
+            findings += compare_cells(title, found, COARSE, CELLS[tracker], REFERENCE_RUNS, SOURCE)
+    corrected = rows(pool, COARSE.plan(tuple(CORRECTED), 5 if full else 1, apf_weights="corrected"))
     for tracker, success in CORRECTED.items():
         whole = tally(corrected, tracker=tracker)
         name = f"occlusion: {tracker} with corrected weights, pooled success"
@@ -126,35 +123,19 @@ def _claims(pooled: dict[str, float]) -> list[Finding]:
     ]
 
 
-def _compared_cells(tracker: str, table: pa.Table) -> list[Finding]:
-    findings = []
-    for (row, width), (column, radius) in product(enumerate(WIDTHS), enumerate(RADII)):
-        cell = tally(table, tracker=tracker, occlusion_width_px=width, distracter_radius_px=radius)
-        name = f"occlusion: {tracker}, success at width {width}, radius {radius}"
-        findings.append(share(name, cell.successes, cell.runs, CELLS[tracker][row][column], REFERENCE_RUNS, SOURCE))
-    return findings
-
-
 def _tests(table: pa.Table) -> list[Finding]:
     """Count the cells in which two trackers differ at 1 %, by success and by error (specification 6.5)."""
     findings = []
     for other, fewest in {"s-spf": 7, "pc-pf": 11}.items():
-        first, second = (_cells(table, tracker) for tracker in ("h-spf", other))
+        first, second = (cells(table, COARSE, tracker=tracker) for tracker in ("h-spf", other))
         better, worse = _significant(first, second)
         name = f"occlusion: cells in which h-SPF is better than {other}, chi-square at 1 %"
         findings.append(claim(name, better, holds=better >= fewest and worse == 0, source=SOURCE))
-    first, second = (_cells(table, tracker) for tracker in ("h-spf", "s-spf"))
+    first, second = (cells(table, COARSE, tracker=tracker) for tracker in ("h-spf", "s-spf"))
     smaller, larger = _smaller_errors(first, second)
     name = "occlusion: cells in which h-SPF has the smaller errors than s-SPF, rank-sum at 1 %"
     findings.append(claim(name, smaller, holds=smaller >= 8 and larger == 0, source=SOURCE))
     return findings
-
-
-def _cells(table: pa.Table, tracker: str) -> list[Tally]:
-    return [
-        tally(table, tracker=tracker, occlusion_width_px=width, distracter_radius_px=radius)
-        for width, radius in product(WIDTHS, RADII)
-    ]
 
 
 def _significant(first: list[Tally], second: list[Tally]) -> tuple[int, int]:

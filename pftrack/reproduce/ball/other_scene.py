@@ -4,11 +4,11 @@ The document leaves open what "amplitude 200 px" means. In this reading wide occ
 hardly depends on their width, and switching is ahead by little.
 """
 
-from itertools import product
+from dataclasses import replace
 
 from pftrack.parameters import Value
-from pftrack.reproduce.ball.study import Scene, rows, tally
-from pftrack.reproduce.finding import Finding, claim, compare, share
+from pftrack.reproduce.ball.study import COARSE, SIXTEEN, cells, compare_cells, rows, tally
+from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Axis
 
@@ -16,8 +16,6 @@ __all__ = ["wide_swing"]
 
 SOURCE = "specification 6.7"
 SOURCE_COUNTS = "specification 7, reading B"
-WIDTHS = (5, 30, 55, 80, 100)
-RADII = (1, 6, 11, 16, 20)
 REFERENCE_RUNS = 100
 
 VALUES: dict[str, Value] = {
@@ -78,7 +76,7 @@ COUNTS: dict[str, dict[int, float]] = {
 def wide_swing(pool: Pool, full: bool) -> list[Finding]:
     """Success and error on 25 cells and over the number of particles; the quick form has two layouts of the twenty."""
     layouts = 20 if full else 2
-    scene = Scene(WIDTHS, RADII, layouts=layouts, values=VALUES)
+    scene = replace(COARSE, layouts=layouts, values=VALUES)
     allowance = 0.04 if full else 0.12
     table = rows(pool, scene.plan(tuple(POOLED), 5 if full else 1))
     findings = []
@@ -90,10 +88,10 @@ def wide_swing(pool: Pool, full: bool) -> list[Finding]:
             findings.append(compare(f"wide-swing: {tracker}, pooled error, px", whole.error, error, allowed, SOURCE))
     if not full:
         return findings
-    for tracker, (row, width), (column, radius) in product(CELLS, enumerate(WIDTHS), enumerate(RADII)):
-        cell = tally(table, tracker=tracker, occlusion_width_px=width, distracter_radius_px=radius)
-        name = f"wide-swing: {tracker}, success at width {width}, radius {radius}"
-        findings.append(share(name, cell.successes, cell.runs, CELLS[tracker][row][column], REFERENCE_RUNS, SOURCE))
+    for tracker, references in CELLS.items():
+        found = cells(table, scene, tracker=tracker)
+        title = f"wide-swing: {tracker}, success"
+        findings += compare_cells(title, found, scene, references, REFERENCE_RUNS, SOURCE)
     corrected = rows(pool, scene.plan(tuple(CORRECTED), 2, apf_weights="corrected"))
     for tracker, (success, error) in CORRECTED.items():
         whole = tally(corrected, tracker=tracker)
@@ -104,7 +102,7 @@ def wide_swing(pool: Pool, full: bool) -> list[Finding]:
 
 
 def _counts(pool: Pool) -> list[Finding]:
-    scene = Scene((30, 45, 60, 75), (5, 8, 11, 14), values=VALUES, axes=(Axis("sample_count", tuple(COUNTS["h-spf"])),))
+    scene = replace(SIXTEEN, values=VALUES, axes=(Axis("sample_count", tuple(COUNTS["h-spf"])),))
     table = rows(pool, scene.plan(tuple(COUNTS), 2))
     findings = []
     for tracker, references in COUNTS.items():

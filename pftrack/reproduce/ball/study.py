@@ -1,20 +1,22 @@
 """Studies by the thousand runs: plans, carried out in the pool, and what is counted of their rows."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain, product
 
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from pftrack.parameters import Value
+from pftrack.reproduce.finding import Finding, share
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.overlay import LAYOUTS
 from pftrack.sweep import Axis, Plan
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.table import compute
 
-__all__ = ["Scene", "Tally", "rows", "tally"]
+__all__ = ["COARSE", "SIXTEEN", "Scene", "Tally", "cells", "compare_cells", "rows", "tally"]
 
 FRAMES = 60
 RUNS_A_PIECE = 120
@@ -54,6 +56,13 @@ class Scene:
             frames=FRAMES,
             values={**self.values, **values},
         )
+
+
+COARSE = Scene((5, 30, 55, 80, 100), (1, 6, 11, 16, 20))
+"""Twenty-five cells, from those in which hardly anybody fails to those in which hardly anybody succeeds."""
+
+SIXTEEN = Scene((30, 45, 60, 75), (5, 8, 11, 14))
+"""Sixteen cells between those, for what is counted over all of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +107,39 @@ def tally(table: pa.Table, **which: Value) -> Tally:
         _share(table),
         tuple(succeeded.tolist()),
     )
+
+
+def cells(table: pa.Table, scene: Scene, **which: Value) -> list[Tally]:
+    """Count the rows of each cell of a scene, by occluder width and then look-alike radius; see `tally`."""
+    return [
+        tally(table, **which, occlusion_width_px=width, distracter_radius_px=radius)
+        for width, radius in product(scene.widths, scene.radii)
+    ]
+
+
+def compare_cells(
+    title: str,
+    found: Sequence[Tally],
+    scene: Scene,
+    references: Sequence[Sequence[float]],
+    reference_runs: int,
+    source: str,
+) -> list[Finding]:
+    """Judge the success of each cell of a scene.
+
+    Args:
+        title: Name of study and quantity.
+        found: By `cells`.
+        scene: The grid.
+        references: Success rates that they should be; rows by occluder width, columns by look-alike radius.
+        reference_runs: From how many runs each of them is.
+        source: Where they come from.
+    """
+    places = product(scene.widths, scene.radii)
+    return [
+        share(f"{title} at width {width}, radius {radius}", cell.successes, cell.runs, wanted, reference_runs, source)
+        for (width, radius), cell, wanted in zip(places, found, chain(*references), strict=True)
+    ]
 
 
 def _share(table: pa.Table) -> float:

@@ -10,6 +10,7 @@ from pydantic import model_validator
 
 from pftrack.filters.auxiliary import WeightRule
 from pftrack.parameters import ParameterError, Parameters, parameter
+from pftrack.trackers.parameters import loss_share, particle_count, resampling_threshold
 
 __all__ = [
     "BallTrackerParameters",
@@ -36,17 +37,7 @@ SCORING = "Scoring"
 class SamplingParameters(Parameters):
     """How particles are drawn."""
 
-    sample_count: int = parameter(
-        800,
-        "Particles",
-        "Number of particles N.",
-        ge=1,
-        le=100_000,
-        step=1,
-        group=SAMPLING,
-        trackers=PARTICLE,
-        role="particles",
-    )
+    sample_count: int = particle_count(800, group=SAMPLING, trackers=PARTICLE)
     apf_weights: WeightRule = parameter(
         "sharpened",
         "Observation weights",
@@ -58,15 +49,8 @@ class SamplingParameters(Parameters):
     resampling: Literal["systematic", "stratified", "residual", "multinomial"] = parameter(
         "systematic", "Resampling", "How parents are drawn.", group=SAMPLING, trackers=PARTICLE
     )
-    resampling_threshold: float = parameter(
-        1.0,
-        "Resampling threshold",
-        "Resample only when the effective sample size is below this share of N; 1 resamples in every frame.",
-        ge=0,
-        le=1,
-        step=0.05,
-        group=SAMPLING,
-        trackers=("condensation", "pc-pf", "h-spf", "s-spf"),
+    resampling_threshold: float = resampling_threshold(
+        group=SAMPLING, trackers=("condensation", "pc-pf", "h-spf", "s-spf")
     )
 
 
@@ -289,16 +273,7 @@ class ScoringParameters(Parameters):
         step=0.1,
         group=SCORING,
     )
-    lost_share: float = parameter(
-        0.25,
-        "Frames that may be lost",
-        "A run is a success if no more than this share of its frames with known truth is lost.",
-        ge=0,
-        le=1,
-        step=0.01,
-        group=SCORING,
-        role="loss_share",
-    )
+    lost_share: float = loss_share(0.25, group=SCORING)
 
 
 class LoopParameters(LearningParameters, MotionParameters, SwitchingParameters, SamplingParameters):

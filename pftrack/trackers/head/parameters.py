@@ -4,7 +4,7 @@ from typing import Literal
 
 from pftrack.geometry.face_model import FEATURES as FEATURE_NAMES
 from pftrack.parameters import parameter
-from pftrack.trackers.pose.parameters import FEATURES, UPPER, PoseTrackerParameters, particles_per_feature
+from pftrack.trackers.pose.parameters import UPPER, PoseTrackerParameters, joint_particles, particles_per_feature
 
 __all__ = ["HeadTrackerParameters"]
 
@@ -15,17 +15,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
     """The trackers of a solid's points, with templates as what the points look like."""
 
     sample_count: int = particles_per_feature(len(FEATURE_NAMES))
-    joint_sample_count: int = parameter(
-        5000,
-        "Joint particles",
-        "Number of particles that carry all features at once; the document's 25,000 take a tenth of a second a frame.",
-        ge=10,
-        le=100_000,
-        step=10,
-        group=FEATURES,
-        trackers=("rb-pf",),
-        role="particles",
-    )
+    joint_sample_count: int = joint_particles(5000, "; the document's 25,000 take a tenth of a second a frame")
     face_model: Literal["mean", "personal"] = parameter(
         "mean",
         "Face model",

@@ -3,8 +3,9 @@
 from typing import Any, Literal
 
 from pftrack.parameters import Parameters, parameter
+from pftrack.trackers.parameters import loss_share
 
-__all__ = ["PoseTrackerParameters", "particles_per_feature"]
+__all__ = ["PoseTrackerParameters", "joint_particles", "particles_per_feature"]
 
 FEATURES, MIXTURE, UPPER, SCORING = "Features", "Which prediction to trust", "Pose", "Scoring"
 LAYERED = ("pf-asd", "alpha-1", "alpha-0")
@@ -23,6 +24,21 @@ def particles_per_feature(features: int) -> Any:  # noqa: ANN401 - as of `parame
         trackers=LAYERED,
         role="particles",
         sets=features,
+    )
+
+
+def joint_particles(count: int, remark: str = "") -> Any:  # noqa: ANN401 - as of `parameter`
+    """Declare the number of particles that carry all features at once, with a remark on it."""
+    return parameter(
+        count,
+        "Joint particles",
+        f"Number of particles that carry all features at once{remark}.",
+        ge=10,
+        le=100_000,
+        step=10,
+        group=FEATURES,
+        trackers=("rb-pf",),
+        role="particles",
     )
 
 
@@ -135,17 +151,7 @@ class PoseTrackerParameters(Parameters):
         step=0.05,
         group=UPPER,
     )
-    joint_sample_count: int = parameter(
-        25_000,
-        "Joint particles",
-        "Number of particles that carry all features at once.",
-        ge=10,
-        le=100_000,
-        step=10,
-        group=FEATURES,
-        trackers=("rb-pf",),
-        role="particles",
-    )
+    joint_sample_count: int = joint_particles(25_000)
     lost_deg: float = parameter(
         15,
         "Limit of success",
@@ -156,13 +162,4 @@ class PoseTrackerParameters(Parameters):
         step=0.5,
         group=SCORING,
     )
-    lost_share: float = parameter(
-        0.1,
-        "Frames that may be lost",
-        "A run is a success if no more than this share of its frames with known truth is lost.",
-        ge=0,
-        le=1,
-        step=0.01,
-        group=SCORING,
-        role="loss_share",
-    )
+    lost_share: float = loss_share(0.1, group=SCORING)
