@@ -2,6 +2,7 @@
 
 import errno
 import logging
+import signal
 import socket
 import sys
 from pathlib import Path
@@ -13,10 +14,13 @@ import uvicorn
 from pydantic import ValidationError
 
 from server.app import create_app
+from server.resource_limits import name_cpu_limit, notices, too_few_files
 from server.settings import Settings
 from server.store import Store
 
 __all__ = ["serve"]
+
+log = structlog.get_logger(__name__)
 
 LARGEST_MESSAGE = 64 * 1024
 GRACE_S = 5
@@ -35,6 +39,12 @@ class AnnouncingServer(uvicorn.Server):
         await super().startup(sockets)
         if self.started and sockets:
             print(f"pftrack is at {self._settings.link(sockets[0].getsockname()[1])}", flush=True)  # noqa: T201
+
+    def stop(self, reason: str) -> None:
+        """Stop as if somebody had pressed Ctrl-C, and say why."""
+        if not self.should_exit:
+            print(reason, file=sys.stderr, flush=True)  # noqa: T201
+        self.should_exit = True
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; a request that looks through an upload is not waited for."""
@@ -64,6 +74,12 @@ def serve(
             WRONG_USE,
         )
     _log_to_stderr()
+    # What stops the process in an orderly way removes what it has put into the temporary directory.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    if lacking := too_few_files():
+        _fail(lacking)
+    for notice in notices():
+        log.warning(notice)
     _claim(settings)
     listening = _listen(settings)
     config = uvicorn.Config(
@@ -78,6 +94,7 @@ def serve(
         timeout_graceful_shutdown=GRACE_S,
     )
     server = AnnouncingServer(config, settings)
+    name_cpu_limit(server.stop)
     try:
         server.run(sockets=[listening])
     except KeyboardInterrupt:

@@ -4,13 +4,14 @@ Each field can be given as an environment variable with the prefix `PFTRACK_`, a
 """
 
 import ipaddress
+import json
 import os
 import secrets
 from pathlib import Path
-from typing import Self
+from typing import Annotated, Self
 
 from pydantic import Field, SecretStr, field_validator, model_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 __all__ = ["Settings", "is_loopback"]
 
@@ -33,7 +34,9 @@ class Settings(BaseSettings):
     data_dir: Path = Field(Path("~/.local/share/pftrack"), description="Where uploads, runs and the database live.")
     database_url: str | None = Field(None, description="SQLAlchemy URL; without one, SQLite in the data directory.")
     token: SecretStr | None = Field(None, description="Password of the link; made at start where one is needed.")
-    allowed_hosts: tuple[str, ...] = Field((), description="Further names under which browsers may reach the server.")
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
+        (), description="Further names under which browsers may reach the server, with commas between."
+    )
 
     max_sessions: int = Field(24, ge=1, le=1000, description="Sessions with a live worker at one time.")
     max_stored_sessions: int = Field(500, ge=1, description="Sessions kept, the suspended ones included.")
@@ -70,6 +73,20 @@ class Settings(BaseSettings):
     max_sweeps_bytes: int = Field(2048 * MEBIBYTE, ge=MEBIBYTE, description="Disk space of all sweeps together.")
     sweep_jobs: int = Field(default_factory=_processors, ge=1, le=256, description="Processes of one sweep.")
 
+    @field_validator("allowed_hosts", mode="before")
+    @classmethod
+    def _names(cls, value: object) -> object:
+        """Read names with commas between, or the JSON list of earlier versions."""
+        if not isinstance(value, str):
+            return value
+        text = value.strip()
+        if text.startswith("["):
+            try:
+                return tuple(json.loads(text))
+            except ValueError:
+                raise ValueError("allowed_hosts must be names with commas between") from None
+        return tuple(name.strip() for name in text.split(",") if name.strip())
+
     @field_validator("data_dir")
     @classmethod
     def _absolute(cls, value: Path) -> Path:
@@ -86,7 +103,8 @@ class Settings(BaseSettings):
             strangers = [name for name in self.allowed_hosts if not is_loopback(name)]
             if strangers:
                 raise ValueError(
-                    f"without a token allowed_hosts may only name this machine, not {', '.join(strangers)}"
+                    f"without a token allowed_hosts may only name this machine, not {', '.join(strangers)}; set "
+                    f"PFTRACK_TOKEN, too, to at least {SHORTEST_TOKEN} characters"
                 )
         return self
 

@@ -63,7 +63,8 @@ def _lower(what: int, soft: int, grace: int = 0) -> None:
     """Set a limit and, `grace` above it, the one that cannot be raised; neither above what holds already."""
     _, most = resource.getrlimit(what)
     hard = soft + grace if most == resource.RLIM_INFINITY else min(soft + grace, most)
-    resource.setrlimit(what, (min(soft, hard), hard))
+    # Where the shell allows less, the signal that tells why still comes before the one that cannot be caught.
+    resource.setrlimit(what, (max(min(soft, hard - grace), min(1, hard)), hard))
 
 
 def _leave_network() -> None:

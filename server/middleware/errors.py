@@ -1,5 +1,6 @@
 """Every exception becomes an answer in the one shape of errors, also one that nobody expected."""
 
+import sys
 from http import HTTPStatus
 from typing import Any
 
@@ -17,6 +18,7 @@ from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from pftrack.sweep import SweepError
 from server.errors import ApiError, response, shape
+from server.middleware.long_numbers import field_of_long_number
 from server.middleware.system_errors import told
 
 __all__ = ["Net", "install"]
@@ -93,11 +95,24 @@ def install(app: FastAPI) -> None:
         return response(HTTPStatus.UNPROCESSABLE_ENTITY, _first(error))
 
     @app.exception_handler(HTTPException)
-    async def _http(_: Request, error: HTTPException) -> Response:
+    async def _http(request: Request, error: HTTPException) -> Response:
+        too_long = await _long_number(request) if isinstance(error.__cause__, ValueError) else None
+        if too_long is not None:
+            return response(HTTPStatus.UNPROCESSABLE_ENTITY, too_long)
         return response(error.status_code, shape(_sentence(error)), dict(error.headers or {}))
 
     # The innermost of all, so that the answer passes through those that add headers and count.
     app.add_middleware(Net)
+
+
+async def _long_number(request: Request) -> dict[str, Any] | None:
+    """Tell of the number that kept a body from being read, if one did."""
+    field = field_of_long_number(await request.body())
+    if field is None:
+        return None
+    name = field.removeprefix("recipe.")
+    bound = f"a number of at most {sys.get_int_max_str_digits()} digits"
+    return shape(f"{name or 'The body'} must be {bound}", field=name or None, bound=bound)
 
 
 def _sentence(error: HTTPException) -> str:

@@ -1,7 +1,10 @@
 """Errors of the operating system: what they mean for somebody who has only a browser."""
 
 import errno
+import resource
 from http import HTTPStatus
+
+from sqlalchemy.exc import DBAPIError
 
 from server.store.room import DISK_FULL, is_full
 
@@ -27,7 +30,9 @@ MEANINGS = {
 def told(error: Exception) -> tuple[HTTPStatus, str]:
     """Return the status and the sentence with which a request is answered that met an error of the system."""
     if is_full(error):
-        return HTTPStatus.INSUFFICIENT_STORAGE, DISK_FULL
+        # A database tells the one from the other no more than it tells paths.
+        limited = isinstance(error, DBAPIError) and resource.getrlimit(resource.RLIMIT_FSIZE)[0] >= 0
+        return MEANINGS[errno.EFBIG] if limited else (HTTPStatus.INSUFFICIENT_STORAGE, DISK_FULL)
     number = error.errno if isinstance(error, OSError) else None
     unknown = "The server could not read or write a file or its database; its log says which."
     return MEANINGS.get(number or 0, (HTTPStatus.INTERNAL_SERVER_ERROR, unknown))

@@ -17,6 +17,7 @@ import structlog
 
 from pftrack.process import Ending, described, ending
 from server.errors import UnavailableError
+from server.resource_limits import allowed_cpu_seconds
 from server.worker import forkserver
 from server.worker.pipe import WebEnd, pair
 from server.worker.protocol import OPENING, Command, Credit, Event, Failed, Form, Ready, Reply, Request, WorkerConfig
@@ -206,6 +207,11 @@ def _cause(code: int | None, config: WorkerConfig) -> str:
     """Return a sentence that explains an exit code to a person."""
     how = None if code is None else ending(code)
     if how is Ending.OUT_OF_CPU_TIME:
+        if (shell := allowed_cpu_seconds(config.cpu_seconds)) is not None:
+            return (
+                f"The session used up the {shell} s of processor time that the server's shell allows (ulimit -t). "
+                "Resume it to go on with as much again."
+            )
         return (
             f"The session used up its {config.cpu_seconds} s of processor time. Resume it to go on with as much again."
         )

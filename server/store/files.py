@@ -13,10 +13,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from pftrack.files import write_whole
+from server.errors import NotFoundError
 
 __all__ = ["DataDirectory", "is_name", "new_name", "now"]
 
 INDEX = "index.json"
+LINK = "A link stands in the place of this file that leads out of the data directory; links are not followed."
 MOST_PREVIEWS = 300
 NAME = re.compile(r"[a-z0-9]{12,32}")
 
@@ -68,8 +70,15 @@ class DataDirectory:
         os.close(self._lock)
 
     def upload(self, name: str) -> Path:
-        """Return where an upload lies."""
-        return self.uploads / _checked(name) / "content"
+        """Return where an upload lies.
+
+        Raises:
+            NotFoundError: A link stands there that leads elsewhere, as is so of all that follows here.
+        """
+        path = _within(self.uploads, _checked(name), "content")
+        if path.is_dir() and any(entry.is_symlink() for entry in path.iterdir()):
+            raise NotFoundError(LINK)
+        return path
 
     def index(self, name: str) -> str:
         """Return what was kept of an upload by `keep_index`.
@@ -78,7 +87,7 @@ class DataDirectory:
             OSError: There is none.
             ValueError: It is no text.
         """
-        return (self.uploads / _checked(name) / INDEX).read_text(encoding="utf-8")
+        return _within(self.uploads, _checked(name), INDEX).read_text(encoding="utf-8")
 
     def keep_index(self, name: str, text: str) -> None:
         """Keep what was found when an upload was decoded, as JSON."""
@@ -90,7 +99,7 @@ class DataDirectory:
 
     def preview(self, name: str, frame: int) -> Path:
         """Return where a frame of an upload is kept once it was drawn."""
-        return self.uploads / _checked(name) / f"frame-{frame:06d}.jpg"
+        return _within(self.uploads, _checked(name), f"frame-{frame:06d}.jpg")
 
     def keep_preview(self, name: str, frame: int, picture: bytes) -> None:
         """Keep a frame of an upload, unless many are kept already or the disk is full; it can be drawn again."""
@@ -111,19 +120,19 @@ class DataDirectory:
 
     def truth(self, name: str, kind: str) -> Path:
         """Return where the truth of a kind is kept that was given for an upload."""
-        return self.uploads / _checked(name) / f"truth-{kind}.json"
+        return _within(self.uploads, _checked(name), f"truth-{kind}.json")
 
     def remove_upload(self, name: str) -> None:
         """Delete an upload's folder."""
-        shutil.rmtree(self.uploads / _checked(name), ignore_errors=True)
+        _remove(self.uploads / _checked(name))
 
     def states_of(self, session: str) -> Path:
         """Return the folder of a session's checkpoints, which its worker makes."""
-        return self.states / _checked(session)
+        return _within(self.states, _checked(session))
 
     def remove_states(self, session: str) -> None:
         """Delete a session's checkpoints."""
-        shutil.rmtree(self.states_of(session), ignore_errors=True)
+        _remove(self.states / _checked(session))
 
     def trim_states(self, most_bytes: int) -> None:
         """Delete the checkpoints that were not used for the longest time, until the others take no more than this."""
@@ -137,11 +146,11 @@ class DataDirectory:
 
     def record(self, name: str) -> Path:
         """Return where a saved run lies."""
-        return self.runs / f"{_checked(name)}.pft"
+        return _within(self.runs, f"{_checked(name)}.pft")
 
     def thumbnail(self, name: str) -> Path:
         """Return where a saved run's picture lies."""
-        return self.runs / f"{_checked(name)}.png"
+        return _within(self.runs, f"{_checked(name)}.png")
 
     def runs_bytes(self) -> int:
         """Return how much room the files of all saved runs take."""
@@ -149,11 +158,13 @@ class DataDirectory:
 
     def remove_run(self, name: str) -> None:
         """Delete a run's files."""
-        self.record(name).unlink(missing_ok=True)
-        self.thumbnail(name).unlink(missing_ok=True)
+        for ending in ("pft", "png"):
+            _remove(self.runs / f"{_checked(name)}.{ending}")
 
     def sweep(self, name: str) -> Path:
         """Return where a sweep's result lies once it is complete; what there is before lies beside it."""
+        for path in self.sweeps.glob(f"{_checked(name)}.*"):
+            _within(self.sweeps, path.name)
         return self.sweeps / f"{_checked(name)}.parquet"
 
     def sweep_bytes(self, name: str) -> int:
@@ -165,10 +176,26 @@ class DataDirectory:
     def remove_sweep(self, name: str) -> None:
         """Delete all files of a sweep."""
         for path in self.sweeps.glob(f"{_checked(name)}.*"):
-            if path.is_dir():
-                shutil.rmtree(path, ignore_errors=True)
-            else:
-                path.unlink(missing_ok=True)
+            _remove(path)
+
+
+def _within(folder: Path, *parts: str) -> Path:
+    """Return a path in one of the server's folders, which is no link that leads out of it.
+
+    The folders themselves may be links: where they lie is the choice of whoever runs the server.
+    """
+    path = folder.joinpath(*parts)
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise NotFoundError(LINK)
+    return path
+
+
+def _remove(path: Path) -> None:
+    """Delete a file, a folder, or a link itself."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _checked(name: str) -> str:

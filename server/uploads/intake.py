@@ -5,15 +5,16 @@ Every frame is decoded once, in a confined process, before an upload is anybody'
 
 import contextlib
 import dataclasses
+import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import structlog
 
 from pftrack.sources.images import natural_order
 from pftrack.sources.probe import Probe, probe
-from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, Limits
+from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, Limits, SourceError
 from server.errors import ConflictError, NoRoomError
 from server.settings import Settings
 from server.store.files import new_name, now
@@ -83,9 +84,12 @@ def take_in(
     """
     try:
         check_room(store, settings, received.size_bytes)
-        content = _arranged(folder, received)
-        found = probe(content, limits_of(settings), stopped=stopped)
-        row = _row(found, received)
+        content, names = _arranged(folder, received)
+        try:
+            found = probe(content, limits_of(settings), stopped=stopped)
+        except SourceError as error:
+            raise SourceError(_by_their_names(str(error), names)) from None
+        row = _row(found, received, names)
         target = store.files.upload(row.id)
         target.parent.mkdir(mode=0o700)
         store.files.keep_index(row.id, found.index.to_json())
@@ -100,19 +104,27 @@ def take_in(
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _arranged(folder: Path, received: Received) -> Path:
-    """Return one file as it is, several as a folder in which they stand in the natural order of their names."""
+def _arranged(folder: Path, received: Received) -> tuple[Path, dict[str, str]]:
+    """Return one file as it is, several as a folder in which they stand in the natural order of their names.
+
+    Beside it come the names that they have there, each with the one that people know.
+    """
     if len(received.paths) == 1:
-        return received.paths[0]
+        return received.paths[0], {received.paths[0].name: received.names[0]}
     pictures = folder / "pictures"
     pictures.mkdir()
     named = sorted(zip(received.names, received.paths, strict=True), key=lambda pair: natural_order(pair[0]))
     for number, (_, path) in enumerate(named):
         path.rename(pictures / f"{number:06d}")
-    return pictures
+    return pictures, {f"{number:06d}": name for number, (name, _) in enumerate(named)}
 
 
-def _row(found: Probe, received: Received) -> UploadRow:
+def _by_their_names(text: str, names: Mapping[str, str]) -> str:
+    """Return a sentence in which files have the names that people know."""
+    return re.sub(r"\b\d{6}\b", lambda found: names.get(found[0], found[0]), text)
+
+
+def _row(found: Probe, received: Received, names: Mapping[str, str]) -> UploadRow:
     first, count = received.names[0], len(received.names)
     return UploadRow(
         id=new_name(),
@@ -124,7 +136,7 @@ def _row(found: Probe, received: Received) -> UploadRow:
         frame_rate_hz=found.frame_rate_hz,
         duration_s=found.duration_s,
         sha256=found.sha256,
-        warnings=list(found.warnings),
+        warnings=[_by_their_names(warning, names) for warning in found.warnings],
         size_bytes=received.size_bytes,
         created=now(),
     )

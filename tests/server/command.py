@@ -9,15 +9,21 @@ from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PROGRAM = "import sys; from server.command import serve; from pathlib import Path; serve({})"
+PROGRAM = "{}; import sys; from server.command import serve; from pathlib import Path; serve({})"
 
 
 @contextmanager
-def serving(arguments: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
-    """Run `pftrack serve` with these arguments and environment variables for as long as the context lasts."""
+def serving(arguments: str, first: str = "pass", **variables: str) -> Iterator[subprocess.Popen[str]]:
+    """Run `pftrack serve` with these arguments and environment variables for as long as the context lasts.
+
+    Args:
+        arguments: As Python.
+        first: Python that is carried out in the process before.
+        variables: Environment variables.
+    """
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
     with subprocess.Popen(
-        [sys.executable, "-c", PROGRAM.format(arguments)],
+        [sys.executable, "-c", PROGRAM.format(first, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -29,9 +35,9 @@ def serving(arguments: str, **variables: str) -> Iterator[subprocess.Popen[str]]
             process.kill()
 
 
-def failing(arguments: str, status: int = 1, **variables: str) -> str:
+def failing(arguments: str, status: int = 1, first: str = "pass", **variables: str) -> str:
     """Return what a server that cannot start says, which is one line."""
-    with serving(arguments, **variables) as process:
+    with serving(arguments, first, **variables) as process:
         out, err = process.communicate(timeout=60)
     assert process.returncode == status
     assert out == ""

@@ -73,3 +73,17 @@ def test_a_link_with_a_token(tmp_path: Path) -> None:
         assert httpx.get(bare, timeout=20).status_code == 401
         with httpx.Client(follow_redirects=True) as client:
             assert client.get(address).status_code == 200
+
+
+def test_nothing_stays_in_the_temporary_directory(tmp_path: Path) -> None:
+    """A server that is told to end takes away what it has put there."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    arguments = f"port=0, data_dir=Path({str(tmp_path / 'data')!r})"
+    with serving(arguments, TMPDIR=str(temporary)) as process:
+        with httpx.Client(base_url=link(process), timeout=60) as client:
+            begin(client)
+        assert list(temporary.iterdir())
+        process.terminate()
+        assert process.wait(30) == 0
+    assert list(temporary.iterdir()) == []

@@ -252,3 +252,29 @@ class TestErrors:
 
         headers = {"content-type": "application/json"}
         error_of(client.post("/api/v1/sessions", content=endless(), headers=headers), 413)
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("pftrack.example", ("pftrack.example",)),
+        (" one.example, two.example ,", ("one.example", "two.example")),
+        ('["one.example", "two.example"]', ("one.example", "two.example")),
+        ("", ()),
+    ],
+)
+def test_hosts_from_the_environment(monkeypatch: pytest.MonkeyPatch, text: str, names: tuple[str, ...]) -> None:
+    """Names of hosts are given with commas between, or as the JSON list of earlier versions."""
+    monkeypatch.setenv("PFTRACK_ALLOWED_HOSTS", text)
+    monkeypatch.setenv("PFTRACK_TOKEN", "sixteen characters")
+    assert Settings().allowed_hosts == names
+
+
+def test_hosts_that_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is wrong with names of hosts is told in a sentence, and so is what goes with them."""
+    monkeypatch.setenv("PFTRACK_ALLOWED_HOSTS", "[1")
+    with pytest.raises(ValidationError, match="names with commas between"):
+        Settings()
+    monkeypatch.setenv("PFTRACK_ALLOWED_HOSTS", "pftrack.example")
+    with pytest.raises(ValidationError, match="set PFTRACK_TOKEN, too"):
+        Settings()

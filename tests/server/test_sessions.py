@@ -475,3 +475,26 @@ def test_a_look_at_the_picture_interrupts_nothing(client: httpx.Client) -> None:
         for _ in range(5):
             assert client.get(f"{place}/frame.png").status_code == 200
         assert seeking.result().json()["position"] == 150
+
+
+LONG = "9" * 5000
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "field"),
+    [
+        ("POST", "", f'{{"experiment": "ball", "seed": {LONG}}}', "seed"),
+        ("POST", "", f'{{"recipe": {{"experiment": "ball", "seed": -{LONG}}}}}', "seed"),
+        ("PATCH", "/{}/parameters", f'{{"alpha": 1, "sample_count": {LONG}}}', "sample_count"),
+        ("POST", "/{}/branch", f'{{"frame": 0, "parameters": {{"alpha": [1, {LONG}]}}}}', "parameters.alpha.1"),
+    ],
+)
+def test_long_numbers(
+    client: httpx.Client, session: dict[str, Any], method: str, path: str, body: str, field: str
+) -> None:
+    """A number with more digits than can be read is refused by the name of its field."""
+    address = f"/api/v1/sessions{path.format(session['id'])}"
+    answer = client.request(method, address, content=body, headers={"content-type": "application/json"})
+    error = error_of(answer, 422)
+    assert error["field"] == field
+    assert "at most 4300 digits" in error["message"]

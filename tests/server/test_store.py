@@ -6,6 +6,7 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
+from server.errors import NotFoundError
 from server.settings import Settings
 from server.store import Store
 from server.store.database import connect
@@ -92,3 +93,41 @@ def test_what_was_coming_is_cleared(tmp_path: Path) -> None:
     again = DataDirectory(tmp_path)
     assert list(again.incoming.iterdir()) == []
     again.close()
+
+
+def test_links_are_not_followed(tmp_path: Path) -> None:
+    """A link in one of the server's folders that leads out of it opens nothing, and is deleted as a link."""
+    secret = tmp_path / "secret"
+    (secret / "content").mkdir(parents=True)
+    (secret / "index.json").write_text("secret")
+    files = DataDirectory(tmp_path / "data")
+    try:
+        name = new_name()
+        (files.uploads / name).symlink_to(secret)
+        (files.runs / f"{name}.pft").symlink_to(secret / "index.json")
+        (files.sweeps / f"{name}.parquet").symlink_to(secret / "index.json")
+        paths = [files.upload, files.index, files.record, files.sweep, lambda name: files.truth(name, "boxes")]
+        for path_of in paths:
+            with pytest.raises(NotFoundError, match="links are not followed"):
+                path_of(name)
+        inner = new_name()
+        (files.uploads / inner / "content").mkdir(parents=True)
+        (files.uploads / inner / "content" / "000000").symlink_to(secret / "index.json")
+        with pytest.raises(NotFoundError):
+            files.upload(inner)
+        for remove in (files.remove_upload, files.remove_run, files.remove_sweep):
+            remove(name)
+        assert not any(path.is_symlink() for path in (tmp_path / "data").rglob(f"{name}*"))
+        assert (secret / "index.json").read_text() == "secret"
+    finally:
+        files.close()
+
+
+def test_a_folder_may_lie_elsewhere(tmp_path: Path) -> None:
+    """Where the server's own folders lie is the choice of whoever runs it."""
+    (tmp_path / "large").mkdir()
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "uploads").symlink_to(tmp_path / "large")
+    files = DataDirectory(tmp_path / "data")
+    assert files.upload("0123456789abcdef").name == "content"
+    files.close()

@@ -266,3 +266,13 @@ class TestLimits:
             )
         wait_for(lambda: list(incoming.iterdir()) == [])
         assert client.get("/healthz").status_code == 200
+
+
+def test_pictures_have_the_names_that_people_know(client: httpx.Client) -> None:
+    """What is wrong with a picture is told by the name that it was sent with."""
+    answer = send(client, ("Left eye 10.png", png(1)), ("Left eye 9.png", png(1)[:60]))
+    message = error_of(answer, 422)["message"]
+    assert "Left eye 9.png is broken or cut short" in message
+    assert "000000" not in message
+    answer = send(client, ("One.png", png(1)), ("Two.png", png(1, (32, 32))))
+    assert "Two.png is 32 x 32 px and One.png is 64 x 48 px" in error_of(answer, 422)["message"]

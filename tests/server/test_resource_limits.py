@@ -1,0 +1,88 @@
+"""Limits that a shell has set: each is named when it hits."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import httpx
+
+from tests.server.command import ROOT, failing, link, serving
+from tests.server.host import error_of
+from tests.server.test_uploads import send
+
+MEBIBYTE = 1024 * 1024
+
+
+def said(program: str) -> tuple[int, str]:
+    """Return exit status and output of a Python program."""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT, timeout=60
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+def test_open_files(tmp_path: Path) -> None:
+    """With too few open files the server does not start, and says which limit to raise."""
+    first = "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200))"
+    message = failing(f"port=0, data_dir=Path({str(tmp_path)!r})", first=first)
+    assert "200 open files (ulimit -n)" in message
+    assert "at least 256" in message
+
+
+def test_a_low_soft_limit_is_raised() -> None:
+    """Where more files may be asked for, the server asks."""
+    program = (
+        "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (100, 600));"
+        "from server.resource_limits import too_few_files; assert too_few_files() is None;"
+        "print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])"
+    )
+    assert said(program) == (0, "600\n")
+
+
+def test_long_files(tmp_path: Path) -> None:
+    """A file that is longer than the shell allows is refused with the name of the limit, told at the start, too."""
+    first = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({MEBIBYTE}, {MEBIBYTE}))"
+    with (
+        serving(f"port=0, data_dir=Path({str(tmp_path)!r})", first) as process,
+        httpx.Client(base_url=link(process), timeout=60) as client,
+    ):
+        message = error_of(send(client, ("long.mp4", bytes(2 * MEBIBYTE))), 507)["message"]
+        assert "ulimit -f" in message
+        assert not list((tmp_path / "incoming").iterdir())
+        process.kill()
+        assert process.stderr is not None
+        assert "files of at most 1 MiB (ulimit -f)" in process.stderr.read()
+
+
+def test_processor_time_of_the_server() -> None:
+    """Shortly before the server's own time is over it is told to stop, with the name of the limit."""
+    program = (
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_CPU, (7, 7));"
+        "from server.resource_limits import name_cpu_limit; name_cpu_limit(sys.exit)\n"
+        "while True: pass"
+    )
+    status, words = said(program)
+    assert status == 1
+    assert "7 s of processor time that its shell allows (ulimit -t)" in words
+
+
+def test_processor_time_of_a_session() -> None:
+    """A worker that has less time than the settings say is told of the shell's limit."""
+    program = (
+        "import resource, signal; resource.setrlimit(resource.RLIMIT_CPU, (60, 60));"
+        "from server.sessions.worker_handle import _cause; from tests.server.test_run_tree import config;"
+        "print(_cause(-signal.SIGXCPU, config()))"
+    )
+    _, words = said(program)
+    assert "60 s of processor time that the server's shell allows (ulimit -t)" in words
+
+
+def test_a_child_learns_why() -> None:
+    """Under a hard limit a child is still ended by the signal that tells why, not by the one that tells nothing."""
+    program = (
+        "import resource; resource.setrlimit(resource.RLIMIT_CPU, (6, 6));"
+        "from pftrack.process import confine; confine(cpu_seconds=100)\n"
+        "while True: pass"
+    )
+    status, _ = said(program)
+    assert status == -24
