@@ -12,6 +12,7 @@ from server.settings import Settings
 from server.store import Store
 from server.sweeps.manager import Sweeps
 from server.tasks.child_tasks import ChildTasks
+from server.uploads.suitability import Suitabilities
 from server.worker import forkserver
 
 __all__ = ["Services"]
@@ -31,6 +32,7 @@ class Services:
     sweeps: Sweeps
     tasks: ChildTasks
     metrics: Metrics
+    suitabilities: Suitabilities
     probing: ThreadPoolExecutor
     stopping: threading.Event
 
@@ -48,7 +50,8 @@ class Services:
         metrics.watch(manager, sweeps)
         tasks = ChildTasks(memory_bytes=TASK_MEMORY_BYTES)
         probing = ThreadPoolExecutor(PROBES_AT_ONCE, "probe")
-        return cls(settings, store, manager, sweeps, tasks, metrics, probing, threading.Event())
+        kept = Suitabilities(store, settings, tasks)
+        return cls(settings, store, manager, sweeps, tasks, metrics, kept, probing, threading.Event())
 
     async def close(self) -> None:
         """Write everything down and let go of it."""

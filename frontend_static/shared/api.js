@@ -55,11 +55,12 @@ export function statusOf(error) {
  * @param {string} method
  * @param {string} path
  * @param {unknown} [body]
+ * @param {AbortSignal} [signal] Ends it before the answer has come.
  * @returns {Promise<Answer>}
  */
-export async function request(method, path, body) {
+export async function request(method, path, body, signal) {
   const headers = { accept: "application/json", ...(body !== undefined && { "content-type": "application/json" }) };
-  const options = { method, headers, ...(body !== undefined && { body: JSON.stringify(body) }) };
+  const options = { method, headers, ...(signal && { signal }), ...(body !== undefined && { body: JSON.stringify(body) }) };
   let response;
   try {
     response = await fetch(ROOT + path, options);
@@ -156,6 +157,7 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(files: File[], onProgress: OnProgress) => Transfer<Messages.UploadPublic>} sendUpload
  * @property {(id: string) => Promise<Messages.UploadPublic>} upload
  * @property {(id: string, question: Query) => Promise<Messages.SightingPublic>} mark
+ * @property {(id: string, question: Query, signal: AbortSignal) => Promise<Messages.SuitabilityPublic>} suitability
  * @property {(id: string, experiment: string) => Promise<Messages.TruthPublic|null>} truth
  * @property {(id: string, experiment: string, files: File[]) => Promise<Messages.TruthPublic>} giveTruth
  * @property {(id: string, experiment: string) => Promise<null>} removeTruth
@@ -191,6 +193,7 @@ export const api = {
   sendUpload: (files, onProgress) => send("uploads", files, onProgress),
   upload: (id) => request("GET", `uploads/${encodeURIComponent(id)}`),
   mark: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/mark?${query(question)}`),
+  suitability: (id, question, signal) => request("GET", `uploads/${encodeURIComponent(id)}/suitability?${query(question)}`, undefined, signal),
   truth: (id, experiment) => request("GET", truthPath(id, experiment)),
   giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
   removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),

@@ -217,6 +217,8 @@ export interface ExperimentDetail {
   finds: string | null;
   /** Kinds of mark by which a person may show it where to find the target */
   hints: string[];
+  /** Whether it can tell before tracking how suitable a target is */
+  suits: boolean;
   /** What a person who marks the target should know */
   advice: string;
   /** What a table of truth for a recording has */
@@ -248,6 +250,8 @@ export interface ExperimentPublic {
   finds: string | null;
   /** Kinds of mark by which a person may show it where to find the target */
   hints: string[];
+  /** Whether it can tell before tracking how suitable a target is */
+  suits: boolean;
   /** What a person who marks the target should know */
   advice: string;
   /** What a table of truth for a recording has */
@@ -640,6 +644,22 @@ export interface SightingPublic {
   looked: number;
   /** How many frames there are to look into */
   of: number;
+}
+
+/** Whether a target can be followed, looked at before it is tracked. */
+export interface SuitabilityPublic {
+  /** 0..1, the higher the better */
+  value: number;
+  /** The same in words */
+  grade: "well" | "poorly" | "not at all";
+  /** What was found, a sentence */
+  remark: string;
+  /** What would help, a sentence each */
+  advice: string[];
+  /** A mark of the same target that suits better; null if none is known */
+  better: Record<string, unknown> | null;
+  /** The likelihood over the picture as a data address, from purple for 0 to yellow for its peak; null for a likelihood that is not one of places */
+  picture: string | null;
 }
 
 /** A parameter that is varied: from `start` to `stop` by `step`, both ends included, or over a list of values. */

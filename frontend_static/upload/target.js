@@ -6,6 +6,7 @@ import { count } from "../shared/format.js";
 import { throttle } from "../shared/timing.js";
 import { FoundTarget } from "./marks/found_target.js";
 import { MarkedTarget } from "./marks/marked_target.js";
+import { Suitability } from "./suitability.js";
 import { TruthField } from "./truth.js";
 
 /**
@@ -26,6 +27,9 @@ export class TargetForm {
   #at = h("output", {}, "0");
   #start;
   #stage = h("div", { class: "target-stage" });
+  #suits = h("section", { class: "suits", "aria-label": "Can it be followed?" });
+  /** @type {Suitability|null} */
+  #suitability = null;
   #truth = h("div");
   /** @type {FoundTarget|MarkedTarget|null} */
   #target = null;
@@ -47,6 +51,7 @@ export class TargetForm {
     this.#start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
     const leave = () => {
       this.#target?.leave();
+      this.#suitability?.leave();
       cancel();
     };
     fill(root, this.#form(leave));
@@ -91,6 +96,7 @@ export class TargetForm {
       h(
         "div",
         { class: "target-choices" },
+        this.#suits,
         this.#able.length > 1 && [h("label", { for: "target-experiment" }, "Experiment"), this.#experiment],
         h("label", { for: "target-start" }, "Start at frame ", this.#at),
         this.#start,
@@ -115,6 +121,8 @@ export class TargetForm {
       },
     };
     this.#target?.leave();
+    this.#suitability?.leave();
+    this.#suitability = new Suitability(this.#suits, this.#upload, experiment, (mark) => this.#target?.adopt(mark));
     const target = experiment.finds
       ? new FoundTarget(this.#stage, this.#upload, experiment, on)
       : new MarkedTarget(this.#stage, this.#upload, experiment, on);
@@ -154,6 +162,7 @@ export class TargetForm {
   /** Say whether there is all that a session needs. */
   #check() {
     this.#go.disabled = this.#isBusy || !this.#target?.footage;
+    this.#suitability?.ask(this.#target?.footage);
     this.#wrong.hidden = true;
   }
 

@@ -72,6 +72,7 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
         "marks": [kind.editor() for kind in experiment.marks],
         "finds": experiment.finder.kind.name() if experiment.finder else None,
         "hints": [kind.name() for kind in experiment.finder.hints] if experiment.finder else [],
+        "suits": experiment.suits is not None,
         "advice": experiment.advice,
         "truth_columns": list(experiment.truth.form.columns),
         "presets": [

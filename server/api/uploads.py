@@ -13,7 +13,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from server.api.dependencies import AManager, AnUpload, AStore, SettingsNow, TheServices, TheTasks
 from server.errors import ConflictError, NotFoundError, RefusedError
-from server.schemas.uploads import SightingPublic, TruthPublic, UploadPublic
+from server.schemas.uploads import SightingPublic, SuitabilityPublic, TruthPublic, UploadPublic
 from server.store.files import is_name
 from server.tasks.functions import Question, find_mark, frame_jpeg
 from server.uploads.intake import check_room, index_of, limits_of, take_in
@@ -43,14 +43,23 @@ def _hint(
         str | None, Query(max_length=10_000, description="A mark of one of the experiment's hints, as JSON")
     ] = None,
 ) -> dict[str, Any] | None:
-    if hint is None:
-        return None
+    return None if hint is None else _read("hint", hint)
+
+
+def _mark(
+    mark: Annotated[str, Query(max_length=10_000, description="A mark of one of the experiment's kinds, as JSON")],
+) -> dict[str, Any]:
+    return _read("mark", mark)
+
+
+def _read(field: str, text: str) -> dict[str, Any]:
+    """Read a mark that a query holds."""
     try:
-        raw = json.loads(hint)
+        raw = json.loads(text)
     except (ValueError, RecursionError):
         raw = None
     if not isinstance(raw, dict):
-        raise RefusedError("Hint must be a mark as a JSON object.", field="hint", value=hint)
+        raise RefusedError(f"{field.capitalize()} must be a mark as a JSON object.", field=field, value=text)
     return raw
 
 
@@ -145,6 +154,18 @@ async def find_target(
     where = str(store.files.upload(upload.id))
     index = await asyncio.to_thread(index_of, store, settings, upload.id)
     return SightingPublic(**await tasks.run(find_mark, where, index, question, limits_of(settings)))
+
+
+@router.get("/{upload}/suitability")
+async def weigh(
+    upload: AnUpload,
+    experiment: ForExperiment,
+    frame: Number,
+    mark: Annotated[dict[str, Any], Depends(_mark)],
+    services: TheServices,
+) -> SuitabilityPublic:
+    """Tell whether the trackers of an experiment can follow a target, before it is tracked."""
+    return await services.suitabilities.of(upload.id, experiment, frame, mark)
 
 
 @router.put("/{upload}/truth", openapi_extra=MULTIPART)

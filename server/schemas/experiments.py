@@ -37,6 +37,7 @@ class ExperimentPublic(BaseModel):
         description="Kind of mark that it finds by itself; null if a person has to mark the target"
     )
     hints: list[str] = Field(description="Kinds of mark by which a person may show it where to find the target")
+    suits: bool = Field(description="Whether it can tell before tracking how suitable a target is")
     advice: str = Field(description="What a person who marks the target should know")
     truth_columns: list[str] = Field(description="What a table of truth for a recording has")
     default_tracker: str

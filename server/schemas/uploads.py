@@ -4,7 +4,9 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = ["SightingPublic", "TruthPublic", "UploadPublic"]
+from pftrack.suitability import Grade
+
+__all__ = ["SightingPublic", "SuitabilityPublic", "TruthPublic", "UploadPublic"]
 
 
 class UploadPublic(BaseModel):
@@ -38,6 +40,22 @@ class SightingPublic(BaseModel):
     remarks: list[str] = Field(description="What to look at, or why nothing was found")
     looked: int = Field(description="How many frames were looked into")
     of: int = Field(description="How many frames there are to look into")
+
+
+class SuitabilityPublic(BaseModel):
+    """Whether a target can be followed, looked at before it is tracked."""
+
+    value: float = Field(description="0..1, the higher the better")
+    grade: Grade = Field(description="The same in words")
+    remark: str = Field(description="What was found, a sentence")
+    advice: list[str] = Field(description="What would help, a sentence each")
+    better: dict[str, Any] | None = Field(
+        description="A mark of the same target that suits better; null if none is known"
+    )
+    picture: str | None = Field(
+        description="The likelihood over the picture as a data address, from purple for 0 to yellow for its peak; null "
+        "for a likelihood that is not one of places"
+    )
 
 
 class TruthPublic(BaseModel):

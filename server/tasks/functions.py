@@ -10,9 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.experiment import Sighting
 from pftrack.experiments import find
+from pftrack.heat import over
 from pftrack.marks import read_mark
 from pftrack.parameters import ParameterError
 from pftrack.process import confine, leave_interrupts_to_parent
@@ -39,6 +42,7 @@ __all__ = [
     "read_record",
     "read_truth",
     "weigh_record",
+    "weigh_target",
 ]
 
 PATIENCE_S = 30.0
@@ -88,7 +92,11 @@ def draw_experiment(experiment_id: str) -> bytes:
 def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
     """Return a frame of an upload as JPEG."""
     sequence = _opened(path, index, number, limits)
-    done, encoded = cv2.imencode(".jpg", cv2.cvtColor(sequence.picture(number), cv2.COLOR_RGB2BGR))
+    return _jpeg(sequence.picture(number))
+
+
+def _jpeg(picture_rgb: NDArray[np.uint8]) -> bytes:
+    done, encoded = cv2.imencode(".jpg", cv2.cvtColor(picture_rgb, cv2.COLOR_RGB2BGR))
     if not done:
         raise SourceError("the frame cannot be drawn")
     return encoded.tobytes()
@@ -143,6 +151,37 @@ def find_mark(path: str, index: str | None, question: Question, limits: Limits) 
         seen = finder.better(sequence, seen)
     guessed = seen.mark is not None and not seen.sure and len(frames) > 1
     return _told(Sighting(seen.frame) if guessed else seen, looked, len(frames))
+
+
+def weigh_target(
+    path: str, index: str | None, experiment_id: str, frame: int, raw: Mapping[str, Any], limits: Limits
+) -> dict[str, Any]:
+    """Look whether the trackers of an experiment can follow a target that is marked in a frame of an upload."""
+    experiment = find(experiment_id)
+    sequence = _opened(path, index, frame, limits)
+    if experiment.on_video is None or experiment.suits is None:
+        raise SourceError(f"the experiment {experiment_id} cannot tell beforehand whether it can follow a target")
+    mark = experiment.mark(raw)
+    try:
+        setup = experiment.on_video(sequence, mark, start=frame)
+    except ParameterError:
+        raise
+    except ValueError as error:
+        raise SourceError(str(error)) from None
+    assert setup.footage is not None  # noqa: S101 - a recording has one
+    found = experiment.suits(sequence, setup.footage, setup.parameters)
+    remark, *advice = found.sentences
+    picture = None
+    if found.likelihood is not None:
+        picture = _jpeg(over(sequence.picture(frame), found.likelihood, width=THUMBNAIL_WIDTH_PX))
+    return {
+        "value": found.value,
+        "grade": found.grade,
+        "remark": remark,
+        "advice": advice,
+        "better": found.better.model_dump(mode="json") if found.better else None,
+        "picture": picture,
+    }
 
 
 def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:

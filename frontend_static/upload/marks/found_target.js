@@ -100,6 +100,17 @@ export class FoundTarget {
   }
 
   /**
+   * Mark the target anew.
+   *
+   * @param {Record<string, any>} mark Of the kind that is found.
+   */
+  adopt(mark) {
+    this.#hinting(false);
+    this.#editor.set(mark);
+    this.#on.changed();
+  }
+
+  /**
    * Await an answer with progress after a while; null if it is not wanted any more or was refused.
    *
    * @param {(told: (looked: number, of: number) => boolean) => Promise<SightingPublic|null>} question

@@ -61,6 +61,17 @@ export class MarkedTarget {
   leave() {}
 
   /**
+   * Mark the target anew.
+   *
+   * @param {Record<string, any>} mark Of a kind that the experiment takes.
+   */
+  adopt(mark) {
+    if (this.#editor?.mark?.kind !== mark.kind) this.#take(mark.kind);
+    this.#editor?.set(mark);
+    this.#on.changed();
+  }
+
+  /**
    * Have the target marked in another way.
    *
    * @param {string|undefined} kind

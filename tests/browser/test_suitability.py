@@ -1,0 +1,64 @@
+"""Before tracking: the form of an upload says whether a target can be followed, and shows where it would be seen."""
+
+from typing import Any
+
+import pytest
+
+from tests.browser.test_upload import clip as clip  # noqa: PLC0414 - a fixture
+from tests.browser.views import Gallery
+
+
+def draw(page: Any, x: float, y: float, width: float, height: float) -> None:
+    """Draw a box on the picture of 160 px by mouse."""
+    area = page.locator(".mark-surface").bounding_box()
+    scale = area["width"] / 160
+    page.mouse.move(area["x"] + x * scale, area["y"] + y * scale)
+    page.mouse.down()
+    page.mouse.move(area["x"] + (x + width) * scale, area["y"] + (y + height) * scale, steps=3)
+    page.mouse.up()
+
+
+def grade(page: Any) -> str:
+    return str(page.get_attribute(".suits-words", "data-grade"))
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes, width: int) -> None:
+    """The disc separates well, with a map of the likelihood; the ground not at all, and what would help is said."""
+    page = gallery.page
+    page.set_viewport_size({"width": width, "height": 800})
+    gallery.choose("walk.mp4", clip, "video/mp4")
+    page.locator(".mark-surface").wait_for()
+    assert "Once the target is marked" in page.inner_text(".suits-words")
+    assert page.locator(".suits-picture").is_hidden()
+    gallery.until(lambda: page.evaluate("document.querySelector('.mark-surface img').complete"), "the picture is there")
+
+    draw(page, 31, 51, 19, 19)
+    gallery.until(lambda: grade(page) == "well", "the disc separates well")
+    assert page.inner_text(".suits-remark").startswith("Separates well: ")
+    gallery.until(
+        lambda: page.evaluate("document.querySelector('.suits-picture').naturalWidth") == 160, "its map is there"
+    )
+    shown = page.locator(".suits-picture").bounding_box()
+    assert shown["width"] / shown["height"] == pytest.approx(160 / 120, rel=0.02)
+
+    draw(page, 100, 20, 30, 30)
+    gallery.until(lambda: grade(page) == "not at all", "the ground does not")
+    assert "separates not at all" in page.inner_text(".suits-remark").lower()
+    assert "No smaller box separates better" in page.inner_text(".suits-words")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.locator("button:has-text('Track it')").is_enabled()
+
+
+def test_a_better_box_is_taken_with_one_click(gallery: Gallery, clip: bytes) -> None:
+    """A box with the disc in its corner, and ground for the most part, is replaced by the one that is proposed."""
+    page = gallery.page
+    gallery.choose("walk.mp4", clip, "video/mp4")
+    page.locator(".mark-surface").wait_for()
+    gallery.until(lambda: page.evaluate("document.querySelector('.mark-surface img').complete"), "the picture is there")
+    draw(page, 29, 49, 44, 44)
+    better = page.locator("[data-role=better]")
+    better.wait_for()
+    better.click()
+    gallery.until(lambda: page.inner_text(".picture-words").startswith("22 × 22 px"), "the smaller box is drawn")
+    gallery.until(lambda: grade(page) in {"well", "poorly"}, "it separates better")

@@ -1,0 +1,100 @@
+"""Whether a target can be followed: asked of an upload before it is tracked, over the network."""
+
+import base64
+import json
+from io import BytesIO
+from typing import Any
+
+import av
+import cv2
+import httpx
+import numpy as np
+import pytest
+
+FRAMES = 12
+
+
+@pytest.fixture(scope="module")
+def clip() -> bytes:
+    """A red disc at 40, 60 on grey, 160 x 120 px."""
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
+        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
+        y, x = np.mgrid[:120, :160]
+        for _ in range(FRAMES):
+            picture = np.full((120, 160, 3), 110, np.uint8)
+            picture[np.hypot(x - 40, y - 60) <= 9] = (210, 40, 40)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+@pytest.fixture
+def upload(client: httpx.Client, clip: bytes) -> str:
+    return str(client.post("/api/v1/uploads", files={"file": ("walk.mp4", clip)}).json()["id"])
+
+
+def ask(client: httpx.Client, upload: str, mark: object, **more: Any) -> httpx.Response:
+    query = {"experiment": "ball", "frame": 0, "mark": json.dumps(mark), **more}
+    return client.get(f"/api/v1/uploads/{upload}/suitability", params=query)
+
+
+def box(x: float, y: float, width: float = 19, height: float = 19) -> dict[str, object]:
+    return {"kind": "box", "x": x, "y": y, "width": width, "height": height}
+
+
+def test_a_target_that_stands_out(client: httpx.Client, upload: str) -> None:
+    """It is told in a number, in words, and by a picture of the likelihood that is bright on the target alone."""
+    found = ask(client, upload, box(31, 51)).raise_for_status().json()
+    assert found["grade"] == "well"
+    assert found["value"] > 0.9
+    assert found["remark"].startswith("Separates well: ")
+    assert found["advice"] == []
+    assert found["better"] is None
+    encoded = base64.b64decode(found["picture"].removeprefix("data:image/jpeg;base64,"))
+    picture = cv2.imdecode(np.frombuffer(encoded, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None
+    assert picture.shape == (120, 160, 3)
+    green = picture[:, :, 1].astype(int)  # what grows in viridis
+    assert green[60, 40] > green[20, 120] + 60
+
+
+def test_a_target_that_does_not(client: httpx.Client, upload: str) -> None:
+    """A box on the grey ground cannot be told from the ground, and what would help is said."""
+    found = ask(client, upload, box(100, 20)).raise_for_status().json()
+    assert found["grade"] == "not at all"
+    assert found["value"] < 0.3
+    assert len(found["advice"]) == 1
+
+
+def test_the_same_question_is_answered_from_memory(client: httpx.Client, upload: str) -> None:
+    """The second answer is the first one."""
+    assert ask(client, upload, box(31, 51)).json() == ask(client, upload, box(31, 51)).json()
+
+
+@pytest.mark.parametrize(
+    ("mark", "more", "words"),
+    [
+        (box(150, 60), {}, "within the picture of 160 x 120 px"),
+        ({"kind": "points", "points": {}}, {}, "must be one of box"),
+        ([1, 2], {}, "Mark must be a mark as a JSON object"),
+        (box(31, 51), {"frame": 40}, "0 to 11"),
+        (box(31, 51), {"experiment": "sine"}, "must be one that takes a video"),
+    ],
+)
+def test_questions_that_make_no_sense(
+    client: httpx.Client, upload: str, mark: object, more: dict[str, Any], words: str
+) -> None:
+    """Each is refused with a sentence that says what would be right."""
+    answer = ask(client, upload, mark, **more)
+    assert 400 <= answer.status_code < 500
+    assert words in answer.json()["error"]["message"]
+
+
+def test_experiments_say_whether_they_can_tell(client: httpx.Client) -> None:
+    """Those that take recordings can, and a signal cannot."""
+    told = {one["id"]: one["suits"] for one in client.get("/api/v1/experiments").json()}
+    assert told["ball"]
+    assert told["head"]
+    assert not told["sine"]
