@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -88,3 +90,15 @@ def test_the_start_is_the_reference_at_rest() -> None:
     assert np.array_equal(belief.camera, CAMERA)
     assert np.array_equal(belief.mean[:, 4:], CAMERA)
     assert not belief.theta.mean.any()
+
+
+def test_particles_of_the_pose_begin_at_the_belief() -> None:
+    """An object whose pose was estimated otherwise before has its first particles where that was."""
+    theta = np.array([0.3, -0.2, 0.1])
+    # Entries that may be anything say nothing of the pose, so that the particles alone say what it was.
+    layer = AffineLayer(POINTS, CAMERA, np.full(4, 1e4), estimator="particle", theta_count=4000)
+    belief = replace(layer.begin(), theta=Gaussian(theta, 1e-4 * np.eye(3)))
+    after = layer.update(belief, affine_projection(CAMERA, POINTS), np.full((9, 2), 1e12), rng())
+    assert after.theta_particles is not None
+    assert after.theta_particles.mean(axis=0) == pytest.approx(theta, abs=0.01)
+    assert after.theta.mean == pytest.approx(theta, abs=0.01)

@@ -87,3 +87,26 @@ def test_real_roots_have_no_period() -> None:
     """The period is undefined for a model that does not oscillate."""
     assert np.isnan(online_em.period_frames(INITIAL))
     assert np.isnan(online_em.period_frames(autoregression(0.5 * ONE, 0.2 * ONE, np.zeros(2), ONE)))
+
+
+@pytest.mark.parametrize("warm_up", [1, 4])
+def test_the_first_model_comes_with_the_last_frame_of_the_warm_up(warm_up: int) -> None:
+    """Positions count when the oldest is LAG frames old; as many triples as the warm-up has make a model."""
+    settings = online_em.Settings(0.99, warm_up, 1e-7, 1.05)
+    first = online_em.LAG + warm_up - 1
+    for frames in (first - 1, first):
+        kept = np.allclose(learned(frames, settings).transition, INITIAL.transition)
+        assert kept == (frames < first)
+
+
+def test_a_position_is_believed_as_far_as_the_tracker_is_sure() -> None:
+    """The newest smoothed position lies between prediction and estimate by their variances, and so does its own."""
+    sigma, noise = 4.0, 3.0
+    learner = online_em.begin(INITIAL, np.array([150.0, 110.0]), sigma, SIZE)
+    seen, unsure = np.array([170.0, 100.0]), np.array([5.0, 2.0])
+    after = online_em.learn(learner, INITIAL, seen, unsure, SETTINGS).positions
+    predicted = sigma**2 + noise**2
+    gain = predicted / (predicted + unsure**2)
+    expected = np.array([150.0, 110.0]) + gain * (seen - [150.0, 110.0])
+    assert 100 * after.mean[:2] + np.array(SIZE) / 2 == pytest.approx(expected, abs=0.01)
+    assert (100 * after.standard_deviations[:2]) ** 2 == pytest.approx(predicted * (1 - gain), rel=1e-3)

@@ -65,6 +65,22 @@ def test_misfit_is_measured_in_distances_of_the_eyes() -> None:
     assert memory.misfit(memory.sight.points_px, moved) == pytest.approx(1.0)
 
 
+def test_one_feature_out_of_place_is_no_misfit() -> None:
+    """The median counts: five of eleven may be anywhere, six make a misfit."""
+    memory, _ = memory_after(1)
+    expected = memory.sight.points_px
+    for count, misfit in ((5, 0.0), (6, 2.0)):
+        moved = expected.copy()
+        moved[:count, 0] += 2 * eye_distance(expected)
+        assert memory.misfit(expected, moved) == pytest.approx(misfit)
+
+
+def test_the_box_of_a_face_is_half_as_large_again_as_its_features() -> None:
+    """A square about the middle of the points, one and a half times as long as their longer extent."""
+    points = np.array([[10.0, 20.0], [50.0, 30.0], [30.0, 80.0]])
+    assert around(points) == pytest.approx((30 - 45, 50 - 45, 90, 90))
+
+
 def test_uncertainty_grows_to_a_bound() -> None:
     """Unseen for long, the angles' deviation grows, and stops at that of not knowing."""
     belief, last = Gaussian(np.ones(3), 1e-4 * np.eye(3)), 0.0
