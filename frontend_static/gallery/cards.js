@@ -59,5 +59,6 @@ export function thumbnail(address) {
 
 /** Grey shapes where cards will be. */
 export function skeletonCard() {
-  return h("div", { class: "card skeleton", "aria-hidden": "true" }, h("div", { class: "thumb shimmer" }), h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" }));
+  const bones = ["thumb shimmer", "bone shimmer", "bone short shimmer"].map((shape) => h("div", { class: shape }));
+  return h("div", { class: "card skeleton", "aria-hidden": "true" }, bones);
 }

@@ -5,7 +5,7 @@ import { thumbnail } from "./cards.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { moment } from "../shared/format.js";
-import { icon } from "../shared/icons.js";
+import { iconButton } from "../shared/icons.js";
 import { trackerTitle } from "../session/timeline.js";
 import { attempt } from "../shared/toast.js";
 
@@ -134,5 +134,5 @@ function removal(label, question, remove) {
   const press = async () => {
     if (await confirmLoss(question)) await attempt(remove);
   };
-  return h("button", { type: "button", class: "quiet icon-only", "aria-label": label, title: label, on: { click: press } }, icon("trash"));
+  return iconButton("trash", label, press);
 }

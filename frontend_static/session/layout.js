@@ -34,11 +34,11 @@ export function arrange(element, parts) {
     place("readout", "section", { class: "readout" }),
   ].filter((it) => it !== null);
   const deck = [place("transport", "div", { class: "transport" }), place("scrubber", "div", {})].filter((it) => it !== null);
+  const aside = side.length > 0 && h("aside", { class: "side", "aria-label": "Plots" }, side);
   fill(
     element,
     h("div", { class: "session-view", role: "group", "aria-label": "Session", tabindex: -1 }, [
-      (scene || side.length > 0) &&
-        h("div", { class: scene && side.length > 0 ? "stage" : "stage alone" }, scene, side.length > 0 && h("aside", { class: "side", "aria-label": "Plots" }, side)),
+      (scene || aside) && h("div", { class: scene && aside ? "stage" : "stage alone" }, scene, aside),
       deck.length > 0 && h("footer", { class: "deck", "aria-label": "Transport" }, deck),
     ]),
   );

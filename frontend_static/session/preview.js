@@ -25,7 +25,9 @@ export class Preview {
   element = h("div", { class: "scene-still" });
 
   /** Resolves when the first picture is there. */
-  first = /** @type {Promise<void>} */ (new Promise((resolve) => (this.#resolveFirst = resolve)));
+  first = /** @type {Promise<void>} */ (new Promise((resolve) => {
+    this.#resolveFirst = resolve;
+  }));
 
   /**
    * @param {string} id The session.

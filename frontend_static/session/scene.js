@@ -59,10 +59,14 @@ export class Scene {
   }
 
   /** Resolves when there is a picture of the run to see, or will be none before the scene. */
-  seen = /** @type {Promise<void>} */ (new Promise((resolve) => (this.#resolveSeen = resolve)));
+  seen = /** @type {Promise<void>} */ (new Promise((resolve) => {
+    this.#resolveSeen = resolve;
+  }));
 
   /** Resolves when the scene itself is drawn, or will never be. */
-  drawn = /** @type {Promise<void>} */ (new Promise((resolve) => (this.#resolveDrawn = resolve)));
+  drawn = /** @type {Promise<void>} */ (new Promise((resolve) => {
+    this.#resolveDrawn = resolve;
+  }));
 
   /** The window of the scene's frame, if it has one. */
   get window() {

@@ -42,10 +42,20 @@ export function shareDialog(session) {
       }
     };
     return [
-      h("p", {}, `The link holds the experiment, seed, tracker, all changes of parameters, and frame ${session.position}. It gives the same numbers to everyone who can reach this server.`),
+      h(
+        "p",
+        {},
+        `The link holds the experiment, seed, tracker, all changes of parameters, and frame ${session.position}. `,
+        "It gives the same numbers to everyone who can reach this server.",
+      ),
       session.upload && h("p", { class: "hint" }, "The video itself stays on this server."),
       field,
-      h("footer", {}, h("button", { type: "button", on: { click: close } }, "Close"), h("button", { type: "button", class: "primary", on: { click: copy } }, "Copy link")),
+      h(
+        "footer",
+        {},
+        h("button", { type: "button", on: { click: close } }, "Close"),
+        h("button", { type: "button", class: "primary", on: { click: copy } }, "Copy link"),
+      ),
     ];
   }, { wide: true });
 }

@@ -8,6 +8,8 @@ import { isGone } from "./history.js";
 
 /** @import { IconName } from "../shared/icons.js" */
 
+const LABELS = { pause: "Pause", replay: "Play again", play: "Play" };
+
 /**
  * @param {HTMLElement} root
  * @param {import("./mount.js").Mounted} view
@@ -53,10 +55,11 @@ export function transport(root, view, extras) {
   const draw = coalesce(() => {
     const { session } = store;
     const { able, steering } = view;
-    const look = steering.isPlaying ? "pause" : steering.isAtEnd ? "replay" : "play";
+    const still = steering.isAtEnd ? "replay" : "play";
+    const look = steering.isPlaying ? "pause" : still;
     if (look !== shown) {
       shown = look;
-      const label = { pause: "Pause", replay: "Play again", play: "Play" }[look];
+      const label = LABELS[look];
       fill(play, icon(look), h("span", {}, label));
       play.title = `${label} (space)`;
     }

@@ -54,9 +54,14 @@ export function confirmLoss({ title, text, action }) {
         "footer",
         {},
         h("button", { type: "button", autofocus: true, on: { click: close } }, "Keep"),
-        h("button", { type: "button", class: "danger", on: { click: () => ((answer = true), close()) } }, action),
+        h("button", { type: "button", class: "danger", on: { click: () => accept(close) } }, action),
       ),
     ]);
+    /** @param {() => void} close */
+    function accept(close) {
+      answer = true;
+      close();
+    }
     element.addEventListener("close", () => resolve(answer));
   });
 }

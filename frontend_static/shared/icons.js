@@ -1,6 +1,6 @@
 /** Line icons on a 16 px grid, drawn in the colour of the text around them. */
 
-import { svg } from "./dom.js";
+import { h, svg } from "./dom.js";
 
 /**
  * Paths; one may be filled instead of stroked.
@@ -16,7 +16,10 @@ const PATHS = {
   last: ["M4 3l5 5-5 5M11.5 3v10"],
   replay: ["M3.5 8a4.5 4.5 0 1 0 1.7-3.5M5 1.8v3h3"],
   bookmark: ["M4.5 2.5h7v11L8 10.8 4.5 13.5z"],
-  branch: ["M4.5 5.5v5M4.5 8.5c4 0 7-.5 7-3M4.5 5.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3zM4.5 13.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3zM11.5 5.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3z"],
+  branch: [
+    "M4.5 5.5v5M4.5 8.5c4 0 7-.5 7-3" +
+      "M4.5 5.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3zM4.5 13.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3zM11.5 5.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3z",
+  ],
   save: ["M8 2.5v7.5M4.8 7L8 10.2 11.2 7M2.5 11v2.5h11V11"],
   share: ["M6.5 9.5a2.7 2.7 0 0 0 4 .2l2-2a2.7 2.7 0 0 0-3.8-3.8l-1 1M9.5 6.5a2.7 2.7 0 0 0-4-.2l-2 2a2.7 2.7 0 0 0 3.8 3.8l1-1"],
   trash: ["M3 4.5h10M6.5 4.5v-2h3v2M4.5 4.5l.6 9h5.8l.6-9"],
@@ -45,4 +48,15 @@ export function icon(name) {
       "stroke-linejoin": "round",
     }),
   );
+}
+
+/**
+ * A button with an icon alone.
+ *
+ * @param {IconName} name
+ * @param {string} title What it does.
+ * @param {() => void} run
+ */
+export function iconButton(name, title, run) {
+  return h("button", { type: "button", class: "quiet icon-only", title, "aria-label": title, on: { click: run } }, icon(name));
 }

@@ -24,12 +24,15 @@ export function toast(message, { kind = "news", action } = {}) {
   const element = h("div", { class: `toast ${kind}`, role: kind === "error" ? "alert" : null });
   element.dataset.message = message;
   const close = () => element.remove();
+  const run = () => {
+    close();
+    action?.run?.();
+  };
   fill(
     element,
     h("span", { class: "toast-text" }, message),
     action?.href && h("a", { class: "button quiet", href: action.href, on: { click: close } }, action.label),
-    action?.run &&
-      h("button", { class: "quiet", type: "button", on: { click: () => (close(), action.run?.()) } }, action.label),
+    action?.run && h("button", { class: "quiet", type: "button", on: { click: run } }, action.label),
     h("button", { class: "quiet icon-only", type: "button", "aria-label": "Close this message", on: { click: close } }, icon("close")),
   );
   stack.append(element);

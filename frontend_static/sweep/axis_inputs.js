@@ -79,7 +79,8 @@ export function rangeOf(declaration, given) {
 function listInput(declaration, given, changed) {
   const numerical = isNumerical(declaration);
   const values = given.values ?? listOf(given) ?? [declaration.default];
-  const input = h("input", { type: "text", value: values.join(", "), "aria-label": "Values, separated by commas", inputmode: numerical ? "decimal" : null, on: { input: changed } });
+  const inputmode = numerical ? "decimal" : null;
+  const input = h("input", { type: "text", value: values.join(", "), "aria-label": "Values, separated by commas", inputmode, on: { input: changed } });
   // What is no number is sent as it stands, so that the server names it.
   const one = (/** @type {string} */ text) => (numerical && Number.isFinite(Number(text)) ? Number(text) : text);
   const read = () => ({ values: input.value.split(/[,;\s]+/).filter(Boolean).map(one) });

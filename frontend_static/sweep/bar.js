@@ -3,7 +3,7 @@
 import { confirmLoss } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { count } from "../shared/format.js";
-import { icon } from "../shared/icons.js";
+import { icon, iconButton } from "../shared/icons.js";
 import { newSweep, sweeps } from "./api.js";
 import { attempt } from "../shared/toast.js";
 
@@ -67,22 +67,23 @@ function buttons(store, downloads) {
     const answer = await attempt(work);
     if (answer) store.take(answer);
   };
+  const [cancel, resume] = [act(() => sweeps.cancel(sweep.id)), act(() => sweeps.resume(sweep.id))];
   const { experiment, trials, frames, seed, parameters } = sweep;
   const axes = sweep.axes.map(({ name, values }) => ({ name, values }));
   const again = { experiment, axes, trackers: sweep.trackers.map(({ id }) => id), trials, frames, seed, parameters };
   return [
-    sweep.state === "running" && h("button", { type: "button", data: { role: "cancel" }, on: { click: act(() => sweeps.cancel(sweep.id)) } }, "Cancel"),
-    sweep.state === "stopped" && h("button", { type: "button", class: "primary", data: { role: "resume" }, on: { click: act(() => sweeps.resume(sweep.id)) } }, "Resume"),
+    sweep.state === "running" && h("button", { type: "button", data: { role: "cancel" }, on: { click: cancel } }, "Cancel"),
+    sweep.state === "stopped" && h("button", { type: "button", class: "primary", data: { role: "resume" }, on: { click: resume } }, "Resume"),
     sweep.done > 0 && downloads,
     h("a", { class: "button", href: newSweep(again), title: "Fill the form with this plan" }, "Change and repeat"),
-    h("button", { type: "button", class: "quiet icon-only", title: "Delete this sweep", "aria-label": "Delete this sweep", on: { click: () => remove(sweep) } }, icon("trash")),
+    iconButton("trash", "Delete this sweep", () => remove(sweep)),
   ];
 }
 
 /** @param {SweepPublic} sweep */
 async function remove(sweep) {
-  const question = { title: "Delete this sweep?", text: `${sweep.title} and its ${count(sweep.done, "run")} are lost for good, unless you downloaded them.`, action: "Delete it" };
-  if (!(await confirmLoss(question))) return;
+  const text = `${sweep.title} and its ${count(sweep.done, "run")} are lost for good, unless you downloaded them.`;
+  if (!(await confirmLoss({ title: "Delete this sweep?", text, action: "Delete it" }))) return;
   if ((await attempt(() => sweeps.remove(sweep.id).then(() => true))) === true) location.assign("/");
 }
 
@@ -94,7 +95,11 @@ function downloadMenu(store) {
     if (event.newState !== "open") return;
     const { right, bottom } = button.getBoundingClientRect();
     Object.assign(menu.style, { left: `${Math.max(8, right - 240)}px`, top: `${bottom + 4}px`, width: "240px" });
-    fill(menu, h("ul", { class: "menu-list" }, FORMATS.map(([format, words]) => h("li", {}, h("a", { class: "button quiet grow", href: sweeps.downloadAddress(store.known.id, format), download: "", on: { click: () => menu.hidePopover() } }, words)))));
+    const links = FORMATS.map(([format, words]) => {
+      const href = sweeps.downloadAddress(store.known.id, format);
+      return h("a", { class: "button quiet grow", href, download: "", on: { click: () => menu.hidePopover() } }, words);
+    });
+    fill(menu, h("ul", { class: "menu-list" }, links.map((link) => h("li", {}, link))));
   });
   return [button, menu];
 }

@@ -34,7 +34,8 @@ export function parameterSelect(label, declarations, chosen, choose) {
   /** @type {Map<string, Declaration[]>} */
   const groups = new Map();
   for (const declaration of declarations) groups.set(declaration.group, [...(groups.get(declaration.group) ?? []), declaration]);
-  const option = (/** @type {Declaration} */ { name, title, unit }) => h("option", { value: name, selected: name === chosen }, unit ? `${title}, ${unit}` : title);
+  const option = (/** @type {Declaration} */ { name, title, unit }) =>
+    h("option", { value: name, selected: name === chosen }, unit ? `${title}, ${unit}` : title);
   const list = h(
     "select",
     { "aria-label": label },
@@ -53,18 +54,18 @@ export function parameterSelect(label, declarations, chosen, choose) {
  * @returns {{element: HTMLElement, read: () => Value|null}}
  */
 export function valueInput(declaration, value, changed) {
-  const { kind, minimum, maximum, step, unit, choices } = declaration;
+  const { kind, title, minimum: min, maximum: max, step, unit, choices } = declaration;
   const given = String(value ?? declaration.default);
   if (kind === "choice" || kind === "boolean") {
-    const options = kind === "choice" ? choices : ["true", "false"];
-    const input = h("select", { "aria-label": declaration.title, on: { change: changed } }, options.map((option) => h("option", { value: option, selected: option === given }, option)));
+    const options = (kind === "choice" ? choices : ["true", "false"]).map((option) => h("option", { value: option, selected: option === given }, option));
+    const input = h("select", { "aria-label": title, on: { change: changed } }, options);
     return { element: input, read: () => (kind === "boolean" ? input.value === "true" : input.value) };
   }
   if (kind === "colour") {
-    const input = h("input", { type: "text", value: given, "aria-label": declaration.title, on: { input: changed } });
+    const input = h("input", { type: "text", value: given, "aria-label": title, on: { input: changed } });
     return { element: input, read: () => input.value.trim() };
   }
-  const input = h("input", { type: "number", value: given, min: minimum, max: maximum, step: step ?? "any", "aria-label": declaration.title, on: { input: changed } });
+  const input = h("input", { type: "number", value: given, min, max, step: step ?? "any", "aria-label": title, on: { input: changed } });
   const element = h("span", { class: "axis-values" }, input, unit, h("span", { class: "hint" }, bounds(declaration)));
   return { element, read: () => numberOf(input) };
 }
@@ -121,7 +122,8 @@ export function showError(form, error) {
   for (let length = parts.length; length > 0; length -= 1) {
     const place = form.querySelector(`[data-field="${CSS.escape(parts.slice(0, length).join("."))}"]`);
     if (place === null) continue;
-    const words = place.querySelector(".wrong") ?? place.closest("[data-field]:has(.wrong)")?.querySelector(".wrong") ?? place.parentElement?.closest(":has(.wrong)")?.querySelector(".wrong");
+    const around = place.querySelector(".wrong") ? place : place.closest("[data-field]:has(.wrong)") ?? place.parentElement?.closest(":has(.wrong)");
+    const words = around?.querySelector(".wrong");
     if (!words) continue;
     words.toggleAttribute("hidden", false);
     fill(words, sentence(error));

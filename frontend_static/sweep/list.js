@@ -3,13 +3,15 @@
 import { confirmLoss } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { moment } from "../shared/format.js";
-import { icon } from "../shared/icons.js";
+import { iconButton } from "../shared/icons.js";
 import { sweeps } from "./api.js";
 import { attempt } from "../shared/toast.js";
 
 /** @import { SweepPublic } from "../shared/messages.js" */
 
 const SHOWN = 8;
+const EMPTY =
+  "A sweep runs an experiment over a grid of conditions and draws a map of where each method succeeds. None has been started yet.";
 const STATES = { running: "running", stopped: "stopped, can be resumed", done: "complete" };
 
 /**
@@ -22,13 +24,14 @@ const STATES = { running: "running", stopped: "stopped, can be resumed", done: "
 export async function sweepList(root, most = SHOWN) {
   const found = await sweeps.list();
   const again = () => attempt(() => sweepList(root, most));
+  const all = () => attempt(() => sweepList(root, found.length));
   fill(
     root,
     h("header", { class: "section-head" }, h("h2", {}, "Sweeps"), h("a", { class: "button", href: "/sweep/new" }, "New sweep")),
     found.length === 0
-      ? h("p", { class: "empty" }, "A sweep runs an experiment over a grid of conditions and draws a map of where each method succeeds. None has been started yet.")
+      ? h("p", { class: "empty" }, EMPTY)
       : h("ul", { class: "rows" }, found.slice(0, most).map((sweep) => row(sweep, again))),
-    found.length > most && h("button", { type: "button", class: "quiet", on: { click: () => attempt(() => sweepList(root, found.length)) } }, `Show all ${found.length}`),
+    found.length > most && h("button", { type: "button", class: "quiet", on: { click: all } }, `Show all ${found.length}`),
   );
 }
 
@@ -52,7 +55,7 @@ function row(sweep, again) {
       { class: "row-actions" },
       sweep.state === "running" && h("progress", { class: "row-meter", max: 1, value: sweep.done / sweep.runs, "aria-label": `${sweep.title}, runs done` }),
       h("a", { class: "button", href: sweep.page }, "Open"),
-      h("button", { type: "button", class: "quiet icon-only", title: `Delete ${sweep.title}`, "aria-label": `Delete ${sweep.title}`, on: { click: () => remove(sweep, again) } }, icon("trash")),
+      iconButton("trash", `Delete ${sweep.title}`, () => remove(sweep, again)),
     ),
   );
 }
@@ -62,6 +65,6 @@ function row(sweep, again) {
  * @param {() => Promise<void>} again
  */
 async function remove(sweep, again) {
-  const question = { title: "Delete this sweep?", text: `${sweep.title} and everything computed of it are lost for good, unless you downloaded them.`, action: "Delete it" };
-  if (await confirmLoss(question)) await attempt(() => sweeps.remove(sweep.id).then(again));
+  const text = `${sweep.title} and everything computed of it are lost for good, unless you downloaded them.`;
+  if (await confirmLoss({ title: "Delete this sweep?", text, action: "Delete it" })) await attempt(() => sweeps.remove(sweep.id).then(again));
 }

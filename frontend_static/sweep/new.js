@@ -18,7 +18,8 @@ part("tools").append(themeButton());
 begin();
 
 async function begin() {
-  const there = later(() => fill(root, h("div", { class: "plan-part" }, h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" }))), SKELETON_AFTER_MS);
+  const bones = h("div", { class: "plan-part" }, h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" }));
+  const there = later(() => fill(root, bones), SKELETON_AFTER_MS);
   try {
     const experiments = await api.experiments();
     const given = planOfAddress();

@@ -157,8 +157,25 @@ export class PlanForm {
         this.#adder("add-axis", "Add an axis", () => this.#addAxis({ name: this.#unused(NUMBERS) })),
         h("p", { class: "hint" }, "Axes multiply. A map shows two of them; further ones are pooled, and you can choose which."),
       ),
-      h("section", { class: "plan-part", data: { field: "trackers" } }, h("h2", {}, "Methods"), h("div", { class: "methods" }, this.#methods.map(({ label }) => label)), wrong(), h("p", { class: "hint" }, "All methods meet the same scenes and seeds.")),
-      h("section", { class: "plan-part" }, h("h2", {}, "Runs"), h("div", { class: "plan-fields" }, Object.entries(this.#amounts).map(([name, one]) => field(name, one.title, one.input)), h("div", { class: "grow" }, field("title", "Title, if you like", this.#title)))),
+      h(
+        "section",
+        { class: "plan-part", data: { field: "trackers" } },
+        h("h2", {}, "Methods"),
+        h("div", { class: "methods" }, this.#methods.map(({ label }) => label)),
+        wrong(),
+        h("p", { class: "hint" }, "All methods meet the same scenes and seeds."),
+      ),
+      h(
+        "section",
+        { class: "plan-part" },
+        h("h2", {}, "Runs"),
+        h(
+          "div",
+          { class: "plan-fields" },
+          Object.entries(this.#amounts).map(([name, one]) => field(name, one.title, one.input)),
+          h("div", { class: "grow" }, field("title", "Title, if you like", this.#title)),
+        ),
+      ),
       h(
         "section",
         { class: "plan-part", data: { field: "parameters" } },

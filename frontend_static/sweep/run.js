@@ -7,7 +7,16 @@ import { sweeps } from "./api.js";
 const [, sweep, , run] = location.pathname.split("/").filter(Boolean).map(decodeURIComponent);
 const root = part("wait");
 
-fill(root, h("div", { class: "notice", role: "status" }, h("h2", {}, `Opening run ${run}`), h("p", {}, "It is computed up to ten frames before it lost the target."), h("div", { class: "bone shimmer" })));
+fill(
+  root,
+  h(
+    "div",
+    { class: "notice", role: "status" },
+    h("h2", {}, `Opening run ${run}`),
+    h("p", {}, "It is computed up to ten frames before it lost the target."),
+    h("div", { class: "bone shimmer" }),
+  ),
+);
 try {
   const session = await sweeps.open(sweep, run, new URLSearchParams(location.search).get("tracker"));
   location.replace(session.page);

@@ -15,6 +15,7 @@ import { short } from "./look.js";
 const PAGE = 50;
 const ALL = "";
 const SKELETON_AFTER_MS = 200;
+const NEW_TAB = { target: "_blank", rel: "noreferrer" };
 
 export class RunList {
   #root;
@@ -139,8 +140,7 @@ function summary({ state, judged }, total, failures) {
  */
 function item(store, row) {
   const { known: sweep } = store;
-  const kept = row.success ? "kept" : "lost";
-  const verdict = row.problem !== null ? "not possible" : row.success === null ? "" : kept;
+  const verdict = verdictOf(row);
   const open = row.problem === null;
   const title = [h("span", { class: "run-method" }, store.titleOf(row.tracker)), h("span", {}, `trial ${row.trial}`)];
   return h(
@@ -149,13 +149,20 @@ function item(store, row) {
     h(
       "div",
       { class: "run-line" },
-      open ? h("a", { class: "run-title", href: runPage(sweep.id, row.run), target: "_blank", rel: "noreferrer" }, title) : h("span", { class: "run-title" }, title),
+      open ? h("a", { class: "run-title", href: runPage(sweep.id, row.run), ...NEW_TAB }, title) : h("span", { class: "run-title" }, title),
       h("span", { class: `run-verdict ${verdict}` }, verdict),
     ),
     h("p", { class: "hint" }, row.problem ?? facts(sweep, row)),
     h("p", { class: "hint" }, [...pooled(store, row), `seed ${row.seed}`].join(", ")),
     open && sweep.trackers.length > 1 && others(store, row),
   );
+}
+
+/** @param {RowPublic} row */
+function verdictOf({ problem, success }) {
+  if (problem !== null) return "not possible";
+  if (success === null) return "";
+  return success ? "kept" : "lost";
 }
 
 /**
@@ -182,9 +189,10 @@ function others(store, row) {
     "p",
     { class: "run-others" },
     h("span", { class: "hint" }, "Same seed"),
-    methods.map(({ id }) =>
-      h("a", { class: "chip-link", title: `The same seed with ${store.titleOf(id)}`, href: runPage(sweep.id, row.run, id), target: "_blank", rel: "noreferrer" }, store.shortOf(id)),
-    ),
+    methods.map(({ id }) => {
+      const title = `The same seed with ${store.titleOf(id)}`;
+      return h("a", { class: "chip-link", title, href: runPage(sweep.id, row.run, id), ...NEW_TAB }, store.shortOf(id));
+    }),
   );
 }
 

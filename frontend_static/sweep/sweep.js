@@ -3,6 +3,7 @@
 import { messageOf, statusOf } from "../shared/api.js";
 import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
+import { notice } from "../shared/notice.js";
 import { Stream } from "../shared/stream.js";
 import { themeButton } from "../shared/theme.js";
 import { sweepStream, sweeps } from "./api.js";
@@ -84,16 +85,16 @@ function listen() {
  * @param {string} message
  */
 function fail(title, message) {
-  document.querySelector("main")?.replaceWith(
-    h("main", { class: "sweep-wait" }, h("div", { class: "notice", role: "alert" }, h("h2", {}, title), h("p", {}, message), h("a", { class: "button primary", href: "/" }, "Back to the gallery"))),
-  );
+  const words = notice(title, message, { label: "Back to the gallery", href: "/" });
+  document.querySelector("main")?.replaceWith(h("main", { class: "sweep-wait" }, words));
 }
 
 /** What holds for all runs. */
 function facts() {
   const { known: sweep } = store;
   const fixed = sweep.fixed.map(({ title, values: [value], ...declaration }) => `${title.toLowerCase()} ${parameterValue(value, declaration)}`);
-  const pooled = sweep.axes.filter(({ name }) => ![store.view.x, store.view.y].includes(name)).map(({ title, values }) => `${values.length} values of ${title.toLowerCase()}`);
+  const unseen = sweep.axes.filter(({ name }) => name !== store.view.x && name !== store.view.y);
+  const pooled = unseen.map(({ title, values }) => `${values.length} values of ${title.toLowerCase()}`);
   const words = [`${sweep.trials} ${sweep.trials === 1 ? "trial" : "trials"} of ${sweep.frames} frames`, `seed ${sweep.seed}`, ...fixed];
   if (pooled.length > 0) words.push(`pooled over ${pooled.join(" and ")}`);
   setText(part("facts"), `${words.join(", ")}. All methods meet the same seeds. Intervals are Wilson's, 95\u00a0%.`);

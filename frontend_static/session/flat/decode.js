@@ -127,13 +127,13 @@ function array({ type, at, shape }, message, base) {
 /**
  * @param {ArrayBuffer} message
  * @param {DataView} view
- * @param {number} at Where they begin.
+ * @param {number} start Where they begin.
  * @returns {Map<number, Uint8Array>}
  */
-function files(message, view, at) {
+function files(message, view, start) {
   /** @type {Map<number, Uint8Array>} */
   const found = new Map();
-  while (at < message.byteLength) {
+  for (let at = start; at < message.byteLength; ) {
     const length = view.getUint32(at + 4, true);
     found.set(view.getUint32(at, true), new Uint8Array(message, at + RECORD_BYTES, length));
     at += RECORD_BYTES + Math.ceil(length / ALIGNMENT) * ALIGNMENT;

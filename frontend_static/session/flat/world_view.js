@@ -90,7 +90,8 @@ export class WorldView {
    * @returns {HTMLButtonElement}
    */
   #button(viewpoint) {
-    return h("button", { type: "button", "aria-pressed": "false", data: { viewpoint: viewpoint.name }, on: { click: () => this.#look(viewpoint) } }, viewpoint.title);
+    const { name, title } = viewpoint;
+    return h("button", { type: "button", "aria-pressed": "false", data: { viewpoint: name }, on: { click: () => this.#look(viewpoint) } }, title);
   }
 
   /** @param {Viewpoint} viewpoint */

@@ -194,7 +194,8 @@ export class FoundTarget {
     this.#forget();
     this.#hinting(true);
     this.#hintEditor?.offer();
-    fill(this.#status, h("p", { class: "hint" }, this.#hint?.instruction), h("div", { class: "finding-tools" }, this.#tool("Find again", () => this.find({ alone: true }))));
+    const again = this.#tool("Find again", () => this.find({ alone: true }));
+    fill(this.#status, h("p", { class: "hint" }, this.#hint?.instruction), h("div", { class: "finding-tools" }, again));
     this.#hintEditor?.focus();
   }
 

@@ -85,7 +85,8 @@ export class MarkedTarget {
       return;
     }
     this.#editor = markEditor(description, target, this.#on.changed);
-    fill(this.#root, marks.length > 1 && this.#choice(kind), h("p", { class: "hint" }, description.instruction, " ", this.#experiment.advice), this.#editor.element);
+    const words = h("p", { class: "hint" }, description.instruction, " ", this.#experiment.advice);
+    fill(this.#root, marks.length > 1 && this.#choice(kind), words, this.#editor.element);
     this.show(this.#frame);
     this.#editor.offer();
     this.#on.changed();
