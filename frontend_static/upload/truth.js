@@ -56,7 +56,7 @@ export class TruthField {
       const files = [...(picker.files ?? [])];
       if (files.length > 0) this.#give(files);
     });
-    const columns = `With the columns ${this.#experiment.truth_columns.join(", ")}; frames count from 0`;
+    const columns = `With the columns ${this.#experiment.truth_columns.join(", ")}; frames count from\u00a00`;
     const words = refused ? h("p", { class: "wrong", role: "alert", id: WORDS }, refused) : h("p", { class: "hint", id: WORDS }, columns);
     fill(this.#field, h("label", { for: INPUT }, TITLE), picker, words);
     this.#done();

@@ -120,3 +120,28 @@ def test_a_mark_that_was_found_is_shown_to_be_corrected(bare: Any) -> None:
     editing.page.evaluate("editor.set(null)")
     assert editing.mark is None
     assert editing.page.locator(".point:visible").count() == 0
+
+
+def test_one_name_is_shown_at_a_time(bare: Any) -> None:
+    """Names of handles that lie close would cover each other: the one that is pointed at goes before the focus."""
+    bare.add_style_tag(url="/static/upload/upload.css")
+    editing = Editing(bare, OUTLINE)
+    names = editing.page.locator(".point-name:visible")
+    editing.page.locator(".point").first.focus()
+    assert names.all_inner_texts() == ["Corner 0"]
+    editing.page.mouse.move(*editing.at(159.5, 71.7))
+    assert names.all_inner_texts() == ["Corner 1"]
+    editing.page.mouse.move(*editing.at(300, 200))
+    assert names.all_inner_texts() == ["Corner 0"]
+
+
+def test_a_picture_that_cannot_be_shown_is_told_of(bare: Any, complaints: Any) -> None:
+    """It says so in the picture's place, until there is a picture again."""
+    complaints.expected = ("the server responded with a status of 404",)
+    editing = Editing(bare, CIRCLE)
+    missing = editing.page.locator(".picture-missing")
+    editing.page.evaluate("editor.show('/api/v1/uploads/none/frames/0.jpg', 320, 240)")
+    missing.wait_for()
+    assert "loading" not in editing.surface.get_attribute("class")
+    editing.page.evaluate("editor.show('/api/v1/experiments/ball/thumbnail.png?again', 320, 240)")
+    missing.wait_for(state="hidden")

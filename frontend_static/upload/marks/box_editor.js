@@ -3,7 +3,7 @@
  * keyboard (arrows move, shift+arrows resize). The box is in pixels of the picture and never leaves it.
  */
 
-import { h, setText, svg } from "../../shared/dom.js";
+import { fill, h, setText, svg } from "../../shared/dom.js";
 import { Picture, arrow } from "./picture.js";
 
 /** @import { Description, Mark } from "./mark_json.js" */
@@ -163,9 +163,11 @@ export class BoxEditor {
     const shown = this.#box !== null;
     const [x, y, width, height] = this.#box ?? [0, 0, 0, 0];
     for (const element of [this.#rectangle, this.#halo, ...this.#handles]) element.style.display = shown ? "" : "none";
-    const invitation = "Drag a box around the target. By keyboard, arrows move the box and shift+arrows resize it.";
-    setText(this.#words, shown ? `${width} × ${height} px at ${x}, ${y}` : invitation);
-    if (!shown) return;
+    if (!shown) {
+      fill(this.#words, h("span", { class: "by-keyboard" }, "By keyboard, arrows make and move the box, and shift+arrows resize it."));
+      return;
+    }
+    setText(this.#words, `${width} × ${height} px at ${x}, ${y}`);
     for (const element of [this.#rectangle, this.#halo]) place(element, { x, y, width, height });
     const side = 8 * this.#picture.scale;
     this.#handles.forEach((handle, index) => {

@@ -156,11 +156,12 @@ export class FoundTarget {
     this.#hinting(false);
     this.#editor.set(mark, placed);
     const notes = isLater ? [`The first suitable ${this.#experiment.target} from frame ${wanted} on is in frame ${frame}.`, ...remarks] : remarks;
+    const keys = h("span", { class: "by-keyboard" }, ", or Tab to it and use the arrows, with shift for 10 px");
     const hollow = placed.length > 0 && "Hollow points were placed by the model; look at them first. ";
     fill(
       this.#status,
       notes.map((remark) => h("p", { class: "note" }, remark)),
-      h("p", { class: "hint" }, "Drag a point to where it belongs, or Tab to it and use the arrows, with shift for 10 px. ", hollow, this.#experiment.advice),
+      h("p", { class: "hint" }, "Drag a point to where it belongs", keys, ". ", hollow, this.#experiment.advice),
       h("div", { class: "finding-tools" }, this.#tool("Find again", () => this.find({ alone: true })), this.#hintTool(" instead…")),
     );
     this.#on.changed();

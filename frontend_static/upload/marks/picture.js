@@ -9,6 +9,7 @@ import { h, svg } from "../../shared/dom.js";
 
 export class Picture {
   #image = h("img", { alt: "", draggable: "false" });
+  #missing = h("p", { class: "picture-missing", role: "alert", hidden: true }, "The picture of this frame could not be shown.");
   #overlay;
   #wanted = "";
   width = 1;
@@ -21,8 +22,10 @@ export class Picture {
    */
   constructor(properties, marks, resized) {
     this.#overlay = svg("svg", { class: "picture-overlay", preserveAspectRatio: "none", "aria-hidden": "true" }, marks);
-    this.element = h("div", properties, this.#image, this.#overlay);
+    this.element = h("div", properties, this.#image, this.#missing, this.#overlay);
     this.element.classList.add("picture");
+    this.#image.addEventListener("load", () => this.#came(true));
+    this.#image.addEventListener("error", () => this.#came(false));
     new ResizeObserver(resized).observe(this.element);
   }
 
@@ -38,12 +41,21 @@ export class Picture {
    * @param {number} height
    */
   show(address, width, height) {
-    if (address !== this.#wanted) this.#image.src = address;
+    if (address !== this.#wanted) {
+      this.element.classList.add("loading");
+      this.#image.src = address;
+    }
     this.#wanted = address;
     [this.width, this.height] = [width, height];
     [this.#image.width, this.#image.height] = [width, height];
     this.element.style.setProperty("--ratio", String(width / height));
     this.#overlay.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  }
+
+  /** @param {boolean} isShown */
+  #came(isShown) {
+    this.element.classList.remove("loading");
+    this.#missing.hidden = isShown;
   }
 
   /** How many pixels of the picture one of the page is. */
