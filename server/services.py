@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from server.middleware.metrics import Metrics
+from server.runs.imports import Imports
 from server.sessions.manager import Manager
 from server.settings import Settings
 from server.store import Store
@@ -31,6 +32,7 @@ class Services:
     manager: Manager
     sweeps: Sweeps
     tasks: ChildTasks
+    imports: Imports
     metrics: Metrics
     suitabilities: Suitabilities
     probing: ThreadPoolExecutor
@@ -50,12 +52,13 @@ class Services:
         metrics.watch(manager, sweeps)
         tasks = ChildTasks(memory_bytes=TASK_MEMORY_BYTES)
         probing = ThreadPoolExecutor(PROBES_AT_ONCE, "probe")
+        imports = Imports(settings, store, tasks)
         kept = Suitabilities(store, settings, tasks)
-        return cls(settings, store, manager, sweeps, tasks, metrics, kept, probing, threading.Event())
+        return cls(settings, store, manager, sweeps, tasks, imports, metrics, kept, probing, threading.Event())
 
     async def close(self) -> None:
         """Write everything down and let go of it."""
         self.stopping.set()
         self.probing.shutdown(wait=False, cancel_futures=True)
-        await asyncio.gather(self.manager.close(), self.sweeps.close())
+        await asyncio.gather(self.manager.close(), self.sweeps.close(), self.imports.close())
         await asyncio.to_thread(self.store.close)

@@ -308,6 +308,22 @@ export interface Handle {
   at: [number, number];
 }
 
+/** A run that was sent and is being computed, or what came of it. */
+export interface ImportPublic {
+  id: string;
+  /** Of the file that was sent */
+  name: string;
+  state: "computing" | "done" | "failed";
+  /** Frames computed */
+  done: number;
+  /** Frames to compute; 0 until it has begun */
+  total: number;
+  /** The saved run, once there is one */
+  run: string | null;
+  /** Why it failed, if it did */
+  message: string | null;
+}
+
 /** An entry of the legend. */
 export interface Key {
   colour: string;

@@ -8,6 +8,7 @@ from starlette.requests import HTTPConnection
 from pftrack.experiment import Experiment
 from server.errors import NotFoundError, RefusedError
 from server.experiments import asked_for
+from server.runs.imports import Imports
 from server.services import Services
 from server.sessions.manager import Manager
 from server.sessions.session import Session
@@ -28,6 +29,7 @@ __all__ = [
     "AnExperiment",
     "AnUpload",
     "SettingsNow",
+    "TheImports",
     "TheServices",
     "TheTasks",
 ]
@@ -61,11 +63,16 @@ def _tasks(services: TheServices) -> ChildTasks:
     return services.tasks
 
 
+def _imports(services: TheServices) -> Imports:
+    return services.imports
+
+
 SettingsNow = Annotated[Settings, Depends(_settings)]
 AStore = Annotated[Store, Depends(_store)]
 AManager = Annotated[Manager, Depends(_manager)]
 ASweeps = Annotated[Sweeps, Depends(_sweeps)]
 TheTasks = Annotated[ChildTasks, Depends(_tasks)]
+TheImports = Annotated[Imports, Depends(_imports)]
 
 
 def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:

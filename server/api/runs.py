@@ -7,12 +7,14 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from starlette.responses import FileResponse, Response
 
-from server.api.dependencies import AManager, ARun, AStore, SettingsNow, TheTasks
+from server.api.dependencies import AManager, ARun, AStore, SettingsNow, TheImports, TheTasks
 from server.api.uploads import MULTIPART
 from server.errors import NotFoundError
-from server.runs.service import bring_in, check_room, reopen, save
+from server.middleware.system_errors import failure
+from server.runs.imports import Import
+from server.runs.service import check_room, reopen, save
 from server.schemas.messages import SessionPublic
-from server.schemas.runs import RunCreate, RunPublic
+from server.schemas.runs import ImportPublic, RunCreate, RunPublic
 from server.store.files import is_name
 from server.store.tables import RunRow
 from server.uploads.multipart import receive
@@ -22,6 +24,9 @@ __all__ = ["router"]
 router = APIRouter(prefix="/runs", tags=["runs"])
 
 Name = Annotated[str, Path(max_length=64)]
+
+# So long whoever sends a run waits for it; then the answer says how far it is.
+IMPORT_S = 2.0
 
 RECORD = "application/vnd.pftrack.run"
 
@@ -34,13 +39,43 @@ async def save_run(body: RunCreate, manager: AManager, store: AStore, settings: 
     return _shown(await save(store, session, body.title))
 
 
-@router.post("/import", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART)
-async def import_run(request: Request, store: AStore, settings: SettingsNow, tasks: TheTasks) -> RunPublic:
-    """Take in a run that was saved elsewhere."""
+@router.post(
+    "/import",
+    status_code=HTTPStatus.CREATED,
+    openapi_extra=MULTIPART,
+    responses={202: {"model": ImportPublic, "description": "It is still computed; ask how far it is"}},
+)
+async def import_run(
+    request: Request, answer: Response, store: AStore, settings: SettingsNow, imports: TheImports
+) -> RunPublic | ImportPublic:
+    """Take in a run that was saved elsewhere, and compute it; one that takes longer can be followed and cancelled."""
     await asyncio.to_thread(check_room, store, settings)
     folder = store.files.new_incoming()
     received = await receive(request, folder, store.room, most_bytes=settings.max_record_bytes, most_files=1)
-    return _shown(await bring_in(store, tasks, settings, folder, received))
+    begun = imports.begin(folder, received)
+    await asyncio.wait({begun.task}, timeout=IMPORT_S)
+    if begun.task.done():
+        return _shown(await begun.task)
+    answer.status_code = HTTPStatus.ACCEPTED
+    return _job(begun)
+
+
+@router.get("/imports")
+async def list_imports(imports: TheImports) -> list[ImportPublic]:
+    """List the runs that are being taken in, and what came of those of the last minutes, the newest first."""
+    return [_job(each) for each in imports.all]
+
+
+@router.get("/imports/{name}")
+async def show_import(name: Name, imports: TheImports) -> ImportPublic:
+    """Tell how far a run is that is being taken in."""
+    return _job(imports.get(name))
+
+
+@router.delete("/imports/{name}", status_code=HTTPStatus.NO_CONTENT)
+async def cancel_import(name: Name, imports: TheImports) -> None:
+    """Stop taking a run in, or forget what came of it."""
+    await imports.cancel(name)
 
 
 @router.get("")
@@ -85,6 +120,16 @@ async def open_run(run: ARun, store: AStore, manager: AManager, tasks: TheTasks)
     """Go on with a saved run in a new session."""
     session = await manager.create(await reopen(store, tasks, run))
     return session.view()
+
+
+def _job(job: Import) -> ImportPublic:
+    known = {"id": job.id, "name": job.name, "done": job.done, "total": job.total}
+    if not job.task.done():
+        return ImportPublic(**known, state="computing", run=None, message=None)
+    error = asyncio.CancelledError() if job.task.cancelled() else job.task.exception()
+    if error is None:
+        return ImportPublic(**known, state="done", run=job.task.result().id, message=None)
+    return ImportPublic(**known, state="failed", run=None, message=failure(error))
 
 
 def _shown(row: RunRow) -> RunPublic:

@@ -6,9 +6,11 @@ from http import HTTPStatus
 
 from sqlalchemy.exc import DBAPIError
 
+from pftrack.parameters import ParameterError
+from server.errors import ApiError
 from server.store.room import DISK_FULL, is_full
 
-__all__ = ["told"]
+__all__ = ["failure", "told"]
 
 MEANINGS = {
     errno.EFBIG: (
@@ -25,6 +27,15 @@ MEANINGS = {
     ),
     errno.EROFS: (HTTPStatus.INSUFFICIENT_STORAGE, "The server's disk is read-only."),
 }
+
+
+def failure(error: BaseException) -> str:
+    """Return the sentence for something that failed after the request for it was answered."""
+    if isinstance(error, ApiError | ParameterError):
+        return str(error)
+    if isinstance(error, OSError | DBAPIError):
+        return told(error)[1]
+    return "The server made a mistake; it is written down in its log."
 
 
 def told(error: Exception) -> tuple[HTTPStatus, str]:

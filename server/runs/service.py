@@ -2,6 +2,7 @@
 
 import asyncio
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -67,8 +68,23 @@ async def save(store: Store, session: Session, title: str | None) -> RunRow:
     return row
 
 
-async def bring_in(store: Store, tasks: ChildTasks, settings: Settings, folder: Path, received: Received) -> RunRow:
-    """Keep a record that was sent, once it has been read in a confined process.
+async def bring_in(
+    store: Store,
+    tasks: ChildTasks,
+    settings: Settings,
+    folder: Path,
+    received: Received,
+    on_step: Callable[[int, int], None],
+) -> RunRow:
+    """Keep a record that was sent, once its run has been computed in a confined process.
+
+    Args:
+        store: Where to keep it.
+        tasks: Where to compute it.
+        settings: What is allowed.
+        folder: Where it is; it is removed.
+        received: The file.
+        on_step: Called now and then with the frames computed and with all that there are to compute.
 
     Raises:
         RefusedError: It is no record, or one that cannot be opened here.
@@ -78,7 +94,14 @@ async def bring_in(store: Store, tasks: ChildTasks, settings: Settings, folder: 
         # A seed of earlier times is refused with a sentence when the run is computed.
         saved = Record.model_validate(await tasks.run(read_record, path), context=EARLIER)
         video = await asyncio.to_thread(_video, store, settings, saved)
-        found = await tasks.run(weigh_record, path, video, limits_of(settings))
+        found = await tasks.run_long(
+            weigh_record,
+            path,
+            video,
+            limits_of(settings),
+            cpu_seconds=settings.worker_cpu_seconds,
+            on_step=on_step,
+        )
         summary = found["summary"]
         row = RunRow(
             id=new_name(),

@@ -1,9 +1,11 @@
-"""Child tasks: short work that must not run in the web process, each in a process of its own with limits.
+"""Child tasks: work that must not run in the web process, each in a process of its own with limits.
 
-It is a child of the same forkserver as the workers, there in some 20 ms, and ended when it takes too long.
+It is a child of the same forkserver as the workers, there in some 20 ms, and ended when it falls silent. Short work has
+other places than work that may take minutes, so that the one never waits for the other.
 """
 
 import asyncio
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -11,11 +13,11 @@ from server.errors import RefusedError, UnavailableError
 from server.tasks import functions
 from server.worker import forkserver
 from server.worker.pipe import WebEnd, pair
-from server.worker.protocol import Event, Failed, Reply
+from server.worker.protocol import Event, Failed, Reply, Step
 
 __all__ = ["ChildTasks"]
 
-AT_ONCE = 4
+AT_ONCE, LONG_AT_ONCE = 4, 2
 
 
 class ChildTasks:
@@ -24,6 +26,7 @@ class ChildTasks:
     def __init__(self, *, memory_bytes: int) -> None:
         self._memory_bytes = memory_bytes
         self._places = asyncio.Semaphore(AT_ONCE)
+        self._long_places = asyncio.Semaphore(LONG_AT_ONCE)
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function of `server.tasks.functions`.
@@ -33,22 +36,48 @@ class ChildTasks:
             UnavailableError: It took too long.
         """
         async with self._places:
-            event = await self._answer(function, arguments)
-        match event:
-            case Reply(result=result):
-                return result
-            case Failed(message=message):
-                raise RefusedError(message[:1].upper() + message[1:])
-            case _:
-                raise RefusedError("This needs more memory or time than is allowed for it, or cannot be read safely.")
+            return _result(await self._answer(function, arguments, functions.PATIENCE_S, lambda *_: None))
 
-    async def _answer(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Event | None:
-        """Return the first event that the process sends, or None if it dies before."""
+    async def run_long(
+        self,
+        function: Callable[..., Any],
+        *arguments: object,
+        cpu_seconds: float,
+        on_step: Callable[[int, int], None],
+    ) -> Any:  # noqa: ANN401 - whatever the function returns
+        """Return the result of a function that tells how far it is; it takes as long as it takes.
+
+        Args:
+            function: A generator of `server.tasks.functions`.
+            arguments: For it.
+            cpu_seconds: Processor time that it may take.
+            on_step: Called now and then with the steps that are done, and with all that there are.
+
+        Raises:
+            RefusedError: The function refused its arguments, with a sentence, or its process died.
+            UnavailableError: It gave no sign of life for too long.
+        """
+        async with self._long_places:
+            return _result(await self._answer(function, arguments, cpu_seconds, on_step))
+
+    async def _answer(
+        self,
+        function: Callable[..., Any],
+        arguments: tuple[object, ...],
+        cpu_seconds: float,
+        on_step: Callable[[int, int], None],
+    ) -> Event | None:
+        """Return the first event that the process sends besides its steps, or None if it dies before."""
         answer: asyncio.Future[Event | None] = asyncio.get_running_loop().create_future()
         gone = asyncio.Event()
+        heard = time.monotonic()
 
         def settle(event: Event | None) -> None:
-            if not answer.done():
+            nonlocal heard
+            heard = time.monotonic()
+            if isinstance(event, Step):
+                on_step(event.done, event.total)
+            elif not answer.done():
                 answer.set_result(event)
 
         def lost() -> None:
@@ -64,6 +93,7 @@ class ChildTasks:
                 function,
                 arguments,
                 self._memory_bytes,
+                cpu_seconds,
                 name=f"pftrack-{function.__name__}",
             )
         except BaseException:
@@ -71,14 +101,29 @@ class ChildTasks:
             raise
         finally:
             theirs.close()
+        heard = time.monotonic()
         end = await WebEnd.connect(ours, settle, lost)
         try:
-            return await asyncio.wait_for(answer, functions.PATIENCE_S)
-        except TimeoutError:
-            raise UnavailableError(f"This took longer than {functions.PATIENCE_S:g} s and was given up.") from None
+            while not answer.done():
+                await asyncio.wait({answer}, timeout=max(heard + functions.PATIENCE_S - time.monotonic(), 0.0))
+                if not answer.done() and time.monotonic() - heard >= functions.PATIENCE_S:
+                    raise UnavailableError(
+                        f"This gave no sign of life for {functions.PATIENCE_S:g} s and was given up."
+                    )
+            return answer.result()
         finally:
             process.kill()
             end.close()
             await gone.wait()
             await asyncio.to_thread(process.join, functions.PATIENCE_S)
             process.close()
+
+
+def _result(event: Event | None) -> Any:  # noqa: ANN401 - whatever the function returned
+    match event:
+        case Reply(result=result):
+            return result
+        case Failed(message=message):
+            raise RefusedError(message[:1].upper() + message[1:])
+        case _:
+            raise RefusedError("This needs more memory or time than is allowed for it, or cannot be read safely.")

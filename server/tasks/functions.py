@@ -1,13 +1,16 @@
-"""Task functions: work in a confined process, because an uploaded file is involved or because it takes a while."""
+"""Task functions: work in a confined process, because an uploaded file is involved or because it takes a while.
+
+One that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
+"""
 
 import socket
 import sys
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
@@ -28,7 +31,7 @@ from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
 from pftrack.sources.truth import TruthError
 from server.worker.pipe import WorkerEnd
-from server.worker.protocol import Failed, Reply
+from server.worker.protocol import Failed, Reply, Step
 from server.worker.run_tree import check_timeline
 
 __all__ = [
@@ -46,6 +49,7 @@ __all__ = [
 ]
 
 PATIENCE_S = 30.0
+TELL_S = 0.2
 OPEN_FILES = 256
 # So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
 SEARCH_S = 1.5
@@ -53,16 +57,26 @@ THUMBNAIL_FRAMES = 90
 THUMBNAIL_WIDTH_PX = 480
 
 
-def main(end: socket.socket, function: Callable[..., Any], arguments: tuple[object, ...], memory_bytes: int) -> None:
+Steps: TypeAlias = Generator[tuple[int, int], None, dict[str, Any]]
+
+
+def main(
+    end: socket.socket,
+    function: Callable[..., Any],
+    arguments: tuple[object, ...],
+    memory_bytes: int,
+    cpu_seconds: float,
+) -> None:
     """Carry out one task in a confined process and send its result."""
     from server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
 
     assert_preloaded()
     leave_interrupts_to_parent()
-    confine(memory_bytes=memory_bytes, cpu_seconds=PATIENCE_S, open_files=OPEN_FILES)
+    confine(memory_bytes=memory_bytes, cpu_seconds=cpu_seconds, open_files=OPEN_FILES)
     pipe = WorkerEnd(end)
     try:
-        pipe.send(Reply(0, function(*arguments)))
+        result = function(*arguments)
+        pipe.send(Reply(0, _followed(pipe, result) if isinstance(result, Generator) else result))
     except (SourceError, ParameterError, TruthError, record.RecordError, LookupError) as error:
         pipe.send(Failed(str(error)))
     except BrokenPipeError:
@@ -70,6 +84,19 @@ def main(end: socket.socket, function: Callable[..., Any], arguments: tuple[obje
     except Exception:  # noqa: BLE001 - reported as a process that died
         traceback.print_exc()
         sys.exit(1)
+
+
+def _followed(pipe: WorkerEnd, steps: Steps) -> object:
+    """Go through the steps of a task, tell of them now and then, and return its result."""
+    told = time.monotonic()
+    while True:
+        try:
+            done, total = next(steps)
+        except StopIteration as end:
+            return end.value
+        if time.monotonic() - told > TELL_S:
+            pipe.send(Step(done, total))
+            told = time.monotonic()
 
 
 def nothing() -> bool:
@@ -228,8 +255,8 @@ def read_record(path: str) -> dict[str, Any]:
     return _record(path).model_dump(mode="json")
 
 
-def weigh_record(path: str, video: tuple[str, str | None] | None, limits: Limits) -> dict[str, Any]:
-    """Compute the run of a record as far as it was computed, and return what came of it.
+def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> Steps:
+    """Compute the run of a record as far as it was computed, and return what came of it; a step is a frame.
 
     Args:
         path: The record.
@@ -241,8 +268,7 @@ def weigh_record(path: str, video: tuple[str, str | None] | None, limits: Limits
         if video is None:
             name = footage.name or "a recording"
             raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
-        index = FrameIndex.from_json(video[1]) if video[1] else None
-        return open_sequence(Path(video[0]), limits, index=index)
+        return open_sequence(Path(video[0]), limits, index=FrameIndex.from_json(video[1]))
 
     saved = _saved(path)
     found = saved.record
@@ -253,7 +279,9 @@ def weigh_record(path: str, video: tuple[str, str | None] | None, limits: Limits
         raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
     run = record.make(recipe, open_sequence=reopen)
     check_timeline(run.timeline.changes, run.frames)
-    run.seek(min(max(found.computed, 1), run.frames) - 1)
+    last = min(max(found.computed, 1), run.frames) - 1
+    for step in run.seeking(last):
+        yield step.diagnostics.frame + 1, last + 1
     drawing = run.experiment.draw(run.current, run.diagnostics)
     apart = difference(run, saved)
     return {

@@ -37,6 +37,7 @@ __all__ = [
     "Save",
     "SessionInfo",
     "Speed",
+    "Step",
     "Transport",
     "WorkerConfig",
 ]
@@ -273,6 +274,14 @@ class Heartbeat:
 
 
 @dataclass(frozen=True, slots=True)
+class Step:
+    """A task has come so far."""
+
+    done: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
 class Failed:
     """The worker cannot go on; the last event before it ends.
 
@@ -285,4 +294,4 @@ class Failed:
     error: Exception | None = None
 
 
-Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Failed
+Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Step | Failed

@@ -1,0 +1,99 @@
+"""Runs that were saved elsewhere and take long to compute: they tell how far they are, and can be cancelled."""
+
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+
+from pftrack.experiments import find
+from pftrack.runs import record
+from pftrack.runs.run import Change, Run
+from tests.server.host import Server, error_of, wait_for
+
+FRAMES = 20
+
+
+@pytest.fixture(scope="module")
+def heavy(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A saved run of which a frame takes some 0.15 s."""
+    ball = find("ball")
+    change = Change(0, {"sample_count": 100_000})
+    run = Run(ball, ball.simulate(), tracker="upf", frames=60, timeline=(change,))
+    run.seek(FRAMES - 1)
+    path = tmp_path_factory.mktemp("saved") / "heavy.pft"
+    record.save(run, path)
+    return path.read_bytes()
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the server answer before a run is computed, on fast machines, too."""
+    monkeypatch.setattr("server.api.runs.IMPORT_S", 0.1)
+
+
+def send(client: httpx.Client, content: bytes) -> dict[str, Any]:
+    answer = client.post("/api/v1/runs/import", files={"file": ("heavy.pft", content)})
+    assert answer.status_code == 202, answer.text
+    begun: dict[str, Any] = answer.json()
+    return begun
+
+
+def asked(client: httpx.Client, begun: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = client.get(f"/api/v1/runs/imports/{begun['id']}").json()
+    return found
+
+
+def test_it_tells_how_far_it_is(client: httpx.Client, heavy: bytes) -> None:
+    """An import tells how many frames of how many are computed, and is a saved run in the end."""
+    begun = send(client, heavy)
+    assert (begun["state"], begun["name"], begun["run"]) == ("computing", "heavy.pft", None)
+    assert begun in client.get("/api/v1/runs/imports").json() or asked(client, begun)["done"] > begun["done"]
+    seen: set[int] = set()
+
+    def arrived() -> bool:
+        now = asked(client, begun)
+        seen.add(now["done"])
+        assert now["total"] in {0, FRAMES}
+        return bool(now["state"] == "done")
+
+    wait_for(arrived, 60)
+    assert len(seen) > 3
+    run = client.get(f"/api/v1/runs/{asked(client, begun)['run']}").json()
+    assert run["summary"]["reproduced"]
+    assert client.delete(f"/api/v1/runs/imports/{begun['id']}").status_code == 204
+    error_of(client.get(f"/api/v1/runs/imports/{begun['id']}"), 404)
+    client.delete(f"/api/v1/runs/{run['id']}")
+
+
+def test_it_can_be_cancelled(server: Server, client: httpx.Client, heavy: bytes) -> None:
+    """A cancelled import ends its process and leaves nothing."""
+    begun = send(client, heavy)
+    wait_for(lambda: asked(client, begun)["done"] > 0, 30)
+    computing = [each.pid for each in psutil.Process().children(recursive=True)]
+    assert client.delete(f"/api/v1/runs/imports/{begun['id']}").status_code == 204
+    wait_for(lambda: sum(psutil.pid_exists(pid) for pid in computing) < len(computing))
+    files: Any = server.app.state.services.store.files
+    wait_for(lambda: not list(Path(files.incoming).iterdir()))
+    assert client.get("/api/v1/runs").json() == []
+    assert begun["id"] not in [each["id"] for each in client.get("/api/v1/runs/imports").json()]
+    error_of(client.delete(f"/api/v1/runs/imports/{begun['id']}"), 404)
+
+
+def test_short_work_does_not_wait_for_it(client: httpx.Client, heavy: bytes) -> None:
+    """While many runs are brought in the server is ready, and the rest waits for its turn."""
+    begun = [send(client, heavy) for _ in range(6)]
+    assert client.get("/readyz", timeout=20).status_code == 200
+    states = [asked(client, each) for each in begun]
+    assert sum(each["total"] == 0 for each in states) >= 3
+    for each in begun:
+        client.delete(f"/api/v1/runs/imports/{each['id']}")
+
+
+def test_why_it_failed_can_be_asked(client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is no run is refused at once; whoever did not wait can ask why."""
+    monkeypatch.setattr("server.api.runs.IMPORT_S", 0.0)
+    begun = send(client, b"no run")
+    wait_for(lambda: asked(client, begun)["state"] == "failed")
+    assert "is no saved run" in asked(client, begun)["message"]
