@@ -110,3 +110,15 @@ def test_a_position_is_believed_as_far_as_the_tracker_is_sure() -> None:
     expected = np.array([150.0, 110.0]) + gain * (seen - [150.0, 110.0])
     assert 100 * after.mean[:2] + np.array(SIZE) / 2 == pytest.approx(expected, abs=0.01)
     assert (100 * after.standard_deviations[:2]) ** 2 == pytest.approx(predicted * (1 - gain), rel=1e-3)
+
+
+def test_what_is_counted_is_the_oldest_triple() -> None:
+    """Of exact positions the statistics are those of the three that have been smoothed the longest."""
+    learner = online_em.begin(INITIAL, swing(0), 0.0, SIZE)
+    for t in range(1, online_em.LAG + 1):
+        learner = online_em.learn(learner, INITIAL, swing(t), np.zeros(2), SETTINGS)
+    oldest, middle, newest = ((swing(t) - np.array(SIZE) / 2) / 100 for t in (0, 1, 2))
+    regressor = np.concatenate([middle, oldest, [1.0]])
+    assert learner.triples == 1
+    assert learner.regressors == pytest.approx(np.outer(regressor, regressor), abs=1e-4)
+    assert learner.products == pytest.approx(np.outer(newest, regressor), abs=1e-4)

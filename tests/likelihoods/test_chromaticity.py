@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.stats import median_abs_deviation
 
 from pftrack.likelihoods import chromaticity
 from pftrack.likelihoods.chromaticity import ColourModel
@@ -74,3 +75,14 @@ def test_fit_refuses_what_it_cannot_see() -> None:
     for box in ((100, 100, 5, 5), (0, 0, 4, 4)):
         with pytest.raises(ValueError, match="at least one pixel"):
             chromaticity.fit(np.zeros((20, 20, 3), dtype=np.uint8), box)
+
+
+def test_the_spread_is_that_of_a_gaussian_with_this_median_deviation() -> None:
+    """It is the median absolute deviation, scaled as for a Gaussian."""
+    rng = np.random.default_rng(8)
+    image = np.clip(rng.normal([150, 60, 60], [25, 12, 12], (60, 80, 3)), 1, 255).astype(np.uint8)
+    box = (0.0, 0.0, 80.0, 60.0)
+    pixels = chromaticity._pixels(image, box)
+    shares = pixels[:, :2] / pixels.sum(axis=1, keepdims=True)
+    expected = median_abs_deviation(shares, axis=0, scale="normal")
+    assert chromaticity.fit(image, box).spread == pytest.approx(expected, rel=1e-4)

@@ -103,6 +103,18 @@ def test_a_learned_model_has_the_process_noise_that_is_set() -> None:
 
 
 @pytest.mark.parametrize("tracker", TRACKERS)
+def test_every_tracker_predicts_by_what_was_learned(tracker: str) -> None:
+    """In a picture that says nothing the estimate is the learned model's prediction, not that of the first one."""
+    given = parameters(learn_dynamics=True, sample_count=2000)
+    state = stepped(tracker, begun(given), 1, given)
+    assert state.learner is not None
+    jump = np.hstack([np.eye(2), np.zeros((2, 2)), np.array([[0.15], [-0.1]])])
+    taught = replace(state, learner=replace(state.learner, theta=jump))
+    after = stepped(tracker, taught, 2, given, radius=0.0)
+    assert after.estimate - state.estimate == pytest.approx([15.0, -10.0], abs=0.5)
+
+
+@pytest.mark.parametrize("tracker", TRACKERS)
 def test_what_is_learned_is_the_estimate(tracker: str) -> None:
     """After a step the learner is the one of the frame before with this frame's estimate and deviation taken in."""
     given = parameters(learn_dynamics=True, warm_up_frames=2, forgetting=0.9, learning_ridge=1e-3)

@@ -196,7 +196,9 @@ def test_what_is_reported_is_what_the_belief_has(method: pose.Method) -> None:
         own, upper = found["samples"]  # type: ignore[misc] # two numbers
         assert own + upper == found["particles"]
         assert upper == sum(round(60 * float(ratio)) for ratio in ratios or ())  # type: ignore[union-attr]
-        assert found["unique_ancestors"] <= found["particles"]  # type: ignore[operator]
+        survivors = state.belief.layers.features.survivors  # type: ignore[union-attr] # these have layers
+        assert found["unique_ancestors"] == sum(len(set(each.tolist())) for each in survivors)
+        assert found["unique_ancestors"] < found["particles"]  # type: ignore[operator]
     shares = {"alpha-1": 1.0, "alpha-0": 0.0}
     if method in shares:
         assert set(found["alpha"]) == {shares[method]}  # type: ignore[arg-type] # a vector
@@ -206,6 +208,9 @@ def test_a_switch_is_a_feature_that_trusts_another_prediction() -> None:
     """From alpha 1 to alpha 0 all features change; from one frame to the next of either none does."""
     values = parameters()
     ones, zeros = begun("alpha-1", values), begun("alpha-0", values)
+    even = begun("pf-asd", values).belief.follows_solid
+    assert even is not None
+    assert not even.any()  # at one half neither is trusted more
     assert pose.switched(ones.belief, zeros.belief)
     assert not pose.switched(ones.belief, stepped(ones, "alpha-1", values, 1).belief)
     assert not pose.switched(zeros.belief, stepped(zeros, "alpha-0", values, 1).belief)

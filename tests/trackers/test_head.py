@@ -92,6 +92,14 @@ def test_uncertainty_grows_to_a_bound() -> None:
     assert np.array_equal(belief.mean, np.ones(3))
 
 
+def test_the_bound_of_uncertainty_is_sixty_degrees() -> None:
+    """A belief that is a little surer than that stays what it is, with a frame's noise more."""
+    nearly = Gaussian(np.zeros(3), np.deg2rad(59.5) ** 2 * np.eye(3))
+    wider = widened(nearly, np.deg2rad(5.0))
+    assert np.rad2deg(wider.standard_deviations) == pytest.approx([np.hypot(59.5, 5.0)] * 3)
+    assert np.rad2deg(widened(wider, np.deg2rad(12.0)).standard_deviations) == pytest.approx([60.0] * 3)
+
+
 @pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])
 @pytest.mark.parametrize(
     ("name", "value"),

@@ -8,6 +8,8 @@ import pytest
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model
 from pftrack.geometry.rotation import rotation
+from pftrack.likelihoods import template
+from pftrack.parameters import revise
 from pftrack.random import Purpose, Stream
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import FirstSight, Form, around, eye_distance
@@ -85,6 +87,25 @@ def test_light_does_not_matter(method: Method) -> None:
         assert other.recognised.tolist() == one.recognised.tolist()
 
 
+def test_what_is_reported_is_of_this_frame() -> None:
+    """Correlations are those at the positions that are estimated now, and doubt is about these positions."""
+    # Few particles that are weighed but a little, so that features lie beside their places.
+    loose = {"sample_count": 10, "feature_noise_px": 12.0, "correlation_spread": 1.0, "recognised_correlation": 0.0}
+    given = parameters(largest_misfit=2.0, least_recognised=1, **loose)
+    state = begun("alpha-0", given)
+    for index in range(1, 4):
+        state = stepped(state, "alpha-0", given, index, grey(3 * index, 0))
+    after = stepped(state, "alpha-0", given, 4, grey(12, 0))
+    templates = memory(state).templates(np.zeros(3), by_pose=False)
+    there = template.correlations(grey(12, 0), after.feature_means[:, None], templates)[:, 0]
+    assert memory(after).correlations == pytest.approx(there, abs=1e-12)
+    misfit = memory(after).misfit(after.seen(after.solid.points_mm), after.feature_means)
+    assert 0.02 < misfit < 2.0
+    for limit, doubtful in ((misfit * (1 - 1e-9), 1), (misfit * (1 + 1e-9), 0)):
+        judged = stepped(state, "alpha-0", revise(given, {"largest_misfit": limit}), 4, grey(12, 0))
+        assert memory(judged).doubtful_frames == doubtful
+
+
 def test_covered_features_are_not_recognised() -> None:
     """What lies under something flat correlates with nothing; the rest of the face is followed all the same."""
     # Without some weight of hidden features they would cling to what looks like them by chance.
@@ -158,12 +179,12 @@ def test_templates_are_renewed_only_while_nothing_is_doubtful() -> None:
 
 
 def test_a_bank_learns_only_from_what_correlates() -> None:
-    """A set of another pose is gathered where the features correlate, and not where they do not."""
+    """A set of another pose is gathered where the features correlate by their mean, and not where they do not."""
     given = parameters(templates_by_pose=True)
     state = begun("pf-asd", given)
     turned = replace(state, pose=replace(state.pose, mean=np.array([0.0, 0.25, 0.0])))
-    for correlation, gathered in ((0.9, 2), (0.5, 1)):
-        known = replace(memory(turned), correlations=np.full(11, correlation))
+    for most, one, gathered in ((0.9, 0.9, 2), (0.5, 0.5, 1), (0.5, 0.95, 1), (0.65, 0.1, 2)):
+        known = replace(memory(turned), correlations=np.array([one] + [most] * 10))
         templates = known.templates(turned.pose.mean, by_pose=True)
         learned = head._learned(known, grey(), turned, templates, given)
         assert len(learned.bank.sets) == gathered

@@ -210,3 +210,18 @@ def test_the_place_is_that_of_this_frame() -> None:
         points = pinhole(VERTICES_MM + place, given.focal_length_px) + PRINCIPAL_PX
         state = prism.step("pf-asd", state, frame_of(points, frame, 0.5), given, rng(frame))
     assert state.translation_mm[:2] == pytest.approx([20.0, 0.0], abs=0.8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_camera_may_change_in_mid_run(method: Method) -> None:
+    """From the affine camera to the pinhole and back the pose goes on, and the pinhole knows the place at once."""
+    given = parameters(sample_count=200)
+    state = begun(method, given)
+    for frame in range(1, 13):
+        upper = "perspective" if 5 <= frame <= 8 else "affine"
+        now = revise(given, {"upper_layer": upper})
+        state = prism.step(method, state, frame_of(posed((0, 0.01 * frame, 0), given), frame), now, rng(frame))
+        if method != "rb-pf":
+            assert (state.belief.place_mm is not None) == (upper == "perspective")
+        assert state.translation_mm == pytest.approx([0, 0, 80], abs=3)
+    assert state.estimate == pytest.approx([0, 0.12, 0], abs=0.08)
