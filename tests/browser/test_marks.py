@@ -143,5 +143,5 @@ def test_a_picture_that_cannot_be_shown_is_told_of(bare: Any, complaints: Any) -
     editing.page.evaluate("editor.show('/api/v1/uploads/none/frames/0.jpg', 320, 240)")
     missing.wait_for()
     assert "loading" not in editing.surface.get_attribute("class")
-    editing.page.evaluate("editor.show('/api/v1/experiments/ball/thumbnail.png?again', 320, 240)")
+    editing.page.evaluate("editor.show('/static/shared/icon.svg', 320, 240)")
     missing.wait_for(state="hidden")
