@@ -4,12 +4,11 @@ import { api, messageOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { VIRIDIS } from "../shared/palette.js";
 
-/**
- * @typedef {import("../shared/messages.js").ExperimentPublic} ExperimentPublic
- * @typedef {import("../shared/messages.js").SuitabilityPublic} SuitabilityPublic
- * @typedef {import("../shared/messages.js").UploadPublic} UploadPublic
- * @typedef {{mark?: Record<string, any>, start: number}} Footage
- */
+/** @import { Child } from "../shared/elements.js" */
+/** @import { ExperimentPublic, SuitabilityPublic, UploadPublic } from "../shared/messages.js" */
+/** @import { Mark } from "./marks/mark_json.js" */
+
+/** @typedef {{mark?: Mark, start: number}} Footage What is said of the target, and from which frame on. */
 
 /** So long a mark must stand still before it is looked at: while a box is dragged, it changes with every movement. */
 const STILL_MS = 250;
@@ -20,7 +19,7 @@ export class Suitability {
   #upload;
   /** @type {ExperimentPublic} */
   #experiment;
-  /** @type {(mark: Record<string, any>) => void} */
+  /** @type {(mark: Mark) => void} */
   #take;
   /** @type {HTMLElement} */
   #root;
@@ -36,7 +35,7 @@ export class Suitability {
    * @param {HTMLElement} root
    * @param {UploadPublic} upload
    * @param {ExperimentPublic} experiment
-   * @param {(mark: Record<string, any>) => void} take Called when a person takes a mark that suits better.
+   * @param {(mark: Mark) => void} take Called when a person takes a mark that suits better.
    */
   constructor(root, upload, experiment, take) {
     [this.#root, this.#upload, this.#experiment, this.#take] = [root, upload, experiment, take];
@@ -77,7 +76,7 @@ export class Suitability {
 
   /**
    * @param {string} asked
-   * @param {Record<string, any>} mark
+   * @param {Mark} mark
    * @param {number} frame
    */
   async #look(asked, mark, frame) {
@@ -127,7 +126,7 @@ export class Suitability {
 
   /**
    * @param {string} grade
-   * @param {import("../shared/elements.js").Child[]} content
+   * @param {...Child} content
    */
   #say(grade, ...content) {
     this.#root.classList.remove("stale");

@@ -3,7 +3,7 @@
 import { h } from "../../shared/dom.js";
 
 /** @import { ControlPublic, Declaration } from "../../shared/messages.js" */
-/** @import { Value } from "./proposals.js" */
+/** @import { Value } from "../../shared/format.js" */
 
 /**
  * @typedef {object} Control

@@ -12,9 +12,9 @@ import { checkbox, choice, makeControl, numberBox } from "./control.js";
 import { Proposals } from "./proposals.js";
 
 /** @import { Layers } from "../flat/layers.js" */
-/** @import { Declaration, SessionPublic } from "../../shared/messages.js" */
+/** @import { Declaration } from "../../shared/messages.js" */
 /** @import { Control } from "./control.js" */
-/** @import { Value } from "./proposals.js" */
+/** @import { Value } from "../../shared/format.js" */
 
 /** Controls that are unfolded at first; a group is unfolded whole or not at all. */
 const OPEN_ROWS = 15;
@@ -56,7 +56,7 @@ export class Panel {
   }
 
   get #session() {
-    return /** @type {SessionPublic} */ (this.#store.session);
+    return this.#store.known;
   }
 
   #build() {
@@ -68,7 +68,7 @@ export class Panel {
     const turnings = new Map(session.controls.map((turning) => [turning.name, turning]));
     /** @type {Map<string, Group["members"]>} */
     const groups = new Map();
-    for (const declaration of /** @type {Declaration[]} */ (session.declarations)) {
+    for (const declaration of session.declarations) {
       const turning = turnings.get(declaration.name);
       if (turning === undefined) continue;
       const control = makeControl(declaration, turning, propose(declaration.name));

@@ -8,7 +8,7 @@ import { later } from "../../shared/timing.js";
 /** The session's word comes by the stream, mostly before the answer to the request, sometimes a little after it. */
 const REST_MS = 300;
 
-/** @typedef {string|number|boolean} Value */
+/** @import { Value } from "../../shared/format.js" */
 
 export class Proposals {
   #send;

@@ -96,7 +96,7 @@ export interface FigureModel {
 }
 
 export interface BokehDocument {
-  config: { notifications: null | object };
+  config: { notifications: unknown };
   add_root(model: FigureModel): void;
   clear(): void;
 }

@@ -7,6 +7,8 @@ import { api, messageOf } from "../../shared/api.js";
 import { fill, h, setText } from "../../shared/dom.js";
 import { descriptionOf, markEditor } from "./mark_editor.js";
 
+/** @import { Mark } from "./mark_json.js" */
+
 /**
  * @typedef {import("../../shared/messages.js").ExperimentPublic} ExperimentPublic
  * @typedef {import("../../shared/messages.js").SightingPublic} SightingPublic
@@ -102,7 +104,7 @@ export class FoundTarget {
   /**
    * Mark the target anew.
    *
-   * @param {Record<string, any>} mark Of the kind that is found.
+   * @param {Mark} mark Of the kind that is found.
    */
   adopt(mark) {
     this.#hinting(false);

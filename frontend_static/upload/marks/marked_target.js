@@ -4,6 +4,8 @@ import { api } from "../../shared/api.js";
 import { fill, h } from "../../shared/dom.js";
 import { markEditor } from "./mark_editor.js";
 
+/** @import { Mark } from "./mark_json.js" */
+
 /**
  * @typedef {import("../../shared/messages.js").ExperimentPublic} ExperimentPublic
  * @typedef {import("../../shared/messages.js").UploadPublic} UploadPublic
@@ -63,10 +65,10 @@ export class MarkedTarget {
   /**
    * Mark the target anew.
    *
-   * @param {Record<string, any>} mark Of a kind that the experiment takes.
+   * @param {Mark} mark Of a kind that the experiment takes.
    */
   adopt(mark) {
-    if (this.#editor?.mark?.kind !== mark.kind) this.#take(mark.kind);
+    if (this.#editor?.mark?.kind !== mark.kind) this.#take(String(mark.kind));
     this.#editor?.set(mark);
     this.#on.changed();
   }
