@@ -15,6 +15,9 @@ import { attempt } from "../shared/toast.js";
 /** @type {Record<SessionPublic["state"], string>} */
 const STATES = { starting: "starting", ready: "paused", playing: "playing", ended: "at the end", suspended: "sleeping", crashed: "stopped, can be restarted" };
 
+/** @param {import("../shared/messages.js").SessionPublic} session */
+const doing = (session) => (session.goal === null ? STATES[session.state] : "computing");
+
 /**
  * List the sessions; nothing at all when there is none.
  *
@@ -36,7 +39,7 @@ export async function sessionList(root) {
           "li",
           { class: "row", data: { session: session.id } },
           h("a", { class: "row-title", href: session.page }, `${session.title} · ${trackerTitle(session, session.tracker)}`),
-          h("span", { class: "hint" }, `seed ${session.recipe.seed}, frame ${session.position} / ${session.frames}, ${STATES[session.state]}`),
+          h("span", { class: "hint" }, `seed ${session.recipe.seed}, frame ${session.position} / ${session.frames}, ${doing(session)}`),
           h(
             "div",
             { class: "row-actions" },

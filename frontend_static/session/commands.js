@@ -45,6 +45,11 @@ export class Commands {
     await attempt(() => api.resume(this.#session.id));
   }
 
+  /** Stay at the frame that a run has come to on its way. */
+  async stop() {
+    await attempt(() => api.transport(this.#session.id, "pause"));
+  }
+
   async save() {
     if (this.#store.session === null) return;
     await attempt(async () => {

@@ -131,8 +131,8 @@ export class Store extends Topics {
         this.#rows(message.branch, message.rows);
         break;
       case "position": {
-        const { branch, frame, computed, playing, speed } = message;
-        Object.assign(session, { position: frame, computed, playing, speed });
+        const { branch, frame, computed, goal, playing, speed } = message;
+        Object.assign(session, { position: frame, computed, goal, playing, speed });
         this.#activate(branch);
         this.tell("position");
         break;

@@ -91,3 +91,18 @@ export function moment(text) {
 export function count(amount, noun) {
   return `${amount.toLocaleString("en-GB")} ${noun}${amount === 1 ? "" : "s"}`;
 }
+
+/**
+ * 75 -> "1 min 15 s".
+ *
+ * @param {number|null} seconds
+ */
+export function duration(seconds) {
+  if (seconds === null) return "–";
+  if (seconds < 9.5) return `${Math.max(1, Math.round(seconds))} s`;
+  if (seconds < 60) return `${Math.round(seconds)} s`;
+  const minutes = Math.floor(Math.round(seconds) / 60);
+  if (minutes < 10) return `${minutes} min ${Math.round(seconds) % 60} s`;
+  if (minutes < 120) return `${minutes} min`;
+  return `${(seconds / 3600).toFixed(1)} h`;
+}

@@ -2,7 +2,7 @@
 
 import { confirmLoss } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
-import { count } from "../shared/format.js";
+import { count, duration } from "../shared/format.js";
 import { icon, iconButton } from "../shared/icons.js";
 import { newSweep, sweeps } from "./api.js";
 import { attempt } from "../shared/toast.js";
@@ -111,19 +111,4 @@ function downloadMenu(store) {
  */
 export function rate(value) {
   return value >= 10 ? `${Math.round(value).toLocaleString("en-GB")} runs/s` : `${value.toFixed(1)} runs/s`;
-}
-
-/**
- * 75 -> "1 min 15 s".
- *
- * @param {number|null} seconds
- */
-export function duration(seconds) {
-  if (seconds === null) return "–";
-  if (seconds < 9.5) return `${Math.max(1, Math.round(seconds))} s`;
-  if (seconds < 60) return `${Math.round(seconds)} s`;
-  const minutes = Math.floor(Math.round(seconds) / 60);
-  if (minutes < 10) return `${minutes} min ${Math.round(seconds) % 60} s`;
-  if (minutes < 120) return `${minutes} min`;
-  return `${(seconds / 3600).toFixed(1)} h`;
 }

@@ -2,11 +2,10 @@
 
 import { ApiError, messageOf, statusOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
-import { bytes, count } from "../shared/format.js";
+import { bytes, count, duration } from "../shared/format.js";
 import { later } from "../shared/timing.js";
 import { toast } from "../shared/toast.js";
 import { sweeps } from "./api.js";
-import { duration } from "./bar.js";
 import { clearErrors, showError } from "./fields.js";
 
 /** @import { EstimatePublic } from "../shared/messages.js" */

@@ -4,8 +4,14 @@ import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
+import { after } from "../shared/timing.js";
+import { attempt } from "../shared/toast.js";
+import { progressWords } from "../shared/progress.js";
 
 /** @import { OnProgress, Transfer } from "../shared/api.js" */
+/** @import { ImportPublic, RunPublic } from "../shared/messages.js" */
+
+const ASK_EVERY_MS = 500;
 
 /**
  * @typedef {object} Listener
@@ -70,7 +76,7 @@ export class DropZone {
   async #take(files) {
     if (files.length === 0) return;
     const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft");
-    if (isRun) await this.#send(files, api.importRun, "Reading the run", this.#on.imported);
+    if (isRun) await this.#send(files, api.importRun, "Computing the run", (answer) => this.#imported(files[0].name, answer));
     else await this.#send(files, api.sendUpload, "Checking every frame", this.#on.uploaded);
   }
 
@@ -102,6 +108,47 @@ export class DropZone {
     } catch (error) {
       if (statusOf(error) === -1) this.#invite();
       else this.#refuse(name, messageOf(error));
+    }
+  }
+
+  /**
+   * Hand on a run that was brought in; where that takes longer, show how far it is first.
+   *
+   * @param {string} name
+   * @param {RunPublic|ImportPublic} answer
+   */
+  async #imported(name, answer) {
+    if (!("state" in answer)) {
+      this.#on.imported(answer);
+      return;
+    }
+    const meter = h("progress", { max: 1, "aria-label": "Frames computed" });
+    const words = h("p", { class: "hint", role: "status" }, "Waiting for its turn");
+    let wanted = true;
+    const stop = () => {
+      wanted = false;
+      this.#invite();
+      attempt(() => api.cancelImport(answer.id));
+    };
+    fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, h("button", { type: "button", on: { click: stop } }, "Cancel"));
+    const begun = performance.now();
+    try {
+      let job = answer;
+      while (wanted && job.state === "computing") {
+        if (job.total > 0) {
+          meter.value = job.done / job.total;
+          setText(words, progressWords(job.done, job.total, (performance.now() - begun) / 1000, job.done));
+        }
+        await after(ASK_EVERY_MS);
+        if (wanted) job = await api.importing(answer.id);
+      }
+      if (!wanted) return;
+      if (job.run === null) throw new Error(job.message ?? "The run could not be brought in");
+      const run = await api.run(job.run);
+      this.#invite();
+      this.#on.imported(run);
+    } catch (error) {
+      if (wanted) this.#refuse(name, messageOf(error));
     }
   }
 

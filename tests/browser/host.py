@@ -21,7 +21,7 @@ class Server:
 
     def __init__(self, data: Path, installed: Path | None = None) -> None:
         """Start it on a folder of data, beside what is installed in another folder."""
-        self._data = data
+        self.data = data
         self._environment = {**(environment(installed) if installed else os.environ), "PYTHONUNBUFFERED": "1"}
         self._port = 0
         self._born: dict[str, set[int]] = {}
@@ -35,7 +35,7 @@ class Server:
 
     def start(self) -> None:
         """Start and wait until the link is printed."""
-        command = [sys.executable, "-m", "pftrack", "serve", "--port", str(self._port), "--data-dir", str(self._data)]
+        command = [sys.executable, "-m", "pftrack", "serve", "--port", str(self._port), "--data-dir", str(self.data)]
         with self.log.open("a") as log:
             self._process = subprocess.Popen(
                 command, stdout=subprocess.PIPE, stderr=log, text=True, env=self._environment

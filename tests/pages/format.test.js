@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { bytes, count, moment, number, parameterValue, quantity, speed } from "../../frontend_static/shared/format.js";
+import { bytes, count, duration, moment, number, parameterValue, quantity, speed } from "../../frontend_static/shared/format.js";
 import { share2, short } from "../../frontend_static/sweep/look.js";
-import { duration } from "../../frontend_static/sweep/bar.js";
+import { progressWords } from "../../frontend_static/shared/progress.js";
 
 describe("numbers as a person reads them", () => {
   it("have the decimals that were asked for, and a dash where there is none", () => {
@@ -59,5 +59,13 @@ describe("times", () => {
 
   it("of a sweep are given in units that fit", () => {
     for (const seconds of [0.4, 12, 75, 3600, 90_000]) assert.match(duration(seconds), /\d.*(s|min|h|d)/);
+  });
+});
+
+describe("how far long work is", () => {
+  it("is told in frames, and in time as soon as a rate is known", () => {
+    assert.equal(progressWords(1200, 4000, 0.5, 100), "Computing frame 1,200 of 4,000");
+    assert.equal(progressWords(1200, 4000, 30, 0), "Computing frame 1,200 of 4,000");
+    assert.equal(progressWords(1200, 4000, 30, 1200), "Computing frame 1,200 of 4,000, about 1 min 10 s left");
   });
 });

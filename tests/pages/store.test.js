@@ -32,6 +32,14 @@ describe("the store of a session", () => {
     assert.throws(() => store.known, /Nothing is known/);
   });
 
+  it("knows where a run is on its way to, until it is there", () => {
+    store.receive(hello({ goal: 40 }));
+    store.receive({ type: "position", branch: "b0", frame: 5, computed: 5, goal: 40, playing: false, speed: 1 });
+    assert.equal(store.known.goal, 40);
+    store.receive({ type: "position", branch: "b0", frame: 40, computed: 40, goal: null, playing: false, speed: 1 });
+    assert.equal(store.known.goal, null);
+  });
+
   it("takes everything over from a greeting", () => {
     store.receive(hello());
     assert.equal(store.connection, "open");

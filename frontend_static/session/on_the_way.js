@@ -1,0 +1,45 @@
+/**
+ * How far a run is that computes many frames on its way somewhere, to where a session was or to a frame that was asked
+ * for, and the button that stops it.
+ */
+
+import { h, setText } from "../shared/dom.js";
+import { progressWords } from "../shared/progress.js";
+import { later } from "../shared/timing.js";
+
+/** What takes no longer than this is over before anybody could read of it. */
+const SHOWN_AFTER_MS = 500;
+
+/**
+ * @param {import("./mount.js").Mounted} view
+ * @returns {HTMLElement} Hidden while the run is not on its way.
+ */
+export function onTheWay({ store, commands, signal }) {
+  const words = h("p", { role: "status" });
+  const meter = h("progress", { max: 1, value: 0, "aria-label": "Frames computed" });
+  const stop = h("button", { type: "button", title: "Stay at the frame that it has come to", on: { click: () => commands.stop() } }, "Stop here");
+  const element = h("div", { class: "on-the-way", hidden: true }, words, meter, stop);
+  /** @type {{goal: number, frame: number, at: number}|null} */
+  let begun = null;
+  let forget = () => {};
+
+  const draw = () => {
+    const { session } = store;
+    const goal = store.connection === "open" && store.isAwake ? (session?.goal ?? null) : null;
+    if (session === null || goal === null) {
+      begun = null;
+      forget();
+      element.hidden = true;
+      return;
+    }
+    if (begun?.goal !== goal) {
+      begun = { goal, frame: session.position, at: performance.now() };
+      forget();
+      forget = later(() => (element.hidden = begun === null), SHOWN_AFTER_MS, signal);
+    }
+    meter.value = goal > 0 ? session.position / goal : 1;
+    setText(words, progressWords(session.position, goal, (performance.now() - begun.at) / 1000, session.position - begun.frame));
+  };
+  store.on(["position", "session", "connection"], draw);
+  return element;
+}

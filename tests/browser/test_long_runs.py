@@ -1,0 +1,70 @@
+"""Runs that take long to compute: the page shows how far they are, and a button stops them."""
+
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pftrack.experiments import find
+from pftrack.runs import record
+from pftrack.runs.run import Change, Run
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+Watch = Callable[..., SessionPage]
+
+HEAVY = {"sample_count": 100_000}
+FAR = 24
+WORDS = re.compile(r"Computing frame \d+ of (\d+)")
+
+
+def test_a_session_that_comes_back(watch: Watch, server: Server) -> None:
+    """A session that was stopped shows how far it is on its way back, and stays where it has come to on request."""
+    shown = watch(tracker="upf", frames=60, parameters=HEAVY)
+    server.seek(shown.id, FAR)
+    shown.stands_at(FAR)
+    server.kill_worker(shown.id)
+    shutil.rmtree(server.data / "states" / shown.id, ignore_errors=True)
+    shown.page.locator(".notice button").click()
+    bar = shown.page.locator(".on-the-way")
+    bar.wait_for()
+    found = WORDS.match(bar.locator("p").inner_text())
+    assert found
+    assert found.group(1) == str(FAR)
+    assert shown.page.locator(".notice").is_hidden()
+    bar.locator("button").click()
+    bar.wait_for(state="hidden")
+    shown.until(lambda: shown.session["goal"] is None, "it has stopped")
+    assert 0 < shown.session["position"] == shown.session["computed"] < FAR
+    shown.stands_at(shown.session["position"])
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A saved run that takes some seconds to compute."""
+    ball = find("ball")
+    run = Run(ball, ball.simulate(), tracker="upf", frames=60, timeline=(Change(0, dict(HEAVY)),))
+    run.seek(FAR)
+    path = tmp_path_factory.mktemp("saved") / "heavy.pft"
+    record.save(run, path)
+    return path
+
+
+def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
+    """A run that is brought in shows how far it is; cancelled, it leaves the place for another file."""
+    page: Any = gallery.page
+    drop = page.locator(".drop")
+    for ends in ("cancelled", "opened"):
+        page.set_input_files("#file-picker", str(saved))
+        page.get_by_text(WORDS).wait_for()
+        assert "heavy.pft" in drop.inner_text()
+        if ends == "cancelled":
+            drop.locator("button").click()
+            page.get_by_text("Drop a video here").wait_for()
+            assert server.get("runs") == []
+    page.wait_for_url("**/session/*")
+    (run,) = server.get("runs")
+    assert run["summary"]["reproduced"]
