@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.particles import ParticleSet, normalise
-from pftrack.resampling import RESAMPLERS, Resampler, adaptive, residual, systematic
+from pftrack.resampling import RESAMPLERS, Resampler, adaptive, residual, systematic, systematic_parents
 
 ALL = pytest.mark.parametrize("resample", RESAMPLERS.values(), ids=RESAMPLERS)
 
@@ -80,3 +80,14 @@ def test_adaptive_waits_until_the_effective_sample_size_falls() -> None:
     assert adaptive(systematic, 0.5)(rng, uneven, 10) is not None
     assert adaptive(systematic, 1.0)(rng, even, 10) is not None
     assert adaptive(systematic, 0.5)(rng, even, 20) is not None
+
+
+@pytest.mark.parametrize("count", [1, 7, 1000])
+@pytest.mark.parametrize("offset", [0.0, 0.5, np.nextafter(1.0, 0.0)])
+def test_offsets_at_both_ends_draw_by_weight(count: int, offset: float) -> None:
+    """At either end of its range the one offset draws each parent floor or ceil of its share."""
+    weights = np.array([0.0, 0.3, 0.0, 0.5, 0.2, 0.0])
+    copies = np.bincount(systematic_parents(weights, offset, count), minlength=6)
+    assert copies.sum() == count
+    assert (copies >= np.floor(count * weights - 1e-9)).all()
+    assert (copies <= np.ceil(count * weights + 1e-9)).all()

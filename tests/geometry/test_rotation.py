@@ -71,3 +71,4 @@ def test_wrapped_angles_are_the_same_angles(angle: float) -> None:
 def test_half_a_turn_is_positive() -> None:
     """Of the two names of half a turn the positive one is used."""
     assert wrapped([np.pi, -np.pi]).tolist() == [np.pi, np.pi]
+    assert wrapped(np.nextafter(np.pi, 4.0)) == np.pi  # which rounding would take a whole turn back

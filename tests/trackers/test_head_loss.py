@@ -173,3 +173,16 @@ def test_a_face_that_has_come_nearer_stays_near(changed: dict[str, Value], monke
     assert found.solid.scale == pytest.approx(1.2 * before.solid.scale)
     run.given = revise(run.given, changed)
     assert head._formed(run.state, run.given).solid.scale == pytest.approx(found.solid.scale, rel=0.05)
+
+
+def test_a_face_that_is_found_twice_is_as_large_as_it_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its size is always that relative to first sight, however often it was lost in between."""
+    face = DetectedFace(similar(1.2, 0.1, (0.0, 0.0)), (0.0, 0.0, 1.0, 1.0), 2)
+    run = Search(parameters(find_again=True, patience_frames=1), monkeypatch, lambda _: face)
+    first = memory(run.step(grey())).sight
+    for _ in range(3):
+        run.step(NOTHING)
+        found = run.step(grey())
+        assert memory(found).enlarged == pytest.approx(1.2)
+        assert memory(found).sight is first
+        assert found.estimate == pytest.approx([0, 0, 0.1])
