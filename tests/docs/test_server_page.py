@@ -1,0 +1,54 @@
+"""The page on the server: its table of variables is that of the settings."""
+
+import re
+from pathlib import Path
+
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from server.settings import MEBIBYTE, Settings
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "server.md"
+BESIDE_SETTINGS = {"PFTRACK_DEBUG"}
+"""Variables that are read by somebody else than the settings."""
+
+
+def shown(name: str, field: FieldInfo) -> str:
+    """A default as a person reads it."""
+    value = field.default
+    if value is PydanticUndefined:
+        return "one a processor"
+    if value is None or value == ():
+        return "none"
+    if name.endswith("_bytes"):
+        return f"{value} ({value // MEBIBYTE:,} MiB)"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def expected() -> list[tuple[str, str, str]]:
+    """The rows of the table: variable, default, meaning."""
+    return [
+        (f"`PFTRACK_{name.upper()}`", shown(name, field), field.description or "")
+        for name, field in Settings.model_fields.items()
+    ]
+
+
+def test_the_table_is_that_of_the_settings() -> None:
+    """Every setting has its row, with its default and its meaning, in the same order, and there is no other row."""
+    rows = re.findall(r"^\| (`PFTRACK_\w+`) \| (.*?) \| (.*?) \|$", PAGE.read_text(), re.MULTILINE)
+    assert [row for row in rows if row[0].strip("`") not in BESIDE_SETTINGS] == expected()
+
+
+def test_every_variable_is_in_the_table() -> None:
+    """No variable that the code names is missing from the page."""
+    code = [
+        path.read_text()
+        for folder in ("pftrack", "server", "docker")
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in {".py", ".yaml"}
+    ]
+    named = set(re.findall(r"\bPFTRACK_[A-Z][A-Z_]*[A-Z]\b", "\n".join(code)))
+    assert named >= BESIDE_SETTINGS
+    missing = {name for name in named if f"| `{name}` |" not in PAGE.read_text()}
+    assert not missing
