@@ -71,7 +71,7 @@ export default [
   },
   {
     files: ["tests/pages/**/*.js"],
-    languageOptions: { globals: { AbortController: "readonly", TextEncoder: "readonly", URL: "readonly", URLSearchParams: "readonly" } },
+    languageOptions: { globals: { AbortController: "readonly", setImmediate: "readonly", TextEncoder: "readonly", URL: "readonly", URLSearchParams: "readonly" } },
     rules: { "prefer-const": "error" },
   },
 ];

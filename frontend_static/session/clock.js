@@ -1,17 +1,22 @@
 /**
- * One clock for several sessions of a page: the first of them leads, and the others go to the frame where it is. Whoever
- * steers any of them steers the first one.
+ * One clock for several sessions of a page: the first of them leads, and the others follow it. Whoever steers any of them
+ * steers the first one.
  */
 
-/** @typedef {{store: import("./store.js").Store, steering: import("./steering.js").Steering}} Member */
+import { Follower } from "./follower.js";
+
+/** @import { Steering } from "./steering.js" */
+/** @import { Store } from "./store.js" */
+
+/** @typedef {{store: Store, steering: Steering}} Member */
 
 export class Clock {
-  /** @type {Member[]} */
+  /** @type {{member: Member, follower: Follower}[]} */
   #members = [];
 
   /** The session that leads, if there is any. */
   get leader() {
-    return this.#members.at(0);
+    return this.#members.at(0)?.member;
   }
 
   /**
@@ -19,28 +24,33 @@ export class Clock {
    * @param {AbortSignal} signal Ends the membership; if it led, the next one leads.
    */
   join(member, signal) {
-    this.#members.push(member);
-    member.store.on(["position", "session", "connection"], () => this.#moved(member));
-    signal.addEventListener("abort", () => {
-      this.#members = this.#members.filter((other) => other !== member);
-      if (this.leader) this.#moved(this.leader);
-    });
+    const joined = { member, follower: new Follower(member.store, member.steering) };
+    this.#members.push(joined);
+    member.store.on(["position", "session", "connection"], () => this.#moved(joined));
+    signal.addEventListener("abort", () => this.#leave(joined));
   }
 
-  /** @param {Member} member */
-  #moved(member) {
-    if (member !== this.leader) {
-      this.#follow(member);
+  /** @param {{member: Member, follower: Follower}} left */
+  #leave(left) {
+    const [first] = this.#members;
+    this.#members = this.#members.filter((other) => other !== left);
+    const [next] = this.#members;
+    if (next === undefined) return;
+    const [before, now] = [left, next].map(({ member }) => member.store.session?.speed);
+    // To follow, it went a little faster or slower.
+    if (left === first && before !== undefined && before !== now) next.member.steering.setSpeed(before);
+    this.#moved(next);
+  }
+
+  /** @param {{member: Member, follower: Follower}} moved */
+  #moved(moved) {
+    const [first, ...others] = this.#members;
+    if (moved !== first) {
+      const lead = first.member.store.session;
+      if (lead !== null) moved.follower.follow(lead);
       return;
     }
     // Each looks where it has to go, and shows again what it has of the leader: whether it plays, and how fast.
-    for (const follower of this.#members.slice(1)) follower.store.touch("position");
-  }
-
-  /** @param {Member} follower */
-  #follow({ store, steering }) {
-    const lead = this.leader?.store.session;
-    if (!lead || store.session === null || store.connection !== "open") return;
-    if (store.session.position !== Math.min(lead.position, store.session.frames - 1)) steering.seek(lead.position);
+    for (const { member } of others) member.store.touch("position");
   }
 }

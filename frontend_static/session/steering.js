@@ -69,6 +69,11 @@ export class Steering {
     }
   }
 
+  /** Play from here; nothing happens at the end. */
+  async play() {
+    if (this.#able && !this.isPlaying && !this.isAtEnd) await this.#send("play");
+  }
+
   async pause() {
     if (this.#able && this.isPlaying) await this.#send("pause");
   }

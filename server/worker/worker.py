@@ -166,6 +166,11 @@ class Worker:
             waits.append(self._told + EARLY * TELL_S - now)
         return min(waits)
 
+    @property
+    def _period(self) -> float:
+        """Time between two frames, s; 0 as fast as possible."""
+        return 1 / (self._tree.run.source.frame_rate_hz * self._speed) if self._speed else 0.0
+
     def _compute(self) -> None:
         """Go on by one frame if one is due."""
         if (way := self._way) is not None:
@@ -174,9 +179,8 @@ class Worker:
         elif self._playing and time.monotonic() >= self._due:
             self._forward()
             if self._speed:
-                period = 1 / (self._tree.run.source.frame_rate_hz * self._speed)
                 # After a stall the clock goes on from now: nobody wants to see the lost time in fast motion.
-                self._due = max(self._due + period, time.monotonic() - period)
+                self._due = max(self._due + self._period, time.monotonic() - self._period)
             if self._tree.ended:
                 self._playing = False
 
@@ -288,7 +292,9 @@ class Worker:
             case Transport(action="seek", frame=frame):
                 self._seek(frame, number)
             case Speed(speed=speed):
-                self._speed, self._due = speed, time.monotonic()
+                # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
+                self._speed = speed
+                self._due = min(self._due, time.monotonic() + self._period)
             case Restart(seed=seed):
                 self._tree.restart(seed)
                 self._anew()

@@ -87,7 +87,14 @@ describe("a clock of several sessions", () => {
   const member = () => {
     const store = new Store();
     const goals = [];
-    return { store, goals, steering: { seek: (frame) => goals.push(frame) }, end: new AbortController() };
+    const asked = [];
+    const steering = {
+      seek: (frame) => goals.push(frame),
+      play: () => asked.push("play"),
+      pause: () => asked.push("pause"),
+      setSpeed: (speed) => asked.push(speed),
+    };
+    return { store, goals, asked, steering, end: new AbortController() };
   };
   const join = (clock, one) => clock.join({ store: one.store, steering: one.steering }, one.end.signal);
   const at = (frame) => ({ type: "position", branch: "b0", frame, head: frame, playing: false, speed: 1 });
@@ -111,6 +118,39 @@ describe("a clock of several sessions", () => {
     first.store.receive(hello({ position: 30 }));
     second.store.receive(hello({ frames: 10, position: 9 }));
     assert.deepEqual(second.goals, []);
+  });
+
+  const playing = (frame, speed = 1) => ({ ...at(frame), playing: true, speed });
+
+  it("has the others play while the first one plays, and asks for no single frame", async () => {
+    const [clock, first, second] = [new Clock(), member(), member()];
+    for (const one of [first, second]) {
+      join(clock, one);
+      one.store.receive(hello({ frame_rate_hz: 30, frames: 500 }));
+    }
+    first.store.receive(playing(1));
+    assert.deepEqual([second.goals, second.asked], [[], ["play"]]);
+    await new Promise(setImmediate);
+    second.store.receive(playing(1));
+    for (let frame = 2; frame < 6; frame += 1) first.store.receive(playing(frame));
+    assert.deepEqual(second.goals, []);
+    await new Promise(setImmediate);
+    first.store.receive(playing(90));
+    assert.deepEqual(second.goals, [90], "what is far away is gone to at once");
+  });
+
+  it("brings the others to the very frame at which the first one stops, at its speed", () => {
+    const [clock, first, second] = [new Clock(), member(), member()];
+    for (const one of [first, second]) {
+      join(clock, one);
+      one.store.receive(hello({ frame_rate_hz: 30, frames: 500 }));
+    }
+    second.store.receive(playing(19, 1.2));
+    second.goals.length = second.asked.length = 0;
+    first.store.receive(at(20));
+    assert.deepEqual(second.goals, [20]);
+    second.store.receive({ ...at(20), speed: 1.2 });
+    assert.deepEqual(second.asked, [1]);
   });
 
   it("goes on with the next one when the first one leaves", () => {
