@@ -1,7 +1,7 @@
 """A session's viewer: one viser server, kept at the newest drawing.
 
-`show` never waits: it leaves the newest drawing for one thread that encodes the picture and changes the scene, as often
-as the browsers can follow. Drawings that were overtaken are never sent.
+`show` never waits: it leaves the newest drawing for one thread that encodes the picture and changes the scene, up to 30
+times a second. Drawings that were overtaken are never sent, and each browser is sent what it can follow.
 """
 
 import logging
@@ -25,8 +25,6 @@ from server.viewer.scene import Scene
 __all__ = ["Viewer"]
 
 PANEL_WIDTH_PX = 300
-HELD_S = 0.1
-"""How often to look again while a browser does not keep up; its answer ends the wait at once."""
 UNWATCHED_S = 1.0
 """Time between two frames while nobody watches: just enough for whoever comes next."""
 BRAND = (0, 76, 118)
@@ -73,7 +71,7 @@ class Viewer:
             )
             server.gui.main_panel.dock_right()
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
-            self._pacer = Pacer(self._notify)
+            self._pacer = Pacer()
             self._scene = Scene(server, description.layers)
             self._cameras = Cameras(server, self._draw_again, worlds.sides(description.worlds))
             requests = Requests(on_change, on_transport, self._set_layer, self._look, self._wake)
@@ -148,10 +146,6 @@ class Viewer:
             self._redraw = True
             self._changed.notify()
 
-    def _notify(self) -> None:
-        with self._changed:
-            self._changed.notify()
-
     def _wake(self) -> None:
         with self._changed:
             self._woken = True
@@ -171,7 +165,7 @@ class Viewer:
                 if not (self._newest or self._redraw):
                     continue
                 # The pause comes before taking the drawing, so that what is sent after it is the newest.
-                while not self._closed.is_set() and (rest := self._pause_s()) > 0.0:
+                while not self._closed.is_set() and (rest := self._due - time.monotonic()) > 0.0:
                     self._changed.wait(rest)
                 if self._closed.is_set():
                     return
@@ -180,11 +174,6 @@ class Viewer:
                 self._shown, self._newest = self._newest or self._shown, None
             if self._shown is not None:
                 self._draw(*self._shown)
-
-    def _pause_s(self) -> float:
-        """How long to wait before the next drawing may be sent; not positive if it may be."""
-        rest = self._due - time.monotonic()
-        return max(rest, HELD_S) if self._pacer.held else rest
 
     def _draw(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
         try:

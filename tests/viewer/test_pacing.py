@@ -1,139 +1,104 @@
-"""Frames wait for the slowest browser that is awake, and for no other."""
+"""Each browser is sent frames as fast as it takes them up, and none waits for another."""
 
-import time
+import itertools
 
 import pytest
 
-from server.viewer import pacing
-from server.viewer.pacing import ASLEEP_S, LATE_S, Pacer
-from tests.viewer.host import Peer, Session, drawing, wait_for
+from server.viewer.pacing import LATE_S, Pace
+from tests.viewer.host import Peer, Session, Site, drawing, wait_for
 
 
-class Clock:
-    """A clock that is set by hand."""
+class Line:
+    """A connection that remembers from when on it is held."""
 
-    now = 100.0
+    held_after_s: float | None = None
 
-    def monotonic(self) -> float:
-        return self.now
+    def hold(self, after_s: float) -> None:
+        self.held_after_s = after_s
 
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    made = Clock()
-    monkeypatch.setattr(pacing, "time", made)
-    return made
+    def release(self) -> None:
+        self.held_after_s = None
 
 
-def met(*lags: float) -> Pacer:
-    """Return a pacer that knows a browser for each lag, the first of which has number 0."""
-    pacer = Pacer()
-    for client, lag in enumerate(lags):
-        pacer.meet(client)
-        pacer.answered(client, lag)
-    return pacer
+def test_a_line_is_held_once_the_answer_is_overdue() -> None:
+    """The best answer is the distance, which leaving out frames would not shorten; an answer frees the line."""
+    line = Line()
+    pace = Pace(line)
+    pace.answered(0.4)
+    pace.asked()
+    assert line.held_after_s == pytest.approx(0.4 + LATE_S)
+    pace.answered(0.9)
+    assert line.held_after_s is None
+    pace.asked()
+    assert line.held_after_s == pytest.approx(0.4 + LATE_S)
+    pace.answered(0.02)
+    pace.asked()
+    assert line.held_after_s == pytest.approx(0.02 + LATE_S)
 
 
-def test_an_answer_in_time_holds_nothing(clock: Clock) -> None:
-    """The next frame goes out while the question is on its way."""
-    pacer = met(0.02)
-    pacer.asks(0)
-    clock.now += 0.02 + LATE_S - 0.01
-    assert not pacer.held
+def test_a_browser_that_is_loading_is_not_held() -> None:
+    """Its first answer may take seconds."""
+    line = Line()
+    pace = Pace(line)
+    pace.asked()
+    pace.silent()
+    pace.asked()
+    assert line.held_after_s is None
 
 
-def test_an_overdue_answer_holds_the_next_frame(clock: Clock) -> None:
-    """Nothing more is sent until it comes."""
-    pacer = met(0.02)
-    pacer.asks(0)
-    clock.now += 0.02 + LATE_S + 0.01
-    assert pacer.held
-    assert pacer.lag_s == pytest.approx(0.02 + LATE_S + 0.01)
-    pacer.answered(0, 0.3)
-    assert not pacer.held
+def test_a_question_that_was_given_up_frees_the_line() -> None:
+    """A frozen tab gets a few frames, so that it finds the newest when it thaws, and is held again."""
+    line = Line()
+    pace = Pace(line)
+    pace.answered(0.02)
+    pace.asked()
+    pace.silent()
+    assert line.held_after_s is None
+    pace.asked()
+    assert line.held_after_s == pytest.approx(0.02 + LATE_S)
 
 
-def test_a_far_browser_is_not_a_late_one(clock: Clock) -> None:
-    """A lag that was there from the beginning is distance; leaving out frames would not shorten it."""
-    pacer = met(0.4)
-    pacer.asks(0)
-    clock.now += 0.5
-    assert not pacer.held
-
-
-def test_a_browser_that_is_loading_holds_nothing(clock: Clock) -> None:
-    """Its first answer may take seconds, and others are looking on."""
-    pacer = met(0.02)
-    pacer.meet(1)
-    pacer.asks(1)
-    clock.now += 2.0
-    assert not pacer.held
-
-
-def test_a_frozen_tab_holds_nobody_for_long(clock: Clock) -> None:
-    """Beyond some lag nobody can be looking; once it answers again it counts again."""
-    pacer = met(0.02, 0.02)
-    pacer.asks(1)
-    clock.now += ASLEEP_S + 0.1
-    assert not pacer.held
-    pacer.answered(1, ASLEEP_S)
-    pacer.asks(1)
-    clock.now += 1.0
-    assert not pacer.held
-    assert pacer.lag_s == 0.02
-    pacer.answered(1, 1.0)
-    pacer.asks(1)
-    clock.now += 1.0
-    assert pacer.held
-
-
-def test_one_that_has_gone_is_forgotten(clock: Clock) -> None:
-    """The last one to leave takes the slowness along, and a late answer of it is nobody's."""
-    pacer = met(0.02)
-    pacer.asks(0)
-    clock.now += 1.0
-    pacer.forget(0)
-    pacer.answered(0, 1.0)
-    assert (pacer.held, pacer.lag_s) == (False, 0.0)
-
-
-def test_the_lag_is_measured_by_an_echo_from_the_browser(session: Session, peer: Peer) -> None:
-    """Once a frame has been sent the viewer knows how old the picture is."""
-    session.viewer.show(drawing(), {"frame": 0})
-    wait_for(lambda: 0.0 < session.viewer._pacer.lag_s < 1.0)
+def frame_of(peer: Peer) -> int:
+    """Return the frame that a browser shows, by the number of its particles."""
+    return len(peer.nodes["/particles"]["points"]) // 12 - 50
 
 
 def test_a_still_scene_is_not_asked(session: Session, peer: Peer) -> None:
-    """Each question would make the browser draw for a while."""
-    session.viewer.show(drawing(), {"frame": 0})
+    """Each question would make the browser draw for a while; what has been asked is asked once for each frame."""
+    for frame in range(3):
+        session.viewer.show(drawing(frame, 50 + frame), {"frame": frame})
+        wait_for(lambda frame=frame: "/particles" in peer.nodes and frame_of(peer) == frame)
     wait_for(lambda: peer.asked > 0)
-    time.sleep(0.5)
-    before = peer.asked
-    time.sleep(1.5)
-    assert peer.asked == before
+    for value in range(10, 40):
+        peer.move("Occluder width (px)", value)
+        wait_for(lambda value=value: session.values["occlusion_width_px"] == value)
+    assert peer.asked <= 3
 
 
-def test_frames_wait_for_a_browser_that_does_not_answer(session: Session, peer: Peer) -> None:
-    """A silent one gets a few frames more, then none until it answers, and then the newest."""
-    session.viewer.show(drawing(), {"frame": 0})
-    # One that has never answered is taken to be loading still, and is not waited for.
-    wait_for(lambda: [True for browser in session.viewer._pacer._browsers.values() if browser.best_s])
-    peer.echo = False
-    last = 0
+def test_one_that_does_not_answer_holds_nobody_else(session: Session, site: Site, peer: Peer) -> None:
+    """It is sent a few frames more, then none until it answers, and then the newest; the others see every frame."""
+    with Peer(site.scene) as silent:
+        wait_for(lambda: session.viewer.clients == 2)
+        frames = itertools.count()
 
-    def is_held() -> bool:
-        nonlocal last
-        last += 1
-        session.viewer.show(drawing(last, 50 + last), {"frame": last})
-        return session.viewer._pacer.held
+        def show() -> int:
+            frame = next(frames)
+            session.viewer.show(drawing(frame, 50 + frame), {"frame": frame})
+            wait_for(lambda: "/particles" in peer.nodes and frame_of(peer) == frame)
+            return frame
 
-    wait_for(is_held)
-    time.sleep(0.2)  # what was on its way arrives
-    before = peer.nodes["/particles"]["points"]
-    for _ in range(20):
-        is_held()
-        time.sleep(0.02)
-    assert peer.nodes["/particles"]["points"] is before
-    peer.echo = True
-    peer.answer()
-    wait_for(lambda: len(peer.nodes["/particles"]["points"]) == 12 * (50 + last), seconds=10.0)
+        show()
+        # One that has never answered is taken to be loading still, and is not held.
+        wait_for(lambda: silent.asked > 0)
+        for _ in range(4):
+            show()
+        silent.echo = False
+        asked = silent.asked
+        wait_for(lambda: show() and silent.asked > asked)
+        wait_for(lambda: show() - frame_of(silent) > 3)
+        held = frame_of(silent)
+        newest = max(show() for _ in range(20))
+        assert frame_of(silent) <= held + 1  # what was on its way when it was held
+        silent.echo = True
+        silent.answer()
+        wait_for(lambda: frame_of(silent) == newest)

@@ -27,7 +27,7 @@ yet; how it is likely to differ is taken from what changed between 1.0.21 and 1.
 from server.viewer.viser_adapter.client_page import CONTENT_SECURITY_POLICY, client_asset, client_page
 from server.viewer.viser_adapter.endpoint import Connection, Endpoint
 from server.viewer.viser_adapter.messages import is_welcome
-from server.viewer.viser_adapter.server import start, stop
+from server.viewer.viser_adapter.server import connection_of, start, stop
 
 __all__ = [
     "CONTENT_SECURITY_POLICY",
@@ -35,6 +35,7 @@ __all__ = [
     "Endpoint",
     "client_asset",
     "client_page",
+    "connection_of",
     "is_welcome",
     "start",
     "stop",

@@ -14,7 +14,9 @@ it has not sent yet by what is newer.
 import asyncio
 import inspect
 import logging
+import math
 import threading
+import time
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from types import SimpleNamespace
@@ -62,6 +64,8 @@ class Connection:
         self._is_closing = False
         self._closing = CLOSE_GOING_AWAY, "The scene has ended"
         self._ended = asyncio.Event()
+        self._hold_from = math.inf
+        self._released = asyncio.Event()
 
     # ------------------------------------------------------------ for whoever has connected
 
@@ -85,14 +89,34 @@ class Connection:
         with suppress(RuntimeError):  # viser's loop has been closed, after all connections had ended
             self._viser_loop.call_soon_threadsafe(self._inbox.put_nowait, message)
 
+    # ------------------------------------------------------------ for the viewer, from any thread
+
+    def hold(self, after_s: float) -> None:
+        """Send nothing more from some seconds on until `release`; viser replaces meanwhile what is overtaken."""
+        hold_from = time.monotonic() + after_s
+        with suppress(RuntimeError):
+            self._viser_loop.call_soon_threadsafe(self._set_hold, hold_from)
+
+    def release(self) -> None:
+        """Send again."""
+        with suppress(RuntimeError):
+            self._viser_loop.call_soon_threadsafe(self._set_hold, math.inf)
+
+    def _set_hold(self, hold_from: float) -> None:
+        self._hold_from = hold_from
+        self._released.set()
+        self._released.clear()
+
     # ------------------------------------------------------------ for viser
 
     async def send(self, message: bytes) -> None:
-        """Hand a message to whoever has connected, and wait until it has been taken.
+        """Hand a message to whoever has connected, and wait until it has been taken; first of all while it is held.
 
         Raises:
             ConnectionClosed: The connection has ended.
         """
+        while time.monotonic() >= self._hold_from and not self._is_closing:
+            await self._released.wait()
         if self._is_closing:
             raise ConnectionClosedOK(None, None)
         taking = self._take(message)
@@ -111,6 +135,7 @@ class Connection:
         message = None if self._is_closing else await self._inbox.get()
         if message is None:
             self._is_closing = True
+            self._released.set()
             raise ConnectionClosedOK(None, None)
         return message
 
@@ -118,6 +143,7 @@ class Connection:
         """End the connection; the first to close it says why."""
         if not self._is_closing:
             self._is_closing, self._closing = True, (code, reason)
+            self._released.set()
             self._inbox.put_nowait(None)
 
     def has_ended(self) -> None:

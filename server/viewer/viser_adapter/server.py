@@ -9,9 +9,9 @@ import rich
 import viser
 
 from server.viewer.viser_adapter import clock, endpoint, messages
-from server.viewer.viser_adapter.endpoint import Endpoint
+from server.viewer.viser_adapter.endpoint import Connection, Endpoint
 
-__all__ = ["start", "stop"]
+__all__ = ["connection_of", "start", "stop"]
 
 _console = threading.Lock()
 
@@ -32,6 +32,12 @@ def start(title: str) -> tuple[viser.ViserServer, Endpoint]:
         server = viser.ViserServer(cast("str", reached), 0, label=title, verbose=False)
     messages.remove_handlers(server)
     return server, reached
+
+
+def connection_of(client: viser.ClientHandle) -> Connection | None:
+    """Return a browser's connection, or None if it has gone."""
+    live = client._viser_server._websock_server._live_connections  # noqa: SLF001 - there is no public way
+    return cast("Connection | None", live.get(client.client_id))
 
 
 def stop(server: viser.ViserServer) -> None:
