@@ -14,6 +14,7 @@ import uvicorn
 from pydantic import ValidationError
 
 from server.app import create_app
+from server.connections import configuration
 from server.resource_limits import name_cpu_limit, notices, too_few_files
 from server.settings import Settings
 from server.store import Store
@@ -22,7 +23,6 @@ __all__ = ["serve"]
 
 log = structlog.get_logger(__name__)
 
-LARGEST_MESSAGE = 64 * 1024
 GRACE_S = 5
 FAILED, WRONG_USE = 1, 2
 
@@ -82,17 +82,7 @@ def serve(
         log.warning(notice)
     _claim(settings)
     listening = _listen(settings)
-    config = uvicorn.Config(
-        create_app(settings),
-        log_config=None,
-        access_log=False,
-        server_header=False,
-        proxy_headers=False,
-        ws_max_size=LARGEST_MESSAGE,
-        # Particles hardly shrink, and deflating them takes ten times as long as sending them.
-        ws_per_message_deflate=False,
-        timeout_graceful_shutdown=GRACE_S,
-    )
+    config = configuration(create_app(settings), timeout_graceful_shutdown=GRACE_S)
     server = AnnouncingServer(config, settings)
     name_cpu_limit(server.stop)
     try:
@@ -156,3 +146,5 @@ def _log_to_stderr() -> None:
         logger_factory=structlog.PrintLoggerFactory(sys.stderr),
     )
     logging.basicConfig(level=logging.WARNING, stream=sys.stderr)
+    # uvicorn takes every websocket that is refused before it has begun for a mistake of the app.
+    logging.getLogger("uvicorn.error").addFilter(lambda record: "without completing handshake" not in record.msg)

@@ -14,6 +14,7 @@ from starlette.responses import Response
 
 __all__ = [
     "ApiError",
+    "ClientGoneError",
     "ConflictError",
     "DamagedError",
     "ErrorBody",
@@ -52,7 +53,7 @@ class ApiError(Exception):
         detail: The inside of the error shape.
     """
 
-    status = HTTPStatus.BAD_REQUEST
+    status: int = HTTPStatus.BAD_REQUEST
 
     def __init__(self, message: str, **detail: object) -> None:
         super().__init__(message)
@@ -93,6 +94,12 @@ class RefusedError(ApiError):
     """A value that cannot be accepted."""
 
     status = HTTPStatus.UNPROCESSABLE_ENTITY
+
+
+class ClientGoneError(ApiError):
+    """Nobody waits for the answer any more."""
+
+    status = 499  # as web servers write it down, in no standard
 
 
 class UnavailableError(ApiError):

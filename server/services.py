@@ -13,6 +13,7 @@ from server.settings import Settings
 from server.store import Store
 from server.sweeps.manager import Sweeps
 from server.tasks.child_tasks import ChildTasks
+from server.tasks.queue import Queues
 from server.uploads.suitability import Suitabilities
 from server.worker import forkserver
 
@@ -20,7 +21,6 @@ __all__ = ["Services"]
 
 TASK_MEMORY_BYTES = 1 << 30
 THREADS = 32
-PROBES_AT_ONCE = 2
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Services:
     imports: Imports
     metrics: Metrics
     suitabilities: Suitabilities
-    probing: ThreadPoolExecutor
+    queues: Queues
     stopping: threading.Event
 
     @classmethod
@@ -50,15 +50,14 @@ class Services:
         sweeps = Sweeps(settings, store)
         await sweeps.open()
         metrics.watch(manager, sweeps)
-        tasks = ChildTasks(memory_bytes=TASK_MEMORY_BYTES)
-        probing = ThreadPoolExecutor(PROBES_AT_ONCE, "probe")
+        queues = Queues()
+        tasks = ChildTasks(queues, TASK_MEMORY_BYTES)
         imports = Imports(settings, store, tasks)
-        kept = Suitabilities(store, settings, tasks)
-        return cls(settings, store, manager, sweeps, tasks, imports, metrics, kept, probing, threading.Event())
+        kept = Suitabilities(store, settings)
+        return cls(settings, store, manager, sweeps, tasks, imports, metrics, kept, queues, threading.Event())
 
     async def close(self) -> None:
         """Write everything down and let go of it."""
         self.stopping.set()
-        self.probing.shutdown(wait=False, cancel_futures=True)
         await asyncio.gather(self.manager.close(), self.sweeps.close(), self.imports.close())
         await asyncio.to_thread(self.store.close)

@@ -10,7 +10,10 @@
 /** @typedef {(sent: number, total: number) => void} OnProgress In bytes, the form around the files included. */
 /**
  * @template Answer
- * @typedef {{done: Promise<Answer>, stop: () => void}} Transfer
+ * @typedef {object} Transfer
+ * @property {Promise<Answer>} done
+ * @property {() => Promise<number>} before How many the server works on before this one, once it has all of it.
+ * @property {() => void} stop
  */
 
 export const ROOT = "/api/v1/";
@@ -81,6 +84,7 @@ export async function request(method, path, body, signal) {
  * @returns {Transfer<Answer>}
  */
 function send(path, files, onProgress, method = "POST") {
+  const ticket = `${Date.now()}-${Math.random().toString(36).slice(2)}`;
   const form = new FormData();
   for (const file of files) form.append("file", file, file.name);
   const transfer = new XMLHttpRequest();
@@ -96,11 +100,16 @@ function send(path, files, onProgress, method = "POST") {
     });
     transfer.addEventListener("error", () => reject(new ApiError(0, { message: "The connection broke during the upload" })));
     transfer.addEventListener("abort", () => reject(new ApiError(-1, { message: "The upload was stopped" })));
-    transfer.open(method, ROOT + path);
+    transfer.open(method, `${ROOT}${path}${path.includes("?") ? "&" : "?"}ticket=${ticket}`);
     transfer.setRequestHeader("accept", "application/json");
     transfer.send(form);
   });
-  return { done, stop: () => transfer.abort() };
+  const before = async () => {
+    /** @type {Messages.QueuePublic} */
+    const place = await request("GET", `queue/${ticket}`);
+    return place.before;
+  };
+  return { done, before, stop: () => transfer.abort() };
 }
 
 /**

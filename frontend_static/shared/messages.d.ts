@@ -463,6 +463,11 @@ export interface Progress {
   outcome: string;
 }
 
+/** Where a request waits. */
+export interface QueuePublic {
+  before: number;
+}
+
 /** A line of figures that belongs to one frame. */
 export interface Reading {
   title: string;

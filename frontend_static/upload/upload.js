@@ -13,6 +13,8 @@ import { progressWords } from "../shared/progress.js";
 
 const ASK_EVERY_MS = 500;
 
+const PLACE_MS = 1000;
+
 /**
  * @typedef {object} Listener
  * @property {(upload: import("../shared/messages.js").UploadPublic) => void} uploaded
@@ -94,10 +96,16 @@ export class DropZone {
     const size = files.reduce((sum, file) => sum + file.size, 0);
     const meter = h("progress", { max: 1, value: 0, "aria-label": "Upload" });
     const words = h("p", { class: "hint", role: "status" });
+    const ended = new AbortController();
+    let isSent = false;
     const transfer = send(files, (sent, total) => {
+      if (isSent) return;
+      isSent = sent >= total;
       meter.value = total > 0 ? sent / total : 0;
-      setText(words, sent < total ? `${bytes(Math.min(sent, size))} of ${bytes(size)}` : reading);
-      if (sent >= total) meter.removeAttribute("value");
+      setText(words, isSent ? reading : `${bytes(Math.min(sent, size))} of ${bytes(size)}`);
+      if (!isSent) return;
+      meter.removeAttribute("value");
+      tellPlace(transfer, ended.signal, (before) => setText(words, before > 0 ? `Waiting, ${before} before this one` : reading));
     });
     const stop = h("button", { type: "button", on: { click: () => transfer.stop() } }, "Stop");
     fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, stop);
@@ -108,6 +116,8 @@ export class DropZone {
     } catch (error) {
       if (statusOf(error) === -1) this.#invite();
       else this.#refuse(name, messageOf(error));
+    } finally {
+      ended.abort();
     }
   }
 
@@ -164,6 +174,26 @@ export class DropZone {
       h("button", { type: "button", autofocus: true, on: { click: () => this.#invite() } }, "Choose another file"),
     );
   }
+}
+
+/**
+ * Tell the place of a transfer in the server's queue, again and again until it ends.
+ *
+ * @param {Transfer<unknown>} transfer
+ * @param {AbortSignal} signal
+ * @param {(before: number) => void} tell
+ */
+function tellPlace(transfer, signal, tell) {
+  const ask = async () => {
+    try {
+      const before = await transfer.before();
+      if (!signal.aborted) tell(before);
+    } catch {
+      // The transfer itself will say what is wrong.
+    }
+  };
+  const asking = setInterval(ask, PLACE_MS);
+  signal.addEventListener("abort", () => clearInterval(asking));
 }
 
 /** @param {DragEvent} event */

@@ -1,13 +1,15 @@
 """Dependencies: what a handler may ask for."""
 
+from dataclasses import replace
 from typing import Annotated
 
-from fastapi import Depends, Path
+from fastapi import Depends, Path, Query, Request
 from starlette.requests import HTTPConnection
 
 from pftrack.experiment import Experiment
 from server.errors import NotFoundError, RefusedError
 from server.experiments import asked_for
+from server.middleware.body_limit import lift_limit
 from server.runs.imports import Imports
 from server.services import Services
 from server.sessions.manager import Manager
@@ -20,6 +22,7 @@ from server.sweeps.sweep import Sweep
 from server.tasks.child_tasks import ChildTasks
 
 __all__ = [
+    "TICKET",
     "AManager",
     "ARun",
     "ASession",
@@ -29,9 +32,12 @@ __all__ = [
     "AnExperiment",
     "AnUpload",
     "SettingsNow",
+    "TakesFiles",
     "TheImports",
     "TheServices",
     "TheTasks",
+    "Ticket",
+    "gone",
 ]
 
 
@@ -59,8 +65,27 @@ def _sweeps(services: TheServices) -> Sweeps:
     return services.sweeps
 
 
-def _tasks(services: TheServices) -> ChildTasks:
-    return services.tasks
+def _tasks(request: Request, services: TheServices) -> ChildTasks:
+    return replace(services.tasks, gone=lambda: gone(request))
+
+
+async def gone(request: Request) -> None:
+    """Wait until the client of a request whose body has been read hangs up."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
+
+
+def _takes_files(request: Request) -> None:
+    lift_limit(request.scope)
+
+
+TakesFiles = Depends(_takes_files)
+"""For a route whose handler reads files from the wire, with limits of their own."""
+
+TICKET = r"^[0-9A-Za-z-]{8,64}$"
+Ticket = Annotated[
+    str | None, Query(pattern=TICKET, description="A name of the client's own, to ask by how many are before it")
+]
 
 
 def _imports(services: TheServices) -> Imports:

@@ -6,9 +6,8 @@ from fastapi import APIRouter
 from prometheus_client import CONTENT_TYPE_LATEST
 from starlette.responses import Response
 
-from server.api.dependencies import AStore, TheServices, TheTasks
+from server.api.dependencies import AStore, TheServices
 from server.errors import UnavailableError
-from server.tasks.functions import nothing
 
 __all__ = ["router"]
 
@@ -22,11 +21,11 @@ async def alive() -> dict[str, str]:
 
 
 @router.get("/readyz")
-async def ready(store: AStore, tasks: TheTasks) -> dict[str, str]:
+async def ready(store: AStore, services: TheServices) -> dict[str, str]:
     """Tell that the server can start sessions: the database answers and workers can be made."""
     try:
         await asyncio.to_thread(store.check)
-        await tasks.run(nothing)
+        await services.tasks.check()
     except Exception as error:
         raise UnavailableError("The server is not ready; its database or its workers do not answer.") from error
     return {"status": "ready"}

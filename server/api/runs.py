@@ -7,9 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from starlette.responses import FileResponse, Response
 
-from server.api.dependencies import AManager, ARun, AStore, SettingsNow, TheImports, TheTasks
+from server.api.dependencies import AManager, ARun, AStore, SettingsNow, TakesFiles, TheImports, TheTasks, gone
 from server.api.uploads import MULTIPART
-from server.errors import NotFoundError
+from server.errors import ClientGoneError, NotFoundError
 from server.middleware.system_errors import failure
 from server.runs.imports import Import
 from server.runs.service import check_room, reopen, save
@@ -17,6 +17,7 @@ from server.schemas.messages import SessionPublic
 from server.schemas.runs import ImportPublic, RunCreate, RunPublic
 from server.store.files import is_name
 from server.store.tables import RunRow
+from server.tasks.queue import unless_gone
 from server.uploads.multipart import receive
 
 __all__ = ["router"]
@@ -43,6 +44,7 @@ async def save_run(body: RunCreate, manager: AManager, store: AStore, settings: 
     "/import",
     status_code=HTTPStatus.CREATED,
     openapi_extra=MULTIPART,
+    dependencies=[TakesFiles],
     responses={202: {"model": ImportPublic, "description": "It is still computed; ask how far it is"}},
 )
 async def import_run(
@@ -53,7 +55,11 @@ async def import_run(
     folder = store.files.new_incoming()
     received = await receive(request, folder, store.room, most_bytes=settings.max_record_bytes, most_files=1)
     begun = imports.begin(folder, received)
-    await asyncio.wait({begun.task}, timeout=IMPORT_S)
+    try:
+        await unless_gone(asyncio.wait({begun.task}, timeout=IMPORT_S), lambda: gone(request))
+    except ClientGoneError:
+        await imports.cancel(begun.id)
+        raise
     if begun.task.done():
         return _shown(await begun.task)
     answer.status_code = HTTPStatus.ACCEPTED

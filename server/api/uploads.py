@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import shutil
 from http import HTTPStatus
 from typing import Annotated, Any
 
@@ -11,11 +12,23 @@ from starlette.responses import Response
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sources.truth import LARGEST_FILE_BYTES
-from server.api.dependencies import AManager, AnUpload, AStore, SettingsNow, TheServices, TheTasks
+from server.api.dependencies import (
+    AManager,
+    AnUpload,
+    AStore,
+    SettingsNow,
+    TakesFiles,
+    TheServices,
+    TheTasks,
+    Ticket,
+    gone,
+)
 from server.errors import ConflictError, NotFoundError, RefusedError
 from server.schemas.uploads import SightingPublic, SuitabilityPublic, TruthPublic, UploadPublic
 from server.store.files import is_name
+from server.store.tables import UploadRow
 from server.tasks.functions import Question, find_mark, frame_jpeg
+from server.tasks.queue import unless_gone
 from server.uploads.intake import check_room, index_of, limits_of, take_in
 from server.uploads.multipart import receive
 from server.uploads.truth import forget_truth, keep_truth, kept_truth
@@ -23,6 +36,9 @@ from server.uploads.truth import forget_truth, keep_truth, kept_truth
 __all__ = ["router"]
 
 router = APIRouter(prefix="/uploads", tags=["uploads"])
+
+LIGHT_BYTES = 4 * 1024 * 1024
+"""An upload up to this size is looked through in a moment."""
 
 Number = Annotated[int, Query(ge=0, le=10_000_000)]
 
@@ -79,8 +95,10 @@ MULTIPART = {
 }
 
 
-@router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART)
-async def add_upload(request: Request, store: AStore, settings: SettingsNow, services: TheServices) -> UploadPublic:
+@router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def add_upload(
+    request: Request, store: AStore, settings: SettingsNow, services: TheServices, ticket: Ticket = None
+) -> UploadPublic:
     """Take in a video, an animated GIF, or several pictures that make a sequence."""
     announced = request.headers.get("content-length", "")
     wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdigit() else 0
@@ -89,10 +107,16 @@ async def add_upload(request: Request, store: AStore, settings: SettingsNow, ser
     received = await receive(
         request, folder, store.room, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
-    loop = asyncio.get_running_loop()
-    row = await loop.run_in_executor(
-        services.probing, take_in, store, settings, folder, received, services.stopping.is_set
-    )
+    queue = services.queues.light if received.size_bytes <= LIGHT_BYTES else services.queues.heavy
+
+    async def looked_through() -> UploadRow:
+        async with queue.place(ticket):
+            return await take_in(store, settings, folder, received, services.stopping)
+
+    try:
+        row = await unless_gone(looked_through(), lambda: gone(request))
+    finally:
+        await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     return UploadPublic.model_validate(row)
 
 
@@ -163,12 +187,13 @@ async def weigh(
     frame: Number,
     mark: Annotated[dict[str, Any], Depends(_mark)],
     services: TheServices,
+    tasks: TheTasks,
 ) -> SuitabilityPublic:
     """Tell whether the trackers of an experiment can follow a target, before it is tracked."""
-    return await services.suitabilities.of(upload.id, experiment, frame, mark)
+    return await services.suitabilities.of(tasks, upload.id, experiment, frame, mark)
 
 
-@router.put("/{upload}/truth", openapi_extra=MULTIPART)
+@router.put("/{upload}/truth", openapi_extra=MULTIPART, dependencies=[TakesFiles])
 async def give_truth(
     request: Request, upload: AnUpload, experiment: ForExperiment, store: AStore, tasks: TheTasks
 ) -> TruthPublic:

@@ -1,64 +1,92 @@
-"""Bodies: a request that is no upload is small, and is cut off when it is not."""
+"""Bodies: a request that takes no files is small, and every body comes without long pauses; otherwise it is cut off."""
 
+import asyncio
 import contextlib
+from collections.abc import MutableMapping
+from typing import Any
 
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server import errors
 
-__all__ = ["BodyLimit"]
+__all__ = ["BodyLimit", "lift_limit"]
 
-MULTIPART = "multipart/form-data"
-TOO_LARGE = 413
+LIMIT = "pftrack.body_limit"
+TOO_LARGE, TOO_SLOW = 413, 408
+SILENCE_S = 30.0
+"""Time without a byte of an unfinished body after which its connection is given up."""
 
 
-class _TooLargeError(Exception):
-    """More came than was announced or is allowed."""
+class _CutOffError(errors.ApiError):
+    """A body was cut off."""
+
+    def __init__(self, status: int, message: str) -> None:
+        super().__init__(message)
+        self.status = status
 
 
 class BodyLimit:
-    """ASGI middleware that limits the body of everything but uploads, which have limits of their own."""
+    """ASGI middleware that limits bodies; routes that take files lift the limit and have one of their own.
 
-    def __init__(self, app: ASGIApp, most_bytes: int) -> None:
+    Args:
+        app: What comes behind it.
+        most_bytes: Of a body.
+        silence_s: Time without a byte after which an unfinished one is given up.
+    """
+
+    def __init__(self, app: ASGIApp, most_bytes: int, silence_s: float = SILENCE_S) -> None:
         self._app = app
         self._most_bytes = most_bytes
+        self._silence_s = silence_s
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Count a request's bytes while they come."""
-        headers = Headers(scope=scope) if scope["type"] == "http" else None
-        if headers is None or headers.get("content-type", "").lower().startswith(MULTIPART):
+        if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        announced = headers.get("content-length", "")
-        if announced.isdigit() and int(announced) > self._most_bytes:
-            await self._refuse(scope, receive, send)
-            return
-        total = 0
-        too_large = answered = False
+        announced = Headers(scope=scope).get("content-length", "")
+        scope[LIMIT] = self._most_bytes
+        total = int(announced) if announced.isdigit() else 0
+        come = 0
+        ended = answered = False
+        refusal: _CutOffError | None = None
 
         async def counted() -> Message:
-            nonlocal total, too_large
-            message = await receive()
-            total += len(message.get("body", b""))
-            if total > self._most_bytes:
-                too_large = True
-                raise _TooLargeError
+            nonlocal come, ended, refusal
+            try:
+                self._check(scope, max(total, come))
+                message = await (receive() if ended else asyncio.wait_for(receive(), self._silence_s))
+                come += len(message.get("body", b""))
+                ended = not message.get("more_body", False)
+                self._check(scope, max(total, come))
+            except TimeoutError:
+                refusal = _CutOffError(TOO_SLOW, f"The body of a request may not pause for {self._silence_s:g} s")
+                raise refusal from None
+            except _CutOffError as error:
+                refusal = error
+                raise
             return message
 
         async def noted(message: Message) -> None:
             nonlocal answered
             # FastAPI takes any exception while it reads for a body that does not parse; ours is the better answer.
-            if not too_large:
+            if refusal is None:
                 answered = True
                 await send(message)
 
-        with contextlib.suppress(_TooLargeError):
+        with contextlib.suppress(_CutOffError):
             await self._app(scope, counted, noted)
-        if too_large and not answered:
-            await self._refuse(scope, receive, send)
+        if refusal is not None and not answered:
+            answer = errors.response(refusal.status, refusal.detail, {"Connection": "close"})
+            await answer(scope, receive, send)
 
-    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
-        message = f"The body of a request may have at most {self._most_bytes} bytes"
-        answer = errors.response(TOO_LARGE, errors.shape(message), {"Connection": "close"})
-        await answer(scope, receive, send)
+    def _check(self, scope: Scope, total: int) -> None:
+        most = scope[LIMIT]
+        if most is not None and total > most:
+            raise _CutOffError(TOO_LARGE, f"The body of a request may have at most {most} bytes")
+
+
+def lift_limit(scope: MutableMapping[str, Any]) -> None:
+    """Let a request have a body of any size, before anything of it is read; its handler counts for itself."""
+    scope[LIMIT] = None

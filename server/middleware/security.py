@@ -5,19 +5,23 @@ Three checks stand in one ASGI middleware, because FastAPI's own http middleware
 1. *Host* must be a name of this server. A page of a stranger whose name was rebound to 127.0.0.1 carries its own.
 2. *Origin* of every state-changing request and of every websocket must be the server itself. Programs that are no
    browsers send none, and cannot be tricked by a page.
-3. *Token*, where the server can be reached from other machines: given once in the link, then an HttpOnly cookie.
+3. *Token*, where the server can be reached from other machines: given once in the link, then an HttpOnly cookie. A
+   program sends it as a bearer; an address in which it stays would end up in histories and logs. A person without it
+   sees a page that asks for it.
 """
 
 import hashlib
 import hmac
 from http.cookies import CookieError, SimpleCookie
+from pathlib import Path
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server import errors
+from server.log import Seldom
 from server.settings import Settings
 
 __all__ = ["Guard"]
@@ -39,6 +43,9 @@ HEADERS = {
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
 }
 WEEK_SECONDS = 7 * 24 * 3600
+UNKNOWN = 401
+TOKEN_PAGE = Path(__file__).parents[2] / "frontend_static" / "gallery" / "token.html"
+"""It needs no other file, since none is given to somebody without a token."""
 
 
 class Guard:
@@ -47,6 +54,7 @@ class Guard:
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._hosts = {host.strip("[]").lower() for host in settings.hosts}
+        self._seldom = Seldom(__name__)
         self._token = settings.token.get_secret_value() if settings.token else None
         digest = hashlib.sha256((self._token or "").encode()).hexdigest()
         # Browsers share cookies between the ports of a host: the name tells two servers' cookies apart.
@@ -60,11 +68,11 @@ class Guard:
         headers = Headers(scope=scope)
         refusal = self._refusal(scope, headers)
         if refusal is not None:
+            if scope["type"] == "websocket":
+                self._seldom.warn("a websocket was refused", path=scope["path"], reason=refusal[1])
             await _refuse(scope, receive, send, refusal)
             return
-        given = dict(parse_qsl(scope["query_string"].decode("latin-1"))).get("token")
-        page = scope["type"] == "http" and scope["method"] == "GET" and not scope["path"].startswith("/api/")
-        if self._token and given and page:
+        if self._token and _offered(scope):
             await self._welcome(scope)(scope, receive, send)
             return
 
@@ -78,15 +86,22 @@ class Guard:
         await self._app(scope, receive, send_with_headers)
 
     def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str] | None:
+        if len(headers.getlist("host")) > 1:
+            return 400, "A request has one Host header; this one has several."
         host = headers.get("host", "")
         if "*" not in self._hosts and _name(host) not in self._hosts:
             return 400, "This server does not answer to that Host name; add it to PFTRACK_ALLOWED_HOSTS if it should."
         changing = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS
         if changing and not _same_origin(headers, host):
             return 403, "This request comes from another site's page; open the server's own page instead."
-        if self._token and scope["path"] not in OPEN_PATHS and not self._knows(scope, headers):
-            return 401, "This server asks for a token; open the link that it printed when it started."
-        return None
+        if not self._token or scope["path"] in OPEN_PATHS or self._knows(scope, headers):
+            return None
+        if _offered(scope):
+            return (
+                401,
+                "The token of this link is not this server's; it may have been started again since, with a new one.",
+            )
+        return 401, "This server asks for a token; open the link that it printed when it started."
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:
         """Tell whether a request carries the token: in its cookie, its bearer header or its link."""
@@ -98,7 +113,7 @@ class Guard:
         scheme, _, credentials = headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer":
             offered.append(credentials)
-        offered += [value for key, value in parse_qsl(scope["query_string"].decode("latin-1")) if key == "token"]
+        offered += _offered(scope)
         expected = (self._token or "").encode()
         return any(hmac.compare_digest(value.encode("utf-8", "replace"), expected) for value in offered)
 
@@ -125,8 +140,25 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: tuple[int
     if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": message})
         return
-    answer = errors.response(status, errors.shape(message), dict(HEADERS))
+    wants_page = _is_page(scope) and "text/html" in Headers(scope=scope).get("accept", "")
+    if status == UNKNOWN and wants_page:
+        text = TOKEN_PAGE.read_text(encoding="utf-8").replace("{message}", message)
+        answer: Response = HTMLResponse(text, status, {**HEADERS, "Cache-Control": "no-store"})
+    else:
+        answer = errors.response(status, errors.shape(message), dict(HEADERS))
     await answer(scope, receive, send)
+
+
+def _is_page(scope: Scope) -> bool:
+    """Tell whether a person may have asked for this in the address bar."""
+    return scope["type"] == "http" and scope["method"] == "GET" and not scope["path"].startswith("/api/")
+
+
+def _offered(scope: Scope) -> list[str]:
+    """Return the tokens in the address of a page, where they become a cookie."""
+    if not _is_page(scope):
+        return []
+    return [value for key, value in parse_qsl(scope["query_string"].decode("latin-1")) if key == "token"]
 
 
 def _same_origin(headers: Headers, host: str) -> bool:

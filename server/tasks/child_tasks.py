@@ -6,27 +6,46 @@ other places than work that may take minutes, so that the one never waits for th
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
 from typing import Any
 
 from server.errors import RefusedError, UnavailableError
 from server.tasks import functions
+from server.tasks.queue import Queues, unless_gone
 from server.worker import forkserver
 from server.worker.pipe import WebEnd, pair
 from server.worker.protocol import Event, Failed, Reply, Step
 
 __all__ = ["ChildTasks"]
 
-AT_ONCE, LONG_AT_ONCE = 4, 2
+
+async def _never() -> None:
+    await asyncio.Event().wait()
 
 
+@dataclass(frozen=True)
 class ChildTasks:
-    """Sends tasks to confined processes, a few at a time."""
+    """Sends tasks to confined processes, a few at a time.
 
-    def __init__(self, *, memory_bytes: int) -> None:
-        self._memory_bytes = memory_bytes
-        self._places = asyncio.Semaphore(AT_ONCE)
-        self._long_places = asyncio.Semaphore(LONG_AT_ONCE)
+    Attributes:
+        queues: Where tasks wait for their turn.
+        memory_bytes: What each may take.
+        gone: Waits until the client that has asked is gone; its short tasks are then dropped.
+    """
+
+    queues: Queues
+    memory_bytes: int
+    gone: Callable[[], Awaitable[object]] = _never
+
+    async def check(self) -> None:
+        """Make sure that processes can be made; this waits for no other task.
+
+        Raises:
+            RefusedError: They die.
+            UnavailableError: They do not answer.
+        """
+        _result(await self._answer(functions.nothing, ()))
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function of `server.tasks.functions`.
@@ -34,9 +53,9 @@ class ChildTasks:
         Raises:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
             UnavailableError: It took too long.
+            ClientGoneError: Its client hung up.
         """
-        async with self._places:
-            return _result(await self._answer(function, arguments, functions.PATIENCE_S, lambda *_: None))
+        return _result(await unless_gone(self._in_turn(function, arguments), self.gone))
 
     async def run_long(
         self,
@@ -57,15 +76,19 @@ class ChildTasks:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
             UnavailableError: It gave no sign of life for too long.
         """
-        async with self._long_places:
+        async with self.queues.heavy.place():
             return _result(await self._answer(function, arguments, cpu_seconds, on_step))
+
+    async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Event | None:
+        async with self.queues.light.place():
+            return await self._answer(function, arguments)
 
     async def _answer(
         self,
         function: Callable[..., Any],
         arguments: tuple[object, ...],
-        cpu_seconds: float,
-        on_step: Callable[[int, int], None],
+        cpu_seconds: float = functions.PATIENCE_S,
+        on_step: Callable[[int, int], None] = lambda *_: None,
     ) -> Event | None:
         """Return the first event that the process sends besides its steps, or None if it dies before."""
         answer: asyncio.Future[Event | None] = asyncio.get_running_loop().create_future()
@@ -92,7 +115,7 @@ class ChildTasks:
                 theirs,
                 function,
                 arguments,
-                self._memory_bytes,
+                self.memory_bytes,
                 cpu_seconds,
                 name=f"pftrack-{function.__name__}",
             )
@@ -119,7 +142,7 @@ class ChildTasks:
             process.close()
 
 
-def _result(event: Event | None) -> Any:  # noqa: ANN401 - whatever the function returned
+def _result(event: Event | None) -> Any:  # noqa: ANN401 - whatever the function returns
     match event:
         case Reply(result=result):
             return result

@@ -3,11 +3,12 @@
 Every frame is decoded once, in a confined process, before an upload is anybody's to use; what does not pass is deleted.
 """
 
+import asyncio
 import contextlib
 import dataclasses
 import re
-import shutil
-from collections.abc import Callable, Mapping
+import threading
+from collections.abc import Mapping
 from pathlib import Path
 
 import structlog
@@ -72,36 +73,53 @@ def index_of(store: Store, settings: Settings, upload: str) -> str:
     return text
 
 
-def take_in(
-    store: Store, settings: Settings, folder: Path, received: Received, stopped: Callable[[], bool]
+async def take_in(
+    store: Store, settings: Settings, folder: Path, received: Received, stopping: threading.Event
 ) -> UploadRow:
-    """Look through files that arrived, and keep them, unless the server stops meanwhile.
+    """Look through files that arrived, and keep them, unless the server stops meanwhile or nobody waits any more.
 
     Raises:
         SourceError: They are no sequence of pictures, or exceed the limits.
         ConflictError: There are as many uploads as there may be.
         NoRoomError: There is no room for this one.
     """
-    try:
+    dropped = threading.Event()
+
+    def work() -> UploadRow:
         check_room(store, settings, received.size_bytes)
         content, names = _arranged(folder, received)
         try:
-            found = probe(content, limits_of(settings), stopped=stopped)
+            found = probe(content, limits_of(settings), stopped=lambda: dropped.is_set() or stopping.is_set())
         except SourceError as error:
             raise SourceError(_by_their_names(str(error), names)) from None
-        row = _row(found, received, names)
-        target = store.files.upload(row.id)
-        target.parent.mkdir(mode=0o700)
+        with _keeping:
+            check_room(store, settings, received.size_bytes)
+            return _keep(store, _row(found, received, names), found, content)
+
+    working = asyncio.ensure_future(asyncio.to_thread(work))
+    try:
+        return await asyncio.shield(working)
+    except asyncio.CancelledError:
+        dropped.set()
+        await asyncio.wait((working,))
+        raise
+
+
+_keeping = threading.Lock()
+"""Two that are kept at the same time would both find the last place free."""
+
+
+def _keep(store: Store, row: UploadRow, found: Probe, content: Path) -> UploadRow:
+    target = store.files.upload(row.id)
+    target.parent.mkdir(mode=0o700)
+    try:
         store.files.keep_index(row.id, found.index.to_json())
         content.replace(target)
-        try:
-            store.add_upload(row)
-        except BaseException:
-            store.files.remove_upload(row.id)
-            raise
-        return row
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        store.add_upload(row)
+    except BaseException:
+        store.files.remove_upload(row.id)
+        raise
+    return row
 
 
 def _arranged(folder: Path, received: Received) -> tuple[Path, dict[str, str]]:

@@ -25,6 +25,8 @@ LONGEST_NAME = 200
 # So often the room on the disk is looked at while a body comes, which others may use up meanwhile.
 LOOK_BYTES = 4 * 1024 * 1024
 LONGEST_HEADER = 4096
+LONGEST_BOUNDARY = 70
+"""By RFC 2046, section 5.1.1."""
 # Boundaries and headers of the parts are not part of what somebody wants to keep.
 OVERHEAD_BYTES = 64 * 1024
 OVERHEAD_BYTES_A_FILE = 1024
@@ -51,6 +53,8 @@ async def receive(request: Request, folder: Path, room: Room, *, most_bytes: int
     boundary = options.get(b"boundary")
     if kind != b"multipart/form-data" or not boundary:
         raise ApiError("Send the file as multipart/form-data in a field named file")
+    if len(boundary) > LONGEST_BOUNDARY:
+        raise ApiError(f"The boundary of multipart/form-data may have at most {LONGEST_BOUNDARY} characters")
     announced = request.headers.get("content-length", "")
     overhead = OVERHEAD_BYTES + OVERHEAD_BYTES_A_FILE * most_files
     if announced.isdigit() and int(announced) > most_bytes + overhead:

@@ -27,16 +27,18 @@ MOST_KEPT = 64
 class Suitabilities:
     """What was found of targets, the newest last."""
 
-    def __init__(self, store: Store, settings: Settings, tasks: ChildTasks) -> None:
+    def __init__(self, store: Store, settings: Settings) -> None:
         self._store = store
         self._settings = settings
-        self._tasks = tasks
         self._found: OrderedDict[str, SuitabilityPublic] = OrderedDict()
 
-    async def of(self, upload: str, experiment: Experiment, frame: int, mark: Mapping[str, Any]) -> SuitabilityPublic:
+    async def of(
+        self, tasks: ChildTasks, upload: str, experiment: Experiment, frame: int, mark: Mapping[str, Any]
+    ) -> SuitabilityPublic:
         """Return how suitable a target is.
 
         Args:
+            tasks: Those of the client that asks.
             upload: Name of the upload.
             experiment: Whose trackers are to follow it.
             frame: Number of the picture in which it is marked.
@@ -51,7 +53,7 @@ class Suitabilities:
             where = str(self._store.files.upload(upload))
             index = await asyncio.to_thread(index_of, self._store, self._settings, upload)
             limits = limits_of(self._settings)
-            found = await self._tasks.run(weigh_target, where, index, experiment.id, frame, mark, limits)
+            found = await tasks.run(weigh_target, where, index, experiment.id, frame, mark, limits)
             self._found[key] = _public(found)
             while len(self._found) > MOST_KEPT:
                 self._found.popitem(last=False)

@@ -29,6 +29,11 @@ CLOSE_UNSUPPORTED = 1003
 CLOSE_TOO_BIG = 1009
 CLOSE_TRY_LATER = 1013
 
+MOST_HZ = 150.0
+"""Messages a second that a browser may go on sending; one that drags a slider and turns the camera sends 120."""
+BURST = 300
+"""Messages that it may send at once."""
+
 logger = logging.getLogger(__name__)
 
 Ending = tuple[int, str]
@@ -71,8 +76,13 @@ async def _first(*directions: Coroutine[Any, Any, Ending]) -> Ending:
 
 
 async def _from_browser(websocket: WebSocket, connection: Connection) -> Ending:
+    loop = asyncio.get_running_loop()
+    # When what has come so far would be taken up at the rate that is allowed.
+    taken_up = loop.time()
     while True:
         message = await websocket.receive()
+        taken_up = max(taken_up, loop.time()) + 1.0 / MOST_HZ
+        await asyncio.sleep(taken_up - BURST / MOST_HZ - loop.time())
         if message["type"] == "websocket.disconnect":
             return CLOSE_GOING_AWAY, "The browser has left"
         data = message.get("bytes")

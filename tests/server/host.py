@@ -1,10 +1,11 @@
 """A real server on a free port, with real worker processes, and what tests say to it through real sockets."""
 
+import asyncio
 import socket
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,18 @@ import httpx
 import uvicorn
 
 from server.app import create_app
+from server.connections import configuration
 from server.settings import Settings
+
+
+class _Uvicorn(uvicorn.Server):
+    """Remembers its loop, so that tests can run something there."""
+
+    loop: asyncio.AbstractEventLoop
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        self.loop = asyncio.get_running_loop()
+        await super().startup(sockets)
 
 
 class Server:
@@ -25,15 +37,8 @@ class Server:
         self.listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.listening.bind(("127.0.0.1", 0))
         self.port = self.listening.getsockname()[1]
-        config = uvicorn.Config(
-            self.app,
-            log_config=None,
-            access_log=False,
-            ws_max_size=65536,
-            ws_per_message_deflate=False,
-            timeout_graceful_shutdown=3,
-        )
-        self.uvicorn = uvicorn.Server(config)
+        config = configuration(self.app, timeout_graceful_shutdown=3)
+        self.uvicorn = _Uvicorn(config)
         self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listening]})
 
     @property
@@ -47,6 +52,10 @@ class Server:
     @property
     def manager(self) -> Any:
         return self.app.state.services.manager
+
+    def run(self, work: Coroutine[Any, Any, Any]) -> Any:
+        """Run something in the server's loop, and return its result."""
+        return asyncio.run_coroutine_threadsafe(work, self.uvicorn.loop).result(30)
 
     def pid_of(self, session: str) -> int:
         """The worker's process number."""

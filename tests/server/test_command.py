@@ -7,6 +7,10 @@ from pathlib import Path
 
 import httpx
 import psutil
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from tests.server.command import failing, link, serving
 from tests.server.host import begin, wait_for
@@ -61,6 +65,20 @@ def test_other_wrong_wishes(tmp_path: Path) -> None:
     assert "address" in failing(f"host='203.0.113.7', port=0, data_dir=Path({str(tmp_path)!r})")
     (tmp_path / "file").write_text("")
     assert "--data-dir" in failing(f"port=0, data_dir=Path({str(tmp_path / 'file')!r})")
+
+
+def test_a_refused_websocket_is_one_line_of_the_log(tmp_path: Path) -> None:
+    """Many of them are one warning that says why; nothing is taken for a mistake of the server."""
+    with serving(f"port=0, data_dir=Path({str(tmp_path)!r})") as process:
+        address = link(process).replace("http", "ws") + "viz/x"
+        for _ in range(20):
+            with pytest.raises(InvalidStatus):
+                connect(address, origin=Origin("http://evil.example"), proxy=None)
+        process.send_signal(signal.SIGINT)
+        _, log = process.communicate(timeout=20)
+    lines = [line for line in log.splitlines() if "level=info" not in line]
+    assert len(lines) == 1, log
+    assert "another site" in lines[0]
 
 
 def test_a_link_with_a_token(tmp_path: Path) -> None:

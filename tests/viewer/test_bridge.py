@@ -2,7 +2,9 @@
 
 import gc
 import socket
+import sys
 import threading
+import time
 from pathlib import Path
 
 import msgspec
@@ -11,7 +13,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from server.viewer.bridge import MAXIMUM_BYTES
+from server.viewer.bridge import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
 from server.viewer.viser_adapter import is_welcome
 from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing, wait_for
 
@@ -82,6 +84,43 @@ def test_a_message_from_nowhere_does_not_end_the_connection(session: Session, si
         peer.socket.send(b"rubbish")
         peer.move("Particles", 55)
         wait_for(lambda: session.values["sample_count"] == 55)
+
+
+def test_values_that_a_control_cannot_take_are_dropped(
+    session: Session, site: Site, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    """Thousands of them leave one warning and no traceback, and the next good value is taken."""
+    with Peer(site.scene) as peer:
+        for value in ("many", None, {"a": 1}, [1, 2], float("nan")) * 40:
+            peer.move("Particles", value)
+        peer.move("Particles", 300)
+        wait_for(lambda: session.values["sample_count"] == 300, seconds=30)
+        assert peer.socket.close_code is None
+    assert capsys.readouterr().out.count("cannot take") == 1
+    assert caplog.records == []
+
+
+def test_a_browser_that_says_too_much_is_heard_slowly(
+    session: Session, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So nobody can keep the server busy; what it says is not lost."""
+    heard = 0
+
+    def count(_: bytes) -> bool:
+        nonlocal heard
+        heard += 1
+        return False
+
+    monkeypatch.setattr(sys.modules[bridge.__module__], "is_welcome", count)
+    with Peer(site.scene) as peer:
+        wait_for(lambda: heard == 1)
+        begun = time.monotonic()
+        for _ in range(BURST + 100):
+            peer.send("ViewerCameraMessage")
+        wait_for(lambda: heard >= BURST)
+        assert heard <= BURST + 10 + MOST_HZ * (time.monotonic() - begun)
+        wait_for(lambda: heard == BURST + 101)
+        assert time.monotonic() - begun > 0.8 * 100 / MOST_HZ
 
 
 def test_a_browser_that_vanishes_leaves_nothing(session: Session, site: Site) -> None:

@@ -2,14 +2,20 @@
 
 viser lets any browser open a public tunnel to the server, upload files into its memory, ask for renders, drag nodes and
 assign any attribute of a control, and has no public way to refuse. So only what the scene and the panel need is passed
-on to it, and the handlers of tunnel and uploads are removed.
+on to it, and the handlers of tunnel and uploads are removed. A value that a control cannot take, such as a word for a
+number, is dropped with a warning now and then, where viser would write ten lines for each.
 """
+
+from typing import Any
 
 import msgspec
 import viser
 from viser import _messages
+from viser.infra import _messages as infra_messages
 
-__all__ = ["is_welcome", "remove_handlers"]
+from server.log import Seldom
+
+__all__ = ["drop_bad_values", "is_welcome", "remove_handlers"]
 
 CONTROL = _messages.GuiUpdateMessage.__name__
 WELCOME = frozenset(
@@ -47,9 +53,28 @@ def is_welcome(data: bytes) -> bool:
         message = _DECODER.decode(data)
     except (msgspec.MsgspecError, ValueError, RecursionError):
         return False
-    if message.type == CONTROL:
-        return message.updates.keys() == {"value"}
-    return message.type in WELCOME
+    if message.type not in WELCOME or (message.type == CONTROL and message.updates.keys() != {"value"}):
+        return False
+    try:
+        infra_messages.Message.deserialize(data)
+    except Exception:  # noqa: BLE001 - viser would end the connection, whatever it is
+        return False
+    return True
+
+
+def drop_bad_values(server: viser.ViserServer) -> None:
+    """Make a server drop what its handlers cannot take, with a warning now and then."""
+    incoming = server._websock_server  # noqa: SLF001 - there is no public way
+    handle = incoming._handle_incoming_message  # noqa: SLF001
+    seldom = Seldom(__name__)
+
+    async def handle_or_drop(client: Any, message: Any) -> None:  # noqa: ANN401 - viser's own types
+        try:
+            await handle(client, message)
+        except Exception as error:  # noqa: BLE001 - whatever it is, it is the browser's
+            seldom.warn("a browser has sent what its scene cannot take", kind=type(message).__name__, error=str(error))
+
+    incoming._handle_incoming_message = handle_or_drop  # type: ignore[assignment,method-assign]  # noqa: SLF001
 
 
 def remove_handlers(server: viser.ViserServer) -> None:

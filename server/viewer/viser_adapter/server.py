@@ -31,6 +31,7 @@ def start(title: str) -> tuple[viser.ViserServer, Endpoint]:
     with _quiet():
         server = viser.ViserServer(cast("str", reached), 0, label=title, verbose=False)
     messages.remove_handlers(server)
+    messages.drop_bad_values(server)
     return server, reached
 
 

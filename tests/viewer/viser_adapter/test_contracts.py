@@ -4,9 +4,11 @@ What the endpoint rests on is in `test_endpoint`, since it decides whether a vis
 """
 
 import ast
+import dataclasses
 import inspect
 import re
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -40,6 +42,24 @@ HANDLED = {
 """What a server of this version takes from browsers beside what the adapter removes, judged harmless or dropped."""
 
 
+SAID: dict[str, dict[str, Any]] = {
+    "GuiUpdateMessage": {"uuid": "a", "updates": {"value": 1}},
+    "LocalStorageGetItemResponseMessage": {"request_uuid": "a", "value": None, "error": None},
+    "ViewerCameraMessage": {
+        "wxyz": [1.0, 0.0, 0.0, 0.0],
+        "position": [0.0, 0.0, 0.0],
+        "fov": 1.0,
+        "near": 0.1,
+        "far": 9.0,
+        "image_height": 1,
+        "image_width": 1,
+        "look_at": [0.0, 0.0, 1.0],
+        "up_direction": [0.0, 1.0, 0.0],
+    },
+}
+"""What browsers say in good order."""
+
+
 def test_only_the_adapter_touches_what_is_private() -> None:
     """An upgrade of viser is a matter of one room."""
     found = [
@@ -69,6 +89,22 @@ def test_the_clock_serves_nothing_but_the_times_of_messages() -> None:
     )
 
 
+def test_messages_are_handled_in_one_place() -> None:
+    """There what a handler cannot take is dropped with a warning, where viser would write a traceback for each."""
+    source = inspect.getsource(_infra.WebsockServer._background_worker)
+    assert "self._handle_incoming_message(client_id, message)" in source, (
+        f"{VERSION} no longer hands all messages to _handle_incoming_message; see viser_adapter.messages"
+    )
+
+
+def test_a_browsers_connection_is_known() -> None:
+    """By its number, so that a browser that does not keep up can be held without the others."""
+    source = inspect.getsource(_infra.WebsockServer._background_worker)
+    assert "self._live_connections[client_id] = connection" in source, (
+        f"{VERSION} no longer keeps the connections by the numbers of browsers; see viser_adapter.server"
+    )
+
+
 def test_unwanted_messages_have_handlers_that_can_be_removed() -> None:
     """Once removed, neither a tunnel can be opened nor a file uploaded."""
     server, _ = viser_adapter.start("Ball")
@@ -88,8 +124,9 @@ def test_a_message_goes_by_the_name_of_its_class(name: str) -> None:
     """The list of what a browser may say is one of names."""
     kind = getattr(_messages, name)
     assert kind in _messages.Message.get_subclasses(), f"{VERSION} has no message {name}"
-    fields = {"uuid": "a", "updates": {"value": 1}} if name == messages.CONTROL else {}
-    assert messages.is_welcome(msgspec.msgpack.encode({"type": name, **fields}))
+    fields = {field.name for field in dataclasses.fields(kind) if field.init}
+    assert fields == SAID[name].keys(), f"{name} of {VERSION} has other fields"
+    assert messages.is_welcome(msgspec.msgpack.encode({"type": name, **SAID[name]}))
 
 
 def test_a_control_is_changed_by_its_value() -> None:

@@ -1,0 +1,15 @@
+"""The place of a request in the queue."""
+
+from pydantic import BaseModel
+
+__all__ = ["QueuePublic"]
+
+
+class QueuePublic(BaseModel):
+    """Where a request waits.
+
+    Attributes:
+        before: How many come before it.
+    """
+
+    before: int

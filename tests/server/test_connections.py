@@ -1,0 +1,126 @@
+"""Connections and bodies that say nothing, or too much, keep nobody else out."""
+
+import asyncio
+import socket
+from typing import Any
+
+import httpx
+import pytest
+
+from server import connections
+from server.middleware.body_limit import BodyLimit
+from tests.server.apart import run
+from tests.server.host import Server, error_of, wait_for
+
+TOKEN = "a token of sufficient length"
+
+
+def is_closed(raw: socket.socket) -> bool:
+    """Whether the other side has closed a connection; waits until it has said something."""
+    try:
+        return raw.recv(1000) == b""
+    except ConnectionResetError:
+        return True
+
+
+@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: local"])
+def test_a_connection_without_a_request_ends(start_server: Any, monkeypatch: pytest.MonkeyPatch, said: bytes) -> None:
+    """Whether it says nothing or half a head, also after a request that was answered."""
+    monkeypatch.setattr(connections, "HEAD_S", 0.3)
+    with start_server() as (server, _):
+        for first in (b"", b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"):
+            with socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw:
+                raw.sendall(first)
+                if first:
+                    assert b"200 OK" in raw.recv(4000)
+                raw.sendall(said)
+                assert is_closed(raw)
+
+
+def test_silent_connections_make_room(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When there are too many, those that have been silent for longest end, and requests are answered all the time."""
+    monkeypatch.setattr(connections, "most_connections", lambda: 20)
+    with start_server() as (server, client):
+        silent = []
+        for _ in range(60):
+            silent.append(socket.create_connection(("127.0.0.1", server.port), timeout=30))
+            assert client.get("/healthz").status_code == 200
+        wait_for(lambda: len(server.uvicorn.server_state.connections) <= 20)
+        assert all(is_closed(raw) for raw in silent[:40])
+        with httpx.Client(base_url=server.url) as other:
+            assert other.get("/healthz").status_code == 200
+        for raw in silent:
+            raw.close()
+
+
+def test_a_body_that_pauses_is_given_up() -> None:
+    """A request whose body stops coming is answered and ends."""
+    sent: list[Any] = []
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        while (await receive())["more_body"]:
+            pass
+        raise AssertionError("the body has not ended")
+
+    async def act() -> None:
+        messages = [{"type": "http.request", "body": b"a", "more_body": True}]
+
+        async def receive() -> Any:
+            return messages.pop() if messages else await asyncio.Event().wait()
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        await BodyLimit(app, 100, silence_s=0.05)({"type": "http", "headers": []}, receive, send)
+
+    run(act())
+    assert sent[0]["status"] == 408
+    assert b"pause" in sent[1]["body"]
+
+
+def test_no_content_type_lifts_the_limit(client: httpx.Client) -> None:
+    """Only a route that takes files takes large bodies, whatever a request calls itself."""
+    headers = {"content-type": "multipart/form-data; boundary=x"}
+    body = b"{" + b" " * (2 << 20) + b"}"
+    error_of(client.post("/api/v1/sessions", content=body, headers=headers), 413)
+    chunks = (b" " * 65536 for _ in range(40))
+    error_of(client.post("/api/v1/sessions", content=chunks, headers=headers), 413)
+
+
+def test_a_long_boundary_is_refused(client: httpx.Client) -> None:
+    """Its length has a limit by the standard."""
+    headers = {"content-type": f"multipart/form-data; boundary={'x' * 60_000}"}
+    assert "70" in error_of(client.post("/api/v1/uploads", content=b"", headers=headers), 400)["message"]
+
+
+def test_two_host_headers_are_refused(server: Server) -> None:
+    """What reads the first and what reads the second would see two servers."""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw:
+        raw.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\nConnection: close\r\n\r\n")
+        assert raw.recv(4000).startswith(b"HTTP/1.1 400")
+
+
+BROWSER = {"accept": "text/html,application/xhtml+xml"}
+
+
+class TestWithoutAToken:
+    def test_a_browser_sees_a_page(self, start_server: Any) -> None:
+        """It says what is asked for, and has a place to type it; what is typed there opens the page."""
+        with start_server(token=TOKEN) as (_, client):
+            page = client.get("/session/new", headers=BROWSER)
+            assert page.status_code == 401
+            assert page.headers["content-type"].startswith("text/html")
+            assert "asks for a token" in page.text
+            assert 'name="token"' in page.text
+            wrong = client.get("/", params={"token": "an old token"}, headers=BROWSER)
+            assert wrong.status_code == 401
+            assert "not this server" in wrong.text
+            assert "an old token" not in wrong.text
+            assert client.get("/", params={"token": TOKEN}, headers=BROWSER).status_code == 303
+            error_of(httpx.get(f"{client.base_url}/api/v1/sessions", headers=BROWSER), 401)
+
+    def test_a_token_in_an_address_opens_pages_only(self, start_server: Any) -> None:
+        """Elsewhere it would stay in the address, and in logs."""
+        with start_server(token=TOKEN) as (_, client):
+            error_of(client.get("/api/v1/sessions", params={"token": TOKEN}), 401)
+            error_of(client.post("/api/v1/sessions", params={"token": TOKEN}, json={"experiment": "ball"}), 401)
