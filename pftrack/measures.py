@@ -101,6 +101,11 @@ class Measure:
     better: Literal["higher", "lower"] = "higher"
     source: str = ""
 
+    def as_dict(self) -> dict[str, str]:
+        """Return the declaration as JSON values."""
+        names = ("name", "title", "description", "how", "unit", "better", "source")
+        return {name: getattr(self, name) for name in names}
+
     def of(self, course: Course) -> float | int | None:
         """Return the measure of a run; None where nothing is known."""
         values = self.frames(course)

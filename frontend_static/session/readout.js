@@ -4,6 +4,7 @@ import { fill, h, setText } from "../shared/dom.js";
 import { number, quantity } from "../shared/format.js";
 import { coalesce } from "../shared/timing.js";
 import { curve } from "./history.js";
+import { measures } from "./measures.js";
 import { between, withSpread } from "./plots/kinds/band.js";
 import { mostProbable } from "./plots/kinds/hypotheses.js";
 import { declared, measured, numberOf, samplers, samplesOf, vectorOf } from "./series.js";
@@ -15,10 +16,12 @@ import { declared, measured, numberOf, samplers, samplesOf, vectorOf } from "./s
  * @param {HTMLElement} root
  * @param {import("./mount.js").Mounted} view
  */
-export function readout(root, { store, signal }) {
+export function readout(root, view) {
+  const { store, signal } = view;
   const verdict = h("p", { class: "verdict" });
   const list = h("dl", {});
   fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, list);
+  measures(root, view);
   /** @type {Reading[]} */
   let readings = [];
   /** @type {{title: HTMLElement, value: HTMLElement}[]} */

@@ -13,7 +13,7 @@ import { History } from "./history.js";
  * @typedef {import("../shared/messages.js").SessionMessage} SessionMessage
  * @typedef {import("../shared/messages.js").SessionPublic} SessionPublic
  * @typedef {import("./history.js").Row} Row
- * @typedef {"session"|"position"|"history"|"branches"|"bookmarks"|"connection"|"refused"} Topic
+ * @typedef {"session"|"position"|"history"|"branches"|"bookmarks"|"measures"|"connection"|"refused"} Topic
  */
 
 /** @extends {Topics<Topic>} */
@@ -151,6 +151,10 @@ export class Store extends Topics {
         }
         this.#activate(message.branch);
         this.tell("branches");
+        break;
+      case "measures":
+        session.measured = message.values;
+        this.tell("measures");
         break;
       case "bookmarks":
         session.bookmarks = message.bookmarks;

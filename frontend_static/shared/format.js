@@ -45,6 +45,20 @@ export function parameterValue(value, declaration) {
 }
 
 /**
+ * A measure of a whole run: a share in percent, frames of how many there are, anything else with its unit.
+ *
+ * @param {number|null} value
+ * @param {{how: string, unit: string}} measure
+ * @param {number} [frames] Of the run.
+ */
+export function measureValue(value, { how, unit }, frames) {
+  if (value === null) return MISSING;
+  if (how === "share") return `${number(100 * value, 0)} %`;
+  if (how === "until") return frames === undefined ? `${number(value, 0)} ${unit}` : `${number(value, 0)} of ${frames}`;
+  return unit === "" ? number(value, 2) : `${number(value)} ${unit}`;
+}
+
+/**
  * 12,345,678 bytes -> "12.3 MB".
  *
  * @param {number} amount

@@ -364,6 +364,28 @@ export interface MarkNumber {
   about: string | null;
 }
 
+/** The declaration of a measure. */
+export interface MeasurePublic {
+  name: string;
+  title: string;
+  /** Its definition, one sentence */
+  description: string;
+  /** A share of the frames, their median, or how many there were until one missed */
+  how: "share" | "median" | "until";
+  unit: string;
+  better: "higher" | "lower";
+  /** Author, title and year of whoever defined it; empty for the project's own */
+  source: string;
+}
+
+/** The measures of a branch so far, by name; those that it has no truth for are missing. */
+export interface Measures {
+  version: 1;
+  type: "measures";
+  branch: string;
+  values: Record<string, number>;
+}
+
 /** With which method to open a run; with its own if none is named. */
 export interface OpenRequest {
   tracker?: string | null;
@@ -603,6 +625,11 @@ export interface SessionPublic {
   series: Series[];
   plots: Plot[];
   readings: Reading[];
+  measures: MeasurePublic[];
+  /** Measures of the active branch so far, by name */
+  measured: Record<string, number>;
+  /** Name of the measure that decides on success */
+  success_measure: string;
   tracker: string;
   frames: number;
   position: number;
@@ -827,7 +854,7 @@ export interface World {
 }
 
 /** What a session's stream says. */
-export type SessionMessage = Bookmarks | Branches | Frame | Frames | SessionHello | Parameters | Position | Refused | SessionNews | Pong;
+export type SessionMessage = Bookmarks | Branches | Frame | Frames | SessionHello | Measures | Parameters | Position | Refused | SessionNews | Pong;
 
 /** What a sweep's stream says. */
 export type SweepMessage = Cells | SweepHello | Progress;

@@ -97,10 +97,7 @@ def _about(experiment: "Experiment") -> dict[str, object]:
         "accepts_video": experiment.accepts_video,
         "default_tracker": experiment.default_tracker,
         "frames": experiment.frames,
-        "measures": [
-            {key: getattr(it, key) for key in ("name", "title", "description", "unit", "how", "better", "source")}
-            for it in experiment.run_measures
-        ],
+        "measures": [measure.as_dict() for measure in experiment.run_measures],
         "trackers": [
             {"id": tracker.id, "title": tracker.title, "description": tracker.description}
             for tracker in experiment.trackers.values()

@@ -18,7 +18,7 @@ import numpy as np
 
 from pftrack.experiment import Experiment, Setup, Step
 from pftrack.frame import Frame
-from pftrack.measures import measured
+from pftrack.measures import Course, measured
 from pftrack.parameters import ParameterError, Parameters, flat
 from pftrack.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.runs.checkpoint import Checkpoint
@@ -279,6 +279,12 @@ class Run:
         """Hash of all estimates up to the furthest frame computed: equal if and only if they are to the bit."""
         return estimates_hash(np.array([row.estimate for row in self.diagnostics]))
 
+    def measures(self) -> Mapping[str, float | int]:
+        """Return the measures of the run so far that it has a truth for, by name."""
+        if all(row.truth is None for row in self.diagnostics):
+            return {}
+        return measured(self.experiment.run_measures, self._course())
+
     def summary(self) -> Summary:
         """Return what came of the run so far.
 
@@ -286,7 +292,7 @@ class Run:
         measure is known.
         """
         parameters = self.parameters_at(self.computed)
-        course = course_of(self.diagnostics, judged=self.experiment.lost is not None)
+        course = self._course()
         decisive = self.experiment.measure_named(self.setup.success)
         return Summary(
             experiment=self.experiment.id,
@@ -301,6 +307,9 @@ class Run:
             step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
             estimates_sha256=self.estimates_sha256,
         )
+
+    def _course(self) -> Course:
+        return course_of(self.diagnostics, judged=self.experiment.lost is not None)
 
     def _frame(self, index: int) -> Frame:
         return self.source.frame(index, self.timeline.history)

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from pftrack.experiments import find
 from pftrack.files import settle
+from pftrack.measures import HIT_RATE
 from pftrack.runs.recipe import EARLIER
 from pftrack.runs.record import Record
 from server.errors import ConflictError, NoRoomError
@@ -150,10 +152,14 @@ async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:
 
 
 def outcome(summary: dict[str, Any]) -> str:
-    """Say in a few words what came of a run."""
+    """Say in a few words what came of a run, by the measure that decided on its success."""
     frames, lost = summary["frames"], summary.get("lost_frames")
     if summary.get("success") is None:
         return f"{frames} frames"
+    decisive = summary.get("success_measure", HIT_RATE.name)
+    if decisive != HIT_RATE.name:
+        measure = find(summary["experiment"]).measure_named(decisive)
+        return f"{measure.title} in {100 * summary[decisive]:.0f} % of {summary['labelled_frames']} frames"
     if not lost:
         return f"Kept for {frames} frames"
     return f"Lost in {lost} of {frames} frames, first in frame {summary['first_lost_frame']}"

@@ -14,6 +14,7 @@ from pftrack.parameters import Declaration, Value
 from pftrack.runs.recipe import Recipe
 from pftrack.series import Series
 from server.schemas.controls import ControlPublic
+from server.schemas.measures import MeasurePublic
 from server.schemas.panel import SPEEDS
 from server.schemas.spec import Bookmark
 from server.schemas.stream import Message
@@ -25,6 +26,7 @@ __all__ = [
     "Frame",
     "Frames",
     "Hello",
+    "Measures",
     "Painted",
     "Parameters",
     "Phase",
@@ -93,6 +95,9 @@ class SessionPublic(BaseModel):
     series: list[Series] = []
     plots: list[Plot] = []
     readings: list[Reading] = []
+    measures: list[MeasurePublic] = []
+    measured: dict[str, float] = Field({}, description="Measures of the active branch so far, by name")
+    success_measure: str = Field("", description="Name of the measure that decides on success")
     tracker: str
     frames: int
     position: int
@@ -157,6 +162,14 @@ class Position(Message):
     goal: int | None
     playing: bool
     speed: float
+
+
+class Measures(Message):
+    """The measures of a branch so far, by name; those that it has no truth for are missing."""
+
+    type: Literal["measures"] = "measures"
+    branch: str
+    values: dict[str, float]
 
 
 class Parameters(Message):

@@ -64,7 +64,8 @@ class SessionState:
     def view(self) -> messages.SessionPublic:
         """Return the session as everybody outside sees it."""
         assert self.card is not None  # noqa: S101 - a session without a card is shown to nobody
-        return view(self.spec, self.card, self.phase, self.message, playing=self.playing)
+        measured = dict(self._last.measures) if self._last else {}
+        return view(self.spec, self.card, self.phase, self.message, measured, playing=self.playing)
 
     def hello(self) -> messages.Hello:
         """Return the complete state."""
@@ -140,6 +141,8 @@ class SessionState:
         self.add(now.branch, list(rows))
         if last is None or switched or _where(last) != _where(now):
             self._tell_position(now)
+        if last is not None and last.measures != now.measures:
+            self.listeners.emit(messages.Measures(branch=now.branch, values=now.measures))
 
     def become(self, state: Phase, message: str | None = None) -> None:
         """Be in another state, and say so unless the transport says it already."""

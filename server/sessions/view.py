@@ -8,6 +8,7 @@ from pftrack.palette import BRANCHES, hexadecimal
 from pftrack.parameters import Declaration
 from pftrack.series import Series
 from server.schemas.controls import controls_of
+from server.schemas.measures import MeasurePublic
 from server.schemas.messages import BranchPublic, Phase, SessionPublic, TrackerPublic
 from server.schemas.spec import Goal, SessionSpec
 from server.sessions.timeline_view import threshold_views, timeline_view
@@ -16,11 +17,20 @@ from server.worker.protocol import SessionInfo
 __all__ = ["DECLARATIONS", "LAYERS", "PLOTS", "READINGS", "SERIES", "branch_views", "last_of", "view"]
 
 SERIES, LAYERS = TypeAdapter(list[Series]), TypeAdapter(list[Layer])
+MEASURES: TypeAdapter[list[MeasurePublic]] = TypeAdapter(list[MeasurePublic])
 PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
 DECLARATIONS: TypeAdapter[list[Declaration]] = TypeAdapter(list[Declaration])
 
 
-def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None, *, playing: bool) -> SessionPublic:
+def view(
+    spec: SessionSpec,
+    card: SessionInfo,
+    state: Phase,
+    message: str | None,
+    measured: dict[str, float],
+    *,
+    playing: bool,
+) -> SessionPublic:
     """Return a session as everybody outside sees it."""
     active = spec.active
     declarations = DECLARATIONS.validate_python(card.declarations)
@@ -33,6 +43,9 @@ def view(spec: SessionSpec, card: SessionInfo, state: Phase, message: str | None
         series=SERIES.validate_python(card.series),
         plots=PLOTS.validate_python(card.plots),
         readings=READINGS.validate_python(card.readings),
+        measures=MEASURES.validate_python(card.measures),
+        measured=measured,
+        success_measure=card.success_measure,
         tracker=active.tracker,
         frames=card.frames,
         position=active.position,

@@ -105,6 +105,8 @@ class SessionInfo:
     series: list[dict[str, Any]] = field(default_factory=list)
     plots: list[dict[str, Any]] = field(default_factory=list)
     readings: list[dict[str, Any]] = field(default_factory=list)
+    measures: list[dict[str, Any]] = field(default_factory=list)
+    success_measure: str = ""
     worlds: tuple[World, ...] = ()
 
 
@@ -126,6 +128,7 @@ class RunStatus:
         first_values: Parameters at frame 0.
         second: Branch that is drawn beside the active one, if there is one.
         goal: Where it is on its way to, while it is.
+        measures: Of the active branch so far, by name; while it plays, of a moment ago.
     """
 
     branch: str
@@ -141,6 +144,7 @@ class RunStatus:
     first_values: Values = field(default_factory=dict)
     second: str | None = None
     goal: Goal | None = None
+    measures: dict[str, float | int] = field(default_factory=dict)
 
 
 # ---------------------------------------------------------------- commands

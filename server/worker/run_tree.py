@@ -56,6 +56,7 @@ class RunTree:
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
         self._left: dict[str, str] = {}
         self._restarts = 0
+        self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
         self._runs[self.active] = self._begin(config.recipe)
         check_timeline(config.recipe.timeline, self.run.frames)
         self._recall()
@@ -94,11 +95,27 @@ class RunTree:
             series=[dataclasses.asdict(series) for series in self.experiment.declared()],
             plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
             readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
+            measures=[measure.as_dict() for measure in self.experiment.run_measures],
+            success_measure=self._setup.success,
             worlds=self.experiment.worlds,
         )
 
-    def status(self, *, playing: bool, speed: float, goal: Goal | None = None) -> RunStatus:
-        """Return where the active branch stands, and where it is on its way to."""
+    def measures(self) -> dict[str, float | int]:
+        """Return the measures of the active branch so far, by name."""
+        of = self.active, self._restarts, self.run.computed
+        if self._measured[0] != of:
+            self._measured = of, dict(self.run.measures())
+        return self._measured[1]
+
+    def status(
+        self,
+        *,
+        playing: bool,
+        speed: float,
+        goal: Goal | None = None,
+        measures: dict[str, float | int] | None = None,
+    ) -> RunStatus:
+        """Return where the active branch stands, where it is on its way to, and what is known of its measures."""
         run = self.run
         following = run.position + 1
         return RunStatus(
@@ -115,6 +132,7 @@ class RunTree:
             first_values=flat(run.parameters_at(0)),
             second=self.second,
             goal=goal,
+            measures=measures or {},
         )
 
     def forward(self) -> dict[str, Any] | None:

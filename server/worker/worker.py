@@ -59,6 +59,8 @@ TELL_S = 1 / 30
 # A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
 EARLY = 0.8
 HEARTBEAT_S = 1.0
+MEASURED_EVERY_S = 1.0
+"""While frames keep coming; measures look at all frames so far."""
 # So long a command or a start may take before it becomes a way that others can watch and cut short.
 AT_ONCE_S = 0.5
 OPEN_FILES = 256
@@ -127,6 +129,8 @@ class Worker:
         self._playing = False
         self._speed = config.speed
         self._due = 0.0
+        self._measures: dict[str, float | int] = {}
+        self._measured = 0.0
         self._rows: list[dict[str, Any]] = []
         self._news = False
         self._credits: set[Form] = set()
@@ -230,7 +234,10 @@ class Worker:
 
     def _status(self) -> RunStatus:
         goal = self._way.goal if self._way is not None else None
-        return self._tree.status(playing=self._playing, speed=self._speed, goal=goal)
+        now = time.monotonic()
+        if not (self._playing or self._way) or now - self._measured > MEASURED_EVERY_S:
+            self._measures, self._measured = self._tree.measures(), now
+        return self._tree.status(playing=self._playing, speed=self._speed, goal=goal, measures=self._measures)
 
     def _tell(self) -> None:
         """Tell what is new, thirty times a second at most, or that there is life."""

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { bytes, count, duration, moment, number, parameterValue, quantity, speed } from "../../frontend_static/shared/format.js";
+import { bytes, count, duration, measureValue, moment, number, parameterValue, quantity, speed } from "../../frontend_static/shared/format.js";
 import { share2, short } from "../../frontend_static/sweep/look.js";
 import { progressWords } from "../../frontend_static/shared/progress.js";
 
@@ -67,5 +67,16 @@ describe("how far long work is", () => {
     assert.equal(progressWords(1200, 4000, 0.5, 100), "Computing frame 1,200 of 4,000");
     assert.equal(progressWords(1200, 4000, 30, 0), "Computing frame 1,200 of 4,000");
     assert.equal(progressWords(1200, 4000, 30, 1200), "Computing frame 1,200 of 4,000, about 1 min 10 s left");
+  });
+});
+
+describe("measures", () => {
+  it("are a share, a number of frames, or a number with its unit", () => {
+    assert.equal(measureValue(0.154, { how: "share", unit: "" }), "15 %");
+    assert.equal(measureValue(8, { how: "until", unit: "frames" }, 60), "8 of 60");
+    assert.equal(measureValue(8.4, { how: "until", unit: "frames" }), "8 frames");
+    assert.equal(measureValue(2.94, { how: "median", unit: "px" }), "2.9 px");
+    assert.equal(measureValue(0.205, { how: "median", unit: "" }), "0.20");
+    assert.equal(measureValue(null, { how: "share", unit: "" }), "–");
   });
 });

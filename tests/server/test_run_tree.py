@@ -50,7 +50,7 @@ class TestWorkbench:
             id="s", branches={"b0": BranchSpec(id="b0", title="Main", recipe=Recipe(experiment=name), tracker="t")}
         )
         for known in (card, SessionInfo(**json.loads(json.dumps(dataclasses.asdict(card))))):
-            shown = view(spec, known, "ready", None, playing=False)
+            shown = view(spec, known, "ready", None, {}, playing=False)
             assert tuple(shown.plots) == experiment.plots
             assert tuple(shown.readings) == experiment.readings
             assert tuple(shown.layers) == experiment.layers
@@ -108,6 +108,15 @@ class TestWorkbench:
         with pytest.raises(ParameterError):
             tree.change({"sample_count": 100, "gamma_px": -1}, "b1")
         assert tree.status(playing=False, speed=1) == before
+
+    def test_measures_are_those_of_the_branch_so_far(self) -> None:
+        """They are the run's own, declared with titles, and computed again only when there is another frame."""
+        tree = RunTree(config())
+        forward(tree, 12)
+        assert tree.measures() == tree.run.summary().measures
+        assert tree.measures() is tree.measures()
+        assert {"hit_rate", "inside_share"} < {one["name"] for one in tree.card().measures}
+        assert tree.card().success_measure == "hit_rate"
 
     def test_restart_keeps_the_values(self) -> None:
         """A restart keeps tracker and values in force, and nothing else."""

@@ -82,6 +82,14 @@ def test_playing_is_told_once(ear: Ear) -> None:
     assert ear.state.phase == "ended"
 
 
+def test_measures_are_told_when_they_change(ear: Ear) -> None:
+    """Once by a message of their own, and from then on whoever comes is greeted with them."""
+    (told,) = ear.stand(measures={"inside_share": 0.5})
+    assert (told["type"], told["values"]) == ("measures", {"inside_share": 0.5})
+    assert ear.stand(measures={"inside_share": 0.5}) == []
+    assert ear.state.view().measured == {"inside_share": 0.5}
+
+
 def test_a_change_is_echoed(ear: Ear) -> None:
     """A change is told with what changed alone, and the panel is told as well."""
     (told,) = ear.stand(values={"n": 5, "m": 2}, recipe=RECIPE.model_copy(update={"timeline": (Change(1, {"n": 5}),)}))

@@ -1,0 +1,29 @@
+"""Measures on the page of a session: the one that decides in a line, all others on request, in words and units."""
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import SessionPage
+
+Watch = Callable[..., SessionPage]
+
+
+@pytest.mark.parametrize("width", [1280, 800])
+def test_the_run_so_far_is_measured(watch: Watch, server: Server, width: int) -> None:
+    """The ball is not lost by its document's limit, and stands beside the ball in some frames; both are to be read."""
+    shown = watch()
+    shown.page.set_viewport_size({"width": width, "height": 800})
+    server.seek(shown.id, 59)
+    shown.stands_at(59)
+    leading = shown.page.locator(".measures summary")
+    shown.until(lambda: "not lost" in leading.inner_text() and "100 %" in leading.inner_text(), "it is said first")
+    leading.click()
+    listed = shown.page.locator(".measures dl")
+    shown.until(lambda: "of 60" in listed.inner_text(), "frames to failure are told of how many")
+    words = listed.inner_text()
+    known = server.get(f"sessions/{shown.id}")["measured"]
+    assert f"inside the true box\n{100 * known['inside_share']:.0f} %" in words
+    assert f"{known['median_error_px']:.1f} px" in words
+    assert "box" in (shown.page.locator(".measures dt").first.get_attribute("title") or "")
