@@ -350,6 +350,7 @@ export interface MapPublic {
   high: (number | null)[];
   error: (number | null)[];
   lost_frames: (number | null)[];
+  measures: Record<string, (number | null)[]>;
 }
 
 /** A number of a mark that a person can change. */
@@ -548,6 +549,7 @@ export interface RowPublic {
   mean_error: number | null;
   lost_frames: number | null;
   first_lost_frame: number | null;
+  measures: Record<string, number | null>;
   problem: string | null;
 }
 
@@ -753,6 +755,7 @@ export interface SweepPublic {
   judged: boolean;
   axes: AxisPublic[];
   trackers: TrackerPublic[];
+  measures: MeasurePublic[];
   trials: number;
   frames: number;
   seed: number;

@@ -1,7 +1,7 @@
 /** What is said of a cell: where it is, and every method in it. */
 
 import { h } from "../shared/dom.js";
-import { count, number } from "../shared/format.js";
+import { count, measureValue, number } from "../shared/format.js";
 import { short } from "./look.js";
 
 /** @import { Child } from "../shared/elements.js" */
@@ -60,11 +60,12 @@ function line(store, map, index, isHere) {
  * @param {number} index
  * @returns {Child}
  */
-function outcome({ known: sweep }, { runs, problems, rate, low, high, error: errors }, index) {
+function outcome({ known: sweep, measure }, { runs, problems, rate, low, high, error: errors, measures }, index) {
   if (runs[index] === 0) return sweep.state === "running" ? "to come" : "not tested";
   if (problems[index] === runs[index]) return "not possible";
   const error = errors[index];
   const unit = sweep.unit ? ` ${sweep.unit}` : "";
+  if (measure !== undefined) return h("strong", {}, measureValue(measures[measure.name]?.[index] ?? null, measure));
   return [
     rate[index] !== null && [h("strong", {}, number(rate[index], 2)), ` (${number(low[index], 2)} – ${number(high[index], 2)})`],
     error !== null && h("span", { class: "tip-error" }, `error ${short(error)}${unit}`),

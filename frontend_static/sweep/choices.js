@@ -17,6 +17,7 @@ import { NO_AXIS } from "./store.js";
 const SHOWS = [
   { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
   { value: "error", words: "Error", hint: "Mean error of the successful runs" },
+  { value: "measure", words: "Measure", hint: "Mean over all runs of a measure as benchmarks define it" },
   { value: "difference", words: "Difference", hint: "One method's rate or error less another's" },
   { value: "significance", words: "Significance", hint: "Where a test tells two methods apart" },
 ];
@@ -46,9 +47,14 @@ export function choices(root, store) {
 
 /** @param {SweepStore} store */
 function switches(store) {
-  const { judged, trackers } = store.known;
-  const open = SHOWS.filter(({ value }) => (value !== "success" || judged) && (trackers.length > 1 || value === "success" || value === "error"));
-  return segments("Quantity", open, store.view.show, (show) => store.show({ show }));
+  const { judged, trackers, measures } = store.known;
+  const isOpen = { success: judged, error: true, measure: measures.length > 0, difference: trackers.length > 1, significance: trackers.length > 1 };
+  const open = SHOWS.filter(({ value }) => isOpen[value]);
+  const options = measures.map(({ name, title }) => ({ value: name, words: title }));
+  return [
+    segments("Quantity", open, store.view.show, (show) => store.show({ show })),
+    store.measure && h("span", { class: "choice", title: store.measure.description }, select("Which measure", options, store.view.of, (of) => store.show({ of }))),
+  ];
 }
 
 /** @param {SweepStore} store */

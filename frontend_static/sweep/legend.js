@@ -3,7 +3,7 @@
 import { fill, h } from "../shared/dom.js";
 import { onTheme } from "../shared/theme.js";
 import { css, diverging, gradient, verdict, viridis } from "./colours.js";
-import { differenceEnd, errorEnd, short } from "./look.js";
+import { differenceEnd, errorEnd, measureEnd, short } from "./look.js";
 
 /** @import { CellsPublic } from "../shared/messages.js" */
 /** @import { SweepStore } from "./store.js" */
@@ -22,7 +22,14 @@ export function legend(root, store) {
  * @param {SweepStore} store
  * @param {CellsPublic} cells
  */
-function amounts({ quantity, known }, cells) {
+function amounts({ quantity, measure, known }, cells) {
+  if (measure !== undefined) {
+    const { most, words } = measureEnd(cells, measure);
+    const unit = measure.unit ? ` ${measure.unit}` : "";
+    const [none, all] = measure.how === "share" ? ["0", "1"] : [`0${unit}`, `${short(most)}${unit}${words}`];
+    const [worse, better] = measure.better === "higher" ? [none, all] : [all, none];
+    return scale(`${measure.title}, mean of all runs`, gradient(viridis), worse, better);
+  }
   if (quantity === "success") return scale("Success rate", gradient(viridis), "0", "1");
   const unit = known.unit ? ` ${known.unit}` : "";
   const { most, words } = errorEnd(cells);

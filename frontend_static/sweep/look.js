@@ -2,7 +2,7 @@
 
 import { SIGNS, diverging, verdict, viridis } from "./colours.js";
 
-/** @import { CellsPublic, ComparisonPublic, MapPublic } from "../shared/messages.js" */
+/** @import { CellsPublic, ComparisonPublic, MapPublic, MeasurePublic } from "../shared/messages.js" */
 /** @import { Look } from "./map_paint.js" */
 /** @import { SweepStore } from "./store.js" */
 
@@ -32,6 +32,17 @@ export function differenceEnd({ view, comparison }) {
 }
 
 /**
+ * The end of a measure's scale that is not 0.
+ *
+ * @param {Pick<CellsPublic, "maps">} cells
+ * @param {MeasurePublic} measure
+ * @returns {End}
+ */
+export function measureEnd({ maps }, { name, how }) {
+  return how === "share" ? { most: 1, words: "" } : endOf(maps.flatMap(({ measures }) => measures[name] ?? []));
+}
+
+/**
  * The look of one method's cells; their range is shared by all maps.
  *
  * @param {SweepStore} store
@@ -40,15 +51,29 @@ export function differenceEnd({ view, comparison }) {
  * @returns {(index: number) => Look}
  */
 export function methodLook(store, cells, map) {
-  const isSuccess = store.quantity === "success";
-  const { most } = errorEnd(cells);
-  const values = isSuccess ? map.rate : map.error;
+  const { values, most, isShare, isBetterHigh } = quantityOf(store, cells, map);
   return (index) => {
-    const value = values[index];
+    const value = values[index] ?? null;
     const there = presence(store, cells, map, index);
     if (value === null) return { ...there, colour: null };
-    return { ...there, colour: viridis(isSuccess ? value : 1 - value / most), text: isSuccess ? share2(value) : short(value) };
+    return { ...there, colour: viridis(isBetterHigh ? value / most : 1 - value / most), text: isShare ? share2(value) : short(value) };
   };
+}
+
+/**
+ * What is shown of a method: its values, where their scale ends, and how they are to be read.
+ *
+ * @param {SweepStore} store
+ * @param {CellsPublic} cells
+ * @param {MapPublic} map
+ */
+function quantityOf({ quantity, measure }, cells, map) {
+  if (measure !== undefined) {
+    const { most } = measureEnd(cells, measure);
+    return { values: map.measures[measure.name] ?? [], most, isShare: measure.how === "share", isBetterHigh: measure.better === "higher" };
+  }
+  if (quantity === "error") return { values: map.error, most: errorEnd(cells).most, isShare: false, isBetterHigh: false };
+  return { values: map.rate, most: 1, isShare: true, isBetterHigh: true };
 }
 
 /**

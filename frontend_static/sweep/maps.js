@@ -74,7 +74,7 @@ export class Maps {
     const store = this.#store;
     const title = named(store, map.tracker);
     label(figure, title, pooled(store, map));
-    figure.map.show(`${title}, ${store.quantity}`, cells, methodLook(store, cells, map));
+    figure.map.show(`${title}, ${store.measure?.title ?? store.quantity}`, cells, methodLook(store, cells, map));
   }
 
   /**

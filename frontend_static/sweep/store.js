@@ -10,7 +10,7 @@ import { Topics } from "../shared/topics.js";
 import { sweeps } from "./api.js";
 
 const COMPARE_EVERY_MS = 1000;
-/** @type {Exclude<keyof MapPublic, "tracker">[]} */
+/** @type {Exclude<keyof MapPublic, "tracker"|"measures">[]} */
 const COLUMNS = ["runs", "problems", "successes", "rate", "low", "high", "error", "lost_frames"];
 export const NO_AXIS = "none";
 
@@ -124,7 +124,13 @@ export class SweepStore extends Topics {
 
   /** What is shown of single methods, or of what two are compared. */
   get quantity() {
+    if (this.view.show === "measure") return "measure";
     return this.view.show === "error" || (this.compares && this.view.measure === "error") ? "error" : "success";
+  }
+
+  /** The measure that is shown, if one is. */
+  get measure() {
+    return this.view.show === "measure" ? this.known.measures.find(({ name }) => name === this.view.of) : undefined;
   }
 
   /** Whether the maps show one method against another. */
@@ -166,7 +172,7 @@ export class SweepStore extends Topics {
 
   /** Fill in what the address left open. */
   #complete() {
-    const { axes, trackers, judged } = this.known;
+    const { axes, trackers, judged, measures } = this.known;
     const view = this.view;
     const known = (/** @type {string} */ name) => axes.some((axis) => axis.name === name);
     if (!known(view.x)) view.x = axes[0]?.name ?? NO_AXIS;
@@ -174,6 +180,8 @@ export class SweepStore extends Topics {
     const ids = trackers.map(({ id }) => id);
     if (!ids.includes(view.first)) view.first = ids[0];
     if (!ids.includes(view.second) || view.second === view.first) view.second = ids.find((id) => id !== view.first) ?? ids[0];
+    if (!measures.some(({ name }) => name === view.of)) view.of = measures[0]?.name ?? "";
+    if (measures.length === 0 && view.show === "measure") view.show = "success";
     if (!judged) view.measure = "error";
     if (!judged && view.show === "success") view.show = "error";
     if (ids.length < 2 && ["difference", "significance"].includes(view.show)) view.show = judged ? "success" : "error";
@@ -186,7 +194,9 @@ export class SweepStore extends Topics {
     cells.done = done;
     for (const changed of maps) {
       const map = cells.maps.find(({ tracker }) => tracker === changed.tracker);
-      if (map) for (const name of COLUMNS) at.forEach((index, place) => (map[name][index] = changed[name][place]));
+      if (!map) continue;
+      for (const name of COLUMNS) at.forEach((index, place) => (map[name][index] = changed[name][place]));
+      for (const [name, column] of Object.entries(changed.measures)) at.forEach((index, place) => (map.measures[name][index] = column[place]));
     }
   }
 }

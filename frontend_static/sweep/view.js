@@ -4,7 +4,8 @@
  * Axes and methods that are not in the sweep are replaced by those that are.
  *
  * @typedef {object} View
- * @property {"success"|"error"|"difference"|"significance"} show
+ * @property {"success"|"error"|"measure"|"difference"|"significance"} show
+ * @property {string} of Name of the measure that is shown.
  * @property {"success"|"error"} measure Of which two methods are compared.
  * @property {string} x Name of the axis across.
  * @property {string} y Name of the axis up.
@@ -20,7 +21,7 @@
  *
  * @type {View}
  */
-const USUAL = { show: "success", measure: "success", x: "", y: "", first: "", second: "", level: 0.01, correction: "none", test: "chi-square" };
+const USUAL = { show: "success", of: "", measure: "success", x: "", y: "", first: "", second: "", level: 0.01, correction: "none", test: "chi-square" };
 
 /**
  * @param {URLSearchParams} query
@@ -34,7 +35,8 @@ export function viewOf(query) {
    */
   const among = (name, values) => values.find((value) => value === query.get(name)) ?? values[0];
   return {
-    show: among("show", ["success", "error", "difference", "significance"]),
+    show: among("show", ["success", "error", "measure", "difference", "significance"]),
+    of: query.get("of") ?? USUAL.of,
     measure: among("measure", ["success", "error"]),
     x: query.get("x") ?? USUAL.x,
     y: query.get("y") ?? USUAL.y,

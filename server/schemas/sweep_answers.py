@@ -71,4 +71,5 @@ def _map(tracker: str, one: CellMap) -> MapPublic:
         high=numbers(one.high),
         error=numbers(one.mean_error),
         lost_frames=numbers(one.mean_lost_frames),
+        measures={name: numbers(means) for name, means in one.measures.items()},
     )

@@ -81,4 +81,5 @@ def _runs(view: CellsPublic, index: int) -> list[tuple[int, int]]:
 
 def _only(one: MapPublic, at: list[int]) -> MapPublic:
     columns = {name: [column[index] for index in at] for name, column in one if isinstance(column, list)}
-    return MapPublic(tracker=one.tracker, **columns)
+    measures = {name: [column[index] for index in at] for name, column in one.measures.items()}
+    return MapPublic(tracker=one.tracker, measures=measures, **columns)

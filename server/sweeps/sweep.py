@@ -18,6 +18,7 @@ import structlog
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Plan, begin, partial_of
 from server.errors import ConflictError
+from server.schemas.measures import MeasurePublic
 from server.schemas.sweep_answers import axis_view, fixed_views
 from server.settings import Settings
 from server.stream.listeners import Listeners
@@ -119,6 +120,7 @@ class Sweep:
             judged=self.judged,
             axes=self._axes,
             trackers=[{"id": name, "title": experiment.trackers[name].title} for name in plan.trackers],
+            measures=[MeasurePublic.model_validate(measure.as_dict()) for measure in experiment.run_measures],
             trials=plan.trials,
             frames=plan.frames,
             seed=plan.seed,

@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import BaseModel
 
 from pftrack.parameters import Value
+from server.schemas.measures import MeasurePublic
 from server.schemas.messages import TrackerPublic
 
 __all__ = [
@@ -79,6 +80,7 @@ class SweepPublic(BaseModel):
     judged: bool
     axes: list[AxisPublic]
     trackers: list[TrackerPublic]
+    measures: list[MeasurePublic] = []
     trials: int
     frames: int
     seed: int
@@ -103,7 +105,7 @@ class MapPublic(BaseModel):
     """The cells of one method, a list for each quantity.
 
     The lists are as long as `at` of a message, or as the map has cells, row after row of the y axis. What is not known
-    is null. `error` is the mean over the successful runs.
+    is null. `error` is the mean over the successful runs, and each of `measures` by its name that over all runs.
     """
 
     tracker: str
@@ -115,6 +117,7 @@ class MapPublic(BaseModel):
     high: list[float | None]
     error: list[float | None]
     lost_frames: list[float | None]
+    measures: dict[str, list[float | None]] = {}
 
 
 class ComparisonPublic(BaseModel):
@@ -158,6 +161,7 @@ class RowPublic(BaseModel):
     mean_error: float | None
     lost_frames: int | None
     first_lost_frame: int | None
+    measures: dict[str, float | None] = {}
     problem: str | None
 
 

@@ -176,6 +176,24 @@ def test_the_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     assert page.locator("label", has_text="Holm").locator("input").is_checked()
 
 
+def test_a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
+    """The maps show the means of the measure that is chosen, say which it is, and a link to it shows the same."""
+    page.click(".segments button:has-text('Measure')")
+    page.select_option("select[aria-label='Which measure']", "inside_share")
+    sweep.until(
+        lambda: "Inside the true box, mean of all runs" in page.inner_text(".sweep-legend"), "the legend says so"
+    )
+    shown = sweep.colours("h-spf")
+    assert "show=measure" in page.url
+    assert "of=inside_share" in page.url
+    page.reload()
+    sweep.until(lambda: page.locator(".map canvas").count() == 2, "the maps are there")
+    sweep.until(lambda: sweep.colours("h-spf") == shown, "the link shows the same")
+    page.select_option("select[aria-label='Which measure']", "median_error_px")
+    sweep.until(lambda: "px" in page.inner_text(".sweep-legend"), "the scale has its unit")
+    sweep.until(lambda: sweep.colours("h-spf") != shown, "another measure is another map")
+
+
 @pytest.mark.parametrize("width", [1280, 800])
 def test_errors_stand_beside_their_field(page: Any, width: int, complaints: Complaints) -> None:
     """What is wrong in the form is said beside the field, before and without starting anything."""

@@ -4,7 +4,7 @@ import { before, describe, it } from "node:test";
 import { Axis, GUTTER } from "../../frontend_static/session/scrubber/sheet.js";
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { css, diverging, inkOn, viridis } from "../../frontend_static/sweep/colours.js";
-import { differenceEnd, errorEnd } from "../../frontend_static/sweep/look.js";
+import { differenceEnd, errorEnd, measureEnd, methodLook } from "../../frontend_static/sweep/look.js";
 import { clamp, sparse } from "../../frontend_static/sweep/strokes.js";
 
 before(() => {
@@ -71,5 +71,25 @@ describe("places of a scale", () => {
     assert.deepEqual(sparse(7, 3), [0, 3, 6]);
     assert.deepEqual(sparse(1, 5), [0]);
     assert.deepEqual([clamp(-3, 5), clamp(2, 5), clamp(9, 5)], [0, 2, 4]);
+  });
+});
+
+describe("a measure's scale", () => {
+  /** @param {number[]} values */
+  const cells = (values) => ({ planned: 1, maps: [{ runs: values.map(() => 1), problems: values.map(() => 0), measures: { m: values } }] });
+
+  it("ends at 1 for a share, and a little above the largest value for anything else", () => {
+    assert.deepEqual(measureEnd(cells([0.2, 0.4]), { name: "m", how: "share" }), { most: 1, words: "" });
+    assert.deepEqual(measureEnd(cells([2, 2.8]), { name: "m", how: "median" }), { most: 3, words: "" });
+  });
+
+  it("is bright where the measure is good, whichever end that is", () => {
+    for (const [better, best] of [["higher", 1], ["lower", 0]]) {
+      const store = { quantity: "measure", measure: { name: "m", how: "share", better }, known: { state: "done" } };
+      const shown = cells([0, 1]);
+      const look = methodLook(store, shown, shown.maps[0]);
+      assert.deepEqual(look(best).colour, VIRIDIS.at(-1));
+      assert.deepEqual(look(1 - best).colour, VIRIDIS[0]);
+    }
   });
 });

@@ -46,7 +46,7 @@ describe("the grid of a map", () => {
 
 describe("what of a sweep is shown", () => {
   it("comes back from the address that names it", () => {
-    const view = { show: "significance", measure: "error", x: "a", y: "none", first: "p", second: "q", level: 0.001, correction: "holm", test: "fisher" };
+    const view = { show: "significance", of: "inside_share", measure: "error", x: "a", y: "none", first: "p", second: "q", level: 0.001, correction: "holm", test: "fisher" };
     assert.deepEqual(viewOf(queryOf(view)), view);
     assert.equal(queryOf(viewOf(new URLSearchParams())).size, 0);
   });

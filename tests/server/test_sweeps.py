@@ -150,6 +150,9 @@ class TestLooking:
                 assert one["low"] == pytest.approx(other.low.ravel().tolist(), abs=1e-5)
                 errors = [np.nan if value is None else value for value in one["error"]]
                 assert errors == pytest.approx(other.mean_error.ravel().tolist(), rel=1e-5, nan_ok=True)
+                assert one["measures"].keys() == other.measures.keys()
+                inside = other.measures["inside_share"].ravel().tolist()
+                assert one["measures"]["inside_share"] == pytest.approx(inside, rel=1e-5)
 
     def test_comparison(self, client: httpx.Client, url: str, result: Any) -> None:
         """One method against another is tested as the library tests it, with level, test and correction."""
