@@ -29,10 +29,8 @@ export function measures(root, { store, signal }) {
     /** @param {import("../shared/messages.js").MeasurePublic} measure */
     const words = (measure) => measureValue(measured[measure.name], measure, computed + 1);
     fill(leading, h("span", {}, `So far: ${decisive.title.toLowerCase()}`), h("strong", {}, words(decisive)));
-    fill(
-      list,
-      known.filter((measure) => measure !== decisive).map((measure) => [h("dt", { title: measure.description }, measure.title.toLowerCase()), h("dd", {}, words(measure))]),
-    );
+    const others = known.filter((measure) => measure !== decisive);
+    fill(list, others.map((measure) => [h("dt", { title: measure.description }, measure.title.toLowerCase()), h("dd", {}, words(measure))]));
   }, signal);
   store.on(["session", "position", "measures"], draw);
 }

@@ -145,12 +145,7 @@ export class Store extends Topics {
         break;
       }
       case "branches":
-        session.branches = message.branches;
-        for (const { id, parent, frame } of message.branches) {
-          if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
-        }
-        this.#activate(message.branch);
-        this.tell("branches");
+        this.#branched(session, message);
         break;
       case "measures":
         session.measured = message.values;
@@ -172,6 +167,19 @@ export class Store extends Topics {
       default:
         break;
     }
+  }
+
+  /**
+   * @param {SessionPublic} session
+   * @param {import("../shared/messages.js").Branches} message
+   */
+  #branched(session, { branch, branches }) {
+    session.branches = branches;
+    for (const { id, parent, frame } of branches) {
+      if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
+    }
+    this.#activate(branch);
+    this.tell("branches");
   }
 
   /**

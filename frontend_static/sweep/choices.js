@@ -48,13 +48,20 @@ export function choices(root, store) {
 /** @param {SweepStore} store */
 function switches(store) {
   const { judged, trackers, measures } = store.known;
-  const isOpen = { success: judged, error: true, measure: measures.length > 0, difference: trackers.length > 1, significance: trackers.length > 1 };
+  const isSeveral = trackers.length > 1;
+  const isOpen = { success: judged, error: true, measure: measures.length > 0, difference: isSeveral, significance: isSeveral };
   const open = SHOWS.filter(({ value }) => isOpen[value]);
-  const options = measures.map(({ name, title }) => ({ value: name, words: title }));
-  return [
-    segments("Quantity", open, store.view.show, (show) => store.show({ show })),
-    store.measure && h("span", { class: "choice", title: store.measure.description }, select("Which measure", options, store.view.of, (of) => store.show({ of }))),
-  ];
+  return [segments("Quantity", open, store.view.show, (show) => store.show({ show })), store.measure && whichMeasure(store, store.measure)];
+}
+
+/**
+ * @param {SweepStore} store
+ * @param {import("../shared/messages.js").MeasurePublic} measure
+ */
+function whichMeasure(store, measure) {
+  const options = store.known.measures.map(({ name, title }) => ({ value: name, words: title }));
+  const list = select("Which measure", options, measure.name, (of) => store.show({ of }));
+  return h("span", { class: "choice", title: measure.description }, list);
 }
 
 /** @param {SweepStore} store */

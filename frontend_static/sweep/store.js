@@ -172,7 +172,7 @@ export class SweepStore extends Topics {
 
   /** Fill in what the address left open. */
   #complete() {
-    const { axes, trackers, judged, measures } = this.known;
+    const { axes, trackers, judged } = this.known;
     const view = this.view;
     const known = (/** @type {string} */ name) => axes.some((axis) => axis.name === name);
     if (!known(view.x)) view.x = axes[0]?.name ?? NO_AXIS;
@@ -180,11 +180,16 @@ export class SweepStore extends Topics {
     const ids = trackers.map(({ id }) => id);
     if (!ids.includes(view.first)) view.first = ids[0];
     if (!ids.includes(view.second) || view.second === view.first) view.second = ids.find((id) => id !== view.first) ?? ids[0];
-    if (!measures.some(({ name }) => name === view.of)) view.of = measures[0]?.name ?? "";
-    if (measures.length === 0 && view.show === "measure") view.show = "success";
+    this.#completeMeasure();
     if (!judged) view.measure = "error";
     if (!judged && view.show === "success") view.show = "error";
     if (ids.length < 2 && ["difference", "significance"].includes(view.show)) view.show = judged ? "success" : "error";
+  }
+
+  #completeMeasure() {
+    const { view, known } = this;
+    if (!known.measures.some(({ name }) => name === view.of)) view.of = known.measures[0]?.name ?? "";
+    if (known.measures.length === 0 && view.show === "measure") view.show = "success";
   }
 
   /** @param {Cells} message */
