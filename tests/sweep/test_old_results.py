@@ -1,13 +1,29 @@
-"""Results of the first format: they open, compute to the same numbers, and go on where they stopped."""
+"""Results of the first format: they open, compute to the same numbers but for the last digits, and go on.
+
+The last digits have changed since they were written, once, when all processors were brought to the same bits; so hashes
+are other ones, and mean errors are compared to ten digits.
+"""
 
 import csv
 import io
+import math
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
-from pftrack.sweep import Plan, SweepError, begin, carry_out, cells, csv_pieces, partial_of, read_result, rows_of
+from pftrack.sweep import (
+    Plan,
+    Result,
+    SweepError,
+    begin,
+    carry_out,
+    cells,
+    csv_pieces,
+    partial_of,
+    read_result,
+    rows_of,
+)
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.report import write_report
@@ -15,7 +31,21 @@ from pftrack.sweep.table import TIMING, schema
 
 PLACE = Path(__file__).parents[1] / "data" / "format_1" / "sweeps"
 OLD_ONLY = {"ball": set(), "sine": {"observation_share", "switches"}}
-COMPUTED = ("run", "tracker", "trial", "seed", "success", "mean_error", "lost_frames", "estimates_sha256")
+COMPUTED = ("run", "tracker", "trial", "seed", "success", "mean_error", "lost_frames")
+DIGITS = 1e-10
+
+
+def alike(one: object, other: object) -> bool:
+    """Whether two values are the same, numbers but for their last digits."""
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=DIGITS)
+    return one == other
+
+
+def computed(result: Result) -> list[dict[str, object]]:
+    """Return what was computed of each run, mean errors to the digits that have stayed."""
+    rows: list[dict[str, object]] = result.table.select(COMPUTED).to_pylist()
+    return [row | {"mean_error": pytest.approx(row["mean_error"], rel=DIGITS)} for row in rows]
 
 
 @pytest.mark.parametrize("name", OLD_ONLY)
@@ -42,10 +72,10 @@ def test_an_old_result_computes_to_the_same_numbers(name: str, tmp_path: Path) -
     """The same plan gives the same rows today, but for what a tracker does not have: that was written as 0."""
     old = read_result(PLACE / f"{name}.parquet")
     new = carry_out(old.plan, tmp_path / "again.parquet", jobs=1)
-    assert new.table.select(COMPUTED) == old.table.select(COMPUTED)
+    assert new.table.select(COMPUTED).to_pylist() == computed(old)
     for before, after in zip(old.table.to_pylist(), new.table.to_pylist(), strict=True):
-        apart = {TIMING, *(measure.name for measure in old.plan.wiring.run_measures)}
-        differing = {column for column in after if column not in apart and before[column] != after[column]}
+        apart = {TIMING, "estimates_sha256", *(measure.name for measure in old.plan.wiring.run_measures)}
+        differing = {column for column in after if column not in apart and not alike(before[column], after[column])}
         if after["tracker"] == "kalman" and name == "ball":
             assert differing == {"observation_share", "switches"}
             assert all(before[column] == 0 and after[column] is None for column in differing)
@@ -74,7 +104,7 @@ def test_an_old_sweep_goes_on_where_it_stopped(name: str, tmp_path: Path) -> Non
     pq.write_table(kept, partial_of(out) / "000000.parquet", write_page_checksum=True)
     result = carry_out(None, out, jobs=1)
     assert result.complete
-    assert result.table.select(COMPUTED) == read_result(path).table.select(COMPUTED)
+    assert result.table.select(COMPUTED).to_pylist() == computed(read_result(path))
     assert pq.read_schema(out).names == schema(plan).names
 
 
