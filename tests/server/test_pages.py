@@ -69,6 +69,8 @@ def test_declarations(client: httpx.Client, name: str) -> None:
     assert [item["name"] for item in detail["declarations"]] == [item.name for item in known]
     assert set(detail["schema"]["properties"]) == {item.name for item in known}
     assert [layer["name"] for layer in detail["layers"]] == [layer.name for layer in EXPERIMENTS[name].layers]
+    worlds = [(world["name"], world["unit"]) for world in detail["worlds"]]
+    assert worlds == [(world.name, world.unit) for world in EXPERIMENTS[name].worlds]
 
 
 def test_health(client: httpx.Client) -> None:

@@ -122,6 +122,15 @@ def _arrow(
     state: PoseState, turn: NDArray[np.float64], reach_mm: tuple[float, float], colour: str, layer: str
 ) -> Arrows:
     """Draw an arrow from before the face towards the camera, for a head that is turned so."""
-    way = -state.translation_mm @ turn
+    way = _to_camera(state) @ turn
     ends = np.outer(reach_mm, way / np.linalg.norm(way))
     return Arrows(ends[None].astype(np.float32), COLOURS[colour], 3.0, layer)
+
+
+def _to_camera(state: PoseState) -> NDArray[np.float64]:
+    """Return the direction (3,) to the camera, in the camera's frame: an affine one sees along parallels."""
+    place = state.belief.place_mm
+    if place is not None:
+        return -place
+    along: NDArray[np.float64] = np.cross(state.solid.reference[0, :3], state.solid.reference[1, :3])
+    return -along if along[2] > 0.0 else along
