@@ -11,11 +11,17 @@ from pftrack.cli.output import emit, note, table, wrong_use
 from pftrack.parameters import Declaration, Value, declarations, flat
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Experiment
+    from pftrack.experiment import Experiment, Preset
 
-__all__ = ["experiment_named", "register"]
+__all__ = ["PresetName", "experiment_named", "preset_named", "register"]
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
+PresetName = Annotated[
+    str | None,
+    typer.Option(
+        "--preset", metavar="NAME", help="Begin with the tracker and values of a preset; `show` prints the names."
+    ),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -32,6 +38,15 @@ def experiment_named(name: str) -> "Experiment":
         return find(name)
     except LookupError as error:
         raise wrong_use(str(error.args[0])) from None
+
+
+def preset_named(experiment: "Experiment", name: str) -> "Preset":
+    """Return a preset of an experiment by its name; an unknown one is wrong use."""
+    for preset in experiment.presets:
+        if preset.name == name:
+            return preset
+    known = ", ".join(preset.name for preset in experiment.presets)
+    raise wrong_use(f"the preset of {experiment.id} must be one of {known}, got {name!r}")
 
 
 def list_(json: Json = False) -> None:
@@ -71,8 +86,10 @@ def show(
         typer.echo("")
         table(group or "Parameters", ("name", "default", "allowed", "help"), _rows(list(members), values))
     typer.echo("")
-    presets = [(it.title, it.tracker, " ".join(f"{k}={v}" for k, v in it.parameters.items())) for it in found.presets]
-    table("Presets", ("title", "tracker", "parameters"), presets)
+    presets = [
+        (it.name, it.title, it.tracker, " ".join(f"{k}={v}" for k, v in it.parameters.items())) for it in found.presets
+    ]
+    table("Presets", ("name", "title", "tracker", "parameters"), presets)
     if found.run_measures:
         typer.echo("")
         measures = [(it.name, it.description, it.source) for it in found.run_measures]

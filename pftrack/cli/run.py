@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pftrack.cli.footage import Said, open_footage, wired
-from pftrack.cli.listing import Json, experiment_named
+from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
 from pftrack.parameters import Value, declarations, parse
 from pftrack.random import LARGEST_SEED
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Setup
+    from pftrack.experiment import Preset, Setup
     from pftrack.runs.recipe import Footage, Recipe
     from pftrack.runs.run import Run
     from pftrack.sources.sequence import FrameSequence
@@ -42,6 +42,7 @@ def run(
         str,
         typer.Argument(help="An experiment's name, as `list` prints it, or a recipe, FILE.json."),
     ],
+    preset: PresetName = None,
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     video: Annotated[Path | None, typer.Option(help="A video, an animated GIF or a folder of pictures.")] = None,
     mark: Annotated[
@@ -65,7 +66,9 @@ def run(
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
     ] = None,
     seed: Annotated[str | None, typer.Option(metavar="SEED", help="Of all random numbers; 0 if not given.")] = None,
-    frames: Annotated[str | None, typer.Option(metavar="N", help="How many frames to compute.")] = None,
+    frames: Annotated[
+        str | None, typer.Option(metavar="N", help="How many frames to compute; of a recording no more than it has.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Save the run, FILE.pft.")] = None,
     video_out: VideoOut = None,
     mark_out: Annotated[
@@ -81,18 +84,22 @@ def run(
     found = experiment_named(recipe.experiment)
     if tracker is not None and tracker not in found.trackers:
         raise wrong_use(f"the tracker of {found.id} must be one of {', '.join(found.trackers)}, got {tracker!r}")
-    changes: dict[str, Any] = {}
+    begin = preset_named(found, preset) if preset is not None else None
+    changes: dict[str, Any] = {} if begin is None else {"tracker": begin.tracker, "seed": begin.seed}
     if tracker is not None:
         changes["tracker"] = tracker
     if seed is not None:
         changes["seed"] = whole("--seed", seed, 0, LARGEST_SEED)
-    if frames is not None:
-        changes["frames"] = whole("--frames", frames, 1, LONGEST_RUN)
+    wanted = whole("--frames", frames, 1, LONGEST_RUN) if frames is not None else None
     _check_places(out, video_out)
     said = Said.of(video, mark, box, points, start, truth)
     with ExitStack() as stack:
         setup, sequence = wired(stack, found, recipe, said, folder)
+        if wanted is not None:
+            changes["frames"] = wanted if sequence is None else min(wanted, _frames_left(sequence, setup))
         values = _values(setup, assignments or [])
+        if begin is not None:
+            values = {**_preset_values(setup, begin), **values}
         if values:
             changes["timeline"] = (*recipe.timeline, Change(0, values))
         made = Run.from_recipe(recipe.model_copy(update=changes), found, setup)
@@ -191,6 +198,20 @@ def _values(setup: "Setup", assignments: list[str]) -> dict[str, Value]:
             raise wrong_use(f"there is no parameter {name!r} here; {hint}")
         values[name] = parse(model, name, text)
     return values
+
+
+def _preset_values(setup: "Setup", preset: "Preset") -> Mapping[str, Value]:
+    """Return a preset's values, if the source that it is used with has all these parameters."""
+    known = {declaration.name for declaration in declarations(type(setup.parameters))}
+    foreign = [name for name in preset.parameters if name not in known]
+    if foreign:
+        raise wrong_use(f"the preset {preset.name} is of the simulated scene: a recording has no {', '.join(foreign)}")
+    return preset.parameters
+
+
+def _frames_left(sequence: "FrameSequence", setup: "Setup") -> int:
+    """Return how many frames a recording has from its start on."""
+    return sequence.frame_count - (setup.footage.start if setup.footage else 0)
 
 
 def _note_unread(setup: "Setup", values: Mapping[str, Value], tracker: str) -> None:

@@ -16,13 +16,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 from typer.core import TyperGroup
 
-from pftrack.cli.listing import Json, experiment_named
+from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
 from pftrack.parameters import ParameterError, Value, parse
 from pftrack.random import LARGEST_SEED
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Experiment
+    from pftrack.experiment import Experiment, Preset
     from pftrack.sweep import Plan, Progress, Result
 
 __all__ = ["register"]
@@ -47,6 +47,7 @@ def register(app: typer.Typer) -> None:
 
 def run(
     experiment: Annotated[str | None, typer.Argument(help="An experiment's name, as `list` prints it.")] = None,
+    preset: PresetName = None,
     axes: Annotated[
         list[str] | None,
         typer.Option(
@@ -85,7 +86,7 @@ def run(
     processes = whole("--jobs", jobs or str(_cores()), 1, 256)
     if cluster is not None and jobs is not None:
         raise wrong_use("--cluster computes on its own workers and takes no --jobs")
-    planned = [experiment, axes, trackers, frames, assignments, out]
+    planned = [experiment, preset, axes, trackers, frames, assignments, out]
     if resume is not None and (dry_run or any(it is not None for it in planned)):
         raise wrong_use("--resume goes on with the plan of its file and takes no plan, --out or --dry-run beside it")
     if resume is None and experiment is None:
@@ -93,8 +94,9 @@ def run(
     plan = None
     if experiment is not None:
         found = experiment_named(experiment)
+        begin = preset_named(found, preset) if preset is not None else None
         try:
-            plan = _plan(found, axes or [], trackers, trials, frames, assignments or [], seed)
+            plan = _plan(found, begin, axes or [], trackers, trials, frames, assignments or [], seed)
         except SweepError as error:
             raise wrong_use(str(error)) from None
         if dry_run:
@@ -135,6 +137,7 @@ def report(
 
 def _plan(
     experiment: "Experiment",
+    preset: "Preset | None",
     axes: list[str],
     trackers: str | None,
     trials: str,
@@ -145,14 +148,22 @@ def _plan(
     from pftrack.runs.run import LONGEST_RUN
     from pftrack.sweep import MOST_RUNS, Plan, parse_axis
 
+    varied = tuple(parse_axis(experiment, text) for text in axes)
+    named = tuple(name.strip() for name in trackers.split(",")) if trackers is not None else ()
+    values = _values(experiment, assignments)
+    if preset is not None:  # what is said beside it goes before
+        said = {axis.name for axis in varied} | set(values)
+        values = {name: value for name, value in preset.parameters.items() if name not in said} | values
+        if not named and "tracker" not in said:
+            named = (preset.tracker,)
     return Plan(
         experiment=experiment.id,
-        axes=tuple(parse_axis(experiment, text) for text in axes),
-        trackers=tuple(name.strip() for name in trackers.split(",")) if trackers is not None else (),
+        axes=varied,
+        trackers=named,
         trials=whole("--trials", trials, 1, MOST_RUNS),
         seed=whole("--seed", seed, 0, LARGEST_SEED),
         frames=0 if frames is None else whole("--frames", frames, 1, LONGEST_RUN),
-        values=_values(experiment, assignments),
+        values=values,
     )
 
 

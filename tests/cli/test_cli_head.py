@@ -11,7 +11,7 @@ import pytest
 from pftrack.film import FilmWriter
 from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.rotation import rotation
-from tests.cli.commands import Call
+from tests.cli.commands import Call, refused
 from tests.experiments.heads import empty, pictures, simulated
 
 COUNT, WIDTH = 60, 320
@@ -72,6 +72,15 @@ def test_without_truth_there_are_angles_but_no_errors(call: Call, clip: Path) ->
     assert said["mean_abs_error_deg"] is None
     assert said["mean_error"] is None
     assert said["tracked_share"] == 1.0
+
+
+def test_a_preset_of_the_simulated_scene_is_refused_on_a_recording(call: Call, clip: Path) -> None:
+    """A preset that sets what only the simulated scene has says which parameter that is."""
+    refused(
+        call("run", "head", "--video", clip, "--preset", "sunglasses"),
+        2,
+        "the preset sunglasses is of the simulated scene: a recording has no sunglasses",
+    )
 
 
 @pytest.mark.parametrize("name", ["head", "prism"])
