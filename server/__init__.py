@@ -5,7 +5,7 @@ on: diagnostics to the page's stream, drawings to the viser scene, everything th
 
 - `settings`: how a server is configured, with unsafe combinations refused
 - `app`, `services`: the factory that puts everything together, and what the handlers work with
-- `command`: what `pftrack serve` calls
+- `command`: what `pftrack serve` calls; `resource_limits`: what its shell allows
 - `errors`: the one shape of everything that goes wrong
 - `schemas`: the shapes of what goes in and out
 - `middleware`: who may speak, and how much; what Prometheus may ask

@@ -42,9 +42,13 @@ async def show_session(session: ASession) -> SessionPublic:
 
 
 @router.delete("/{session}", status_code=HTTPStatus.NO_CONTENT)
-async def end_session(session: ASession, manager: AManager) -> None:
-    """End a session for good."""
-    await manager.end(session)
+async def end_session(session: Name, manager: AManager) -> None:
+    """End a session for good, also one of which what is stored is damaged."""
+    found = manager.find(session)
+    if found is not None:
+        await manager.end(found)
+    elif not await manager.forget(session):
+        manager.get(session)
 
 
 @router.patch("/{session}/parameters")

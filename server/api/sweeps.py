@@ -55,7 +55,7 @@ async def show_sweep(sweep: ASweep) -> SweepPublic:
 
 
 @router.delete("/sweeps/{sweep}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_sweep(sweep: ASweep, sweeps: ASweeps) -> None:
+async def remove_sweep(sweep: Annotated[str, Path(max_length=64)], sweeps: ASweeps) -> None:
     """Delete a sweep with everything that was computed of it; a running one is stopped first."""
     await sweeps.remove(sweep)
 

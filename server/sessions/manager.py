@@ -22,6 +22,7 @@ from server.schemas.spec import SessionSpec
 from server.sessions.session import Session
 from server.settings import Settings
 from server.store import Store
+from server.store.files import is_name
 from server.store.room import is_full
 from server.uploads.intake import index_of
 from server.worker.protocol import WorkerConfig
@@ -149,6 +150,13 @@ class Manager:
         async with self._writing:
             await asyncio.to_thread(self._store.remove_session, session.spec.id)
         await asyncio.to_thread(self._store.files.remove_states, session.spec.id)
+
+    async def forget(self, name: str) -> bool:
+        """Delete what is stored of a session that could not be read; return whether there was anything."""
+        if name in self._sessions or not is_name(name):
+            return False
+        async with self._writing:
+            return await asyncio.to_thread(self._store.remove_session, name)
 
     async def keep(self, *, positions: bool = True) -> None:
         """Write down every session that has changed; those that only moved on as well, if `positions`."""

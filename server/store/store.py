@@ -142,9 +142,9 @@ class Store:
         """Return all sessions, the oldest first."""
         return self._all(SessionRow, SessionRow.updated)
 
-    def remove_session(self, name: str) -> None:
-        """Forget a session."""
-        self._remove(SessionRow, name)
+    def remove_session(self, name: str) -> bool:
+        """Forget a session, if there is one."""
+        return self._remove(SessionRow, name)
 
     # ------------------------------------------------------------ sweeps
 
@@ -161,10 +161,12 @@ class Store:
         """Return all sweeps, the oldest first."""
         return self._all(SweepRow, SweepRow.created)
 
-    def remove_sweep(self, name: str) -> None:
-        """Forget a sweep: its row first, so that a crash leaves no row without a file."""
-        self._remove(SweepRow, name)
-        self.files.remove_sweep(name)
+    def remove_sweep(self, name: str) -> bool:
+        """Forget a sweep, if there is one: its row first, so that a crash leaves no row without a file."""
+        found = self._remove(SweepRow, name)
+        if found:
+            self.files.remove_sweep(name)
+        return found
 
     # ------------------------------------------------------------ rows
 

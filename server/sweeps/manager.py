@@ -12,7 +12,7 @@ from server.errors import ApiError, ConflictError, NotFoundError, UnavailableErr
 from server.schemas.sweeps import EstimateRequest, SweepCreate
 from server.settings import Settings
 from server.store import Store
-from server.store.files import new_name, now
+from server.store.files import is_name, new_name, now
 from server.store.tables import SweepRow
 from server.sweeps.child import ask
 from server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
@@ -170,12 +170,18 @@ class Sweeps:
             self._check_places()
             await sweep.start()
 
-    async def remove(self, sweep: Sweep) -> None:
-        """Delete a sweep and everything that was computed of it."""
-        self._sweeps.pop(sweep.id, None)
-        await sweep.stop(DELETED)
-        await sweep.close()
-        await asyncio.to_thread(self._store.remove_sweep, sweep.id)
+    async def remove(self, name: str) -> None:
+        """Delete a sweep and everything that was computed of it, also one of which what is stored is damaged.
+
+        Raises:
+            NotFoundError: No such sweep exists.
+        """
+        sweep = self._sweeps.pop(name, None)
+        if sweep is not None:
+            await sweep.stop(DELETED)
+            await sweep.close()
+        if not is_name(name) or not await asyncio.to_thread(self._store.remove_sweep, name):
+            self.get(name)
 
     # ------------------------------------------------------------ room
 

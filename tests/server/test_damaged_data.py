@@ -26,7 +26,7 @@ def database_of(folder: Path) -> Path:
     return folder / "pftrack.sqlite"
 
 
-def execute(path: Path, statement: str, *values: str) -> list[Any]:
+def execute(path: Path, statement: str, *values: Any) -> list[Any]:
     """Carry out a statement behind the server's back."""
     with sqlite3.connect(path) as database:
         rows = database.execute(statement, values).fetchall()
@@ -117,6 +117,25 @@ def test_a_damaged_session(start_server: Any, tmp_path: Path, spec: str) -> None
     execute(path, "UPDATE sessions SET spec = ? WHERE id = ?", spec, damaged)
     with start_server() as (_, client):
         assert [session["id"] for session in client.get("/api/v1/sessions").json()] == [whole]
+        assert client.delete(f"/api/v1/sessions/{damaged}").status_code == 204
+        error_of(client.delete(f"/api/v1/sessions/{damaged}"), 404)
+
+
+def test_a_damaged_sweep(start_server: Any, tmp_path: Path) -> None:
+    """A sweep whose plan cannot be read leaves the others alone, and can be deleted."""
+    with start_server():
+        pass
+    path, names = tmp_path / "data" / "pftrack.sqlite", ["a" * 16, "b" * 16]
+    columns = "id, title, experiment, plan, state, runs, done, problems, seconds, created"
+    for name, plan in zip(names, ("[]", "no JSON"), strict=True):
+        row = (name, "T", "ball", plan, "stopped", 1, 0, 0, 0.0, "2026")
+        execute(path, f"INSERT INTO sweeps ({columns}) VALUES ({', '.join('?' * len(row))})", *row)  # noqa: S608 - ours
+    with start_server() as (_, client):
+        assert client.get("/api/v1/sweeps").json() == []
+        for name in names:
+            assert client.delete(f"/api/v1/sweeps/{name}").status_code == 204
+            error_of(client.delete(f"/api/v1/sweeps/{name}"), 404)
+    assert execute(path, "SELECT id FROM sweeps") == []
 
 
 @pytest.mark.parametrize("damage", ["", "{", '{"kind": "video"}', "\xff", None])
