@@ -151,4 +151,4 @@ def looked_at(drawn: WorldDrawing, viewpoint: Viewpoint, side_px: int) -> Drawin
     world = drawn.world
     projection = Projection.of(world, viewpoint.azimuth_deg, viewpoint.elevation_deg, side_px)
     shown = projection.primitives(drawn.primitives) | _ruler(world, side_px, projection.scale)
-    return Drawing(side_px, side_px, shown, f"{world.title} · {viewpoint.title.lower()}")
+    return Drawing(side_px, side_px, shown, f"{world.title}, {world.unit} · {viewpoint.title}")

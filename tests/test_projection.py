@@ -120,7 +120,7 @@ def test_a_world_has_a_ruler_in_its_unit() -> None:
     assert isinstance(text, Text)
     assert np.linalg.norm(line.segments[0, 1] - line.segments[0, 0]) == pytest.approx(20.0 * 208 / 104)
     assert text.text == "20 mm"
-    assert drawing.caption == "World · from here"
+    assert drawing.caption == "World, mm · From here"
 
 
 def test_a_film_shows_worlds_beside_the_picture() -> None:

@@ -38,6 +38,8 @@ NAMES_AT = 1.15
 """Where the name of an axis stands, in lengths of the axis."""
 ARROW_MM = (62.0, 98.0)
 """How far from the head's origin the arrow towards the camera begins and ends: clear of the face."""
+NAME_ABOVE_MM = 11.0
+"""How far above the end of the arrow its name stands."""
 TRUE_ARROW_MM = (62.0, 90.0)
 
 HEAD_WORLD = World(
@@ -68,9 +70,8 @@ def head_world(state: PoseState, target: Target | None) -> WorldDrawing:
     if target is not None:
         drawn["true camera"] = _arrow(state, rotation(target.position) @ memory.turn, TRUE_ARROW_MM, "truth", "truth")
     drawn["camera"] = arrow = _arrow(state, turn, ARROW_MM, "camera", "camera")
-    drawn["camera name"] = Text(
-        np.float32(1.1) * arrow.segments[0, 1], "camera", COLOURS["camera"], "camera", anchor="middle"
-    )
+    name_at = arrow.segments[0, 1] + np.float32(NAME_ABOVE_MM) * np.array(HEAD_WORLD.up, np.float32)
+    drawn["camera name"] = Text(name_at, "camera", COLOURS["camera"], "camera", anchor="middle")
     return WorldDrawing(HEAD_WORLD, drawn)
 
 
