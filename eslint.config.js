@@ -15,7 +15,7 @@ const BROWSER = [
 export default [
   js.configs.recommended,
   {
-    files: ["frontend_static/**/*.js"],
+    files: ["frontend_static/**/*.js", "server/**/*.js"],
     languageOptions: { globals: Object.fromEntries(BROWSER.map((name) => [name, "readonly"])) },
     rules: {
       "array-callback-return": "error",
@@ -68,6 +68,11 @@ export default [
         { property: "insertAdjacentHTML", message: "text may become markup" },
       ],
     },
+  },
+  {
+    // Scripts in the scene's page, each in a function of its own.
+    files: ["server/**/*.js"],
+    languageOptions: { globals: { HTMLInputElement: "readonly", dispatchEvent: "readonly", parent: "readonly", window: "readonly" } },
   },
   {
     files: ["tests/pages/**/*.js"],

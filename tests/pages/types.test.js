@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import { describe, it } from "node:test";
 
-const ROOT = new URL("../../frontend_static/", import.meta.url);
+const FOLDERS = ["frontend_static/", "server/viewer/viser_adapter/client/"].map((path) => new URL(`../../${path}`, import.meta.url));
 
 /** The types that comments name: what stands in braces behind a tag, but for the `object` that properties describe. */
 function typesOf(text) {
@@ -18,13 +18,15 @@ function typesOf(text) {
 }
 
 describe("the types in the scripts' comments", () => {
-  for (const name of readdirSync(ROOT, { recursive: true }).filter((path) => /\.(js|d\.ts)$/.test(path))) {
-    it(`say something in ${name}`, () => {
-      const text = readFileSync(new URL(name, ROOT), "utf8");
-      const vague = typesOf(text).filter((type) => /\b(any|object|Object|Function)\b|^\*$/.test(type));
-      assert.deepEqual(vague, []);
-      if (name.endsWith(".d.ts")) assert.doesNotMatch(text, /[:<|] *any\b/);
-      for (const comment of text.matchAll(/(?:@ts-(?:ignore|expect-error|nocheck)|eslint-disable)(.*)/g)) assert.match(comment[1], /- \w+/);
-    });
+  for (const folder of FOLDERS) {
+    for (const name of readdirSync(folder, { recursive: true }).filter((path) => /\.(js|d\.ts)$/.test(path))) {
+      it(`say something in ${name}`, () => {
+        const text = readFileSync(new URL(name, folder), "utf8");
+        const vague = typesOf(text).filter((type) => /\b(any|object|Object|Function)\b|^\*$/.test(type));
+        assert.deepEqual(vague, []);
+        if (name.endsWith(".d.ts")) assert.doesNotMatch(text, /[:<|] *any\b/);
+        for (const comment of text.matchAll(/(?:@ts-(?:ignore|expect-error|nocheck)|eslint-disable)(.*)/g)) assert.match(comment[1], /- \w+/);
+      });
+    }
   }
 });

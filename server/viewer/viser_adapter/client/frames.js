@@ -4,6 +4,7 @@
 // graphics card drawing takes longer than all else together. So a frame is taken up as soon as it comes, while the
 // last one is being drawn, and nothing is drawn and nothing newer taken up until its picture hangs in the scene.
 const PATIENCE_MS = 500;
+/** @type {Map<string, number>} */
 const unpacking = new Map();
 const create = URL.createObjectURL.bind(URL);
 URL.createObjectURL = (object) => {
@@ -11,7 +12,7 @@ URL.createObjectURL = (object) => {
   if (object instanceof Blob && object.type.startsWith("image/")) unpacking.set(address, performance.now());
   return address;
 };
-const hangs = (address) => {
+const hangs = (/** @type {string} */ address) => {
   let found = false;
   window.__viserMutable?.scene?.traverse((item) => (found ||= item.material?.map?.image?.src === address));
   return found;
@@ -34,29 +35,31 @@ const takeUp = () => {
 };
 const OriginalWorker = window.Worker;
 window.Worker = class extends OriginalWorker {
+  /** @param {ConstructorParameters<typeof Worker>} rest */
   constructor(...rest) {
     super(...rest);
     // viser's own listener comes later and puts what has come into its queue.
     this.addEventListener("message", () => setTimeout(takeUp));
   }
 };
-const drawn = (callback, time) => {
+const drawn = (/** @type {FrameRequestCallback} */ callback, /** @type {number} */ time) => {
   const viewer = window.__viserMutable;
   const later = viewer?.drainMessageQueue ? viewer.messageQueue.splice(0) : [];
   callback(time);
-  if (later.length === 0) return;
+  if (viewer === undefined || later.length === 0) return;
   viewer.messageQueue.unshift(...later);
   viewer.requestRender();
   setTimeout(takeUp);
 };
 const draw = window.requestAnimationFrame.bind(window);
 const undraw = window.cancelAnimationFrame.bind(window);
+/** @type {Map<number, number>} */
 const due = new Map();
 let now = -1;
 let last = 0;
 window.requestAnimationFrame = (callback) => {
   const request = ++last;
-  const run = (time) => {
+  const run = (/** @type {number} */ time) => {
     // All callbacks of one frame run or wait together: the first of them may well have begun to unpack the next picture.
     if (now !== time) isHeld = isUnpacking();
     now = time;
@@ -71,6 +74,6 @@ window.requestAnimationFrame = (callback) => {
   return request;
 };
 window.cancelAnimationFrame = (request) => {
-  undraw(due.get(request));
+  undraw(due.get(request) ?? 0);
   due.delete(request);
 };

@@ -4,7 +4,7 @@ const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
 let clicked = true;
 addEventListener("pointerdown", () => (clicked = true), true);
 addEventListener("keydown", (event) => event.key === "Tab" && (clicked = false), true);
-const belongsTo = (element, key) => {
+const belongsTo = (/** @type {EventTarget|null} */ element, /** @type {string} */ key) => {
   if (!(element instanceof Element)) return false;
   if (element.closest("textarea, select, [contenteditable=''], [contenteditable=true]")) return true;
   const input = element.closest("input");

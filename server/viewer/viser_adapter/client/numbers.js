@@ -2,23 +2,29 @@
 // then no answer of the session to something else may write over it.
 const unfinished = new WeakSet();
 let finishing = false;
-const isNumber = (element) => element instanceof HTMLInputElement && element.inputMode !== "" && element.closest(".mantine-NumberInput-root");
-const finish = (element) => {
-  if (!unfinished.delete(element)) return;
+/**
+ * @param {EventTarget|null} element
+ * @returns {element is HTMLInputElement}
+ */
+const isNumber = (element) => element instanceof HTMLInputElement && element.inputMode !== "" && element.closest(".mantine-NumberInput-root") !== null;
+const finish = (/** @type {EventTarget|null} */ element) => {
+  if (element === null || !unfinished.delete(element)) return;
   finishing = true;
   element.dispatchEvent(new Event("input", { bubbles: true }));
   finishing = false;
 };
 const guarded = new WeakSet();
-const guard = (element) => {
+const guard = (/** @type {HTMLInputElement} */ element) => {
   const own = Object.getOwnPropertyDescriptor(element, "value");
   if (guarded.has(element) || !own?.configurable || !own.set) return;
   guarded.add(element);
-  const set = function (value) {
+  const setOwn = own.set.bind(element);
+  const set = (/** @type {string} */ value) => {
     if (unfinished.has(element)) return;
     // What is selected as a whole is about to be typed over, also when it has just become another number.
-    const isSelected = document.activeElement === element && element.selectionEnd - element.selectionStart === element.value.length;
-    own.set.call(this, value);
+    const selected = Number(element.selectionEnd) - Number(element.selectionStart);
+    const isSelected = document.activeElement === element && selected === element.value.length;
+    setOwn(value);
     if (isSelected) element.select();
   };
   Object.defineProperty(element, "value", { ...own, set });

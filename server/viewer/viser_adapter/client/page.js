@@ -4,11 +4,12 @@
 // A ?websocket= is dropped: the scene talks to its own session only.
 const asked = new URLSearchParams(location.search).get("theme");
 const system = matchMedia("(prefers-color-scheme: dark)");
-const theme = asked === "light" || asked === "dark" ? asked : system.matches ? "dark" : "light";
+const usual = system.matches ? "dark" : "light";
+const theme = asked === "light" || asked === "dark" ? asked : usual;
 const query = [...(asked ? [`theme=${theme}`] : []), ...(theme === "dark" ? ["darkMode=1"] : [])];
 history.replaceState(null, "", location.pathname + (query.length ? `?${query.join("&")}` : ""));
 document.documentElement.dataset.theme = theme;
-const restart = (wanted) => {
+const restart = (/** @type {"light"|"dark"} */ wanted) => {
   if (wanted !== theme) location.replace(`${location.pathname}?theme=${wanted}`);
 };
 if (!asked) system.addEventListener("change", () => location.reload());

@@ -6,14 +6,15 @@ const EXACT = 0.02;
 const DRAWN_BY_NOBODY = new Set(["", "/WorldAxes"]); // viser's own nodes
 
 // A picture is a plane without light; it has no image while that is being unpacked. Meshes are lit.
-const planeOf = (node) => {
-  let plane = null;
-  node.traverse((item) => (plane ??= item.isMesh && item.material.isMeshBasicMaterial ? item : null));
-  return plane;
+const planesOf = (/** @type {ViserNode} */ node) => {
+  /** @type {ViserNode[]} */
+  const planes = [];
+  node.traverse((item) => item.isMesh && item.material?.isMeshBasicMaterial && planes.push(item));
+  return planes;
 };
-const hasContent = (node) => {
+const hasContent = (/** @type {ViserNode} */ node) => {
   let found = false;
-  node.traverse((item) => (found ||= item.isPoints || item.isLineSegments2 || item.isMesh));
+  node.traverse((item) => (found ||= Boolean(item.isPoints || item.isLineSegments2 || item.isMesh)));
   return found;
 };
 // viser fades its canvas in.
@@ -27,9 +28,9 @@ const drawn = () => {
   const { nodeRefFromName: nodes, camera } = window.__viserMutable ?? {};
   if (!nodes || !camera) return null;
   const drawing = Object.entries(nodes).flatMap(([name, node]) => (node && !DRAWN_BY_NOBODY.has(name) ? [node] : []));
-  const plane = drawing.map(planeOf).find((found) => found !== null);
+  const [plane] = drawing.flatMap(planesOf);
   if (!plane) return drawing.some(hasContent) ? "there" : null;
-  const image = plane.material.map?.image;
+  const image = plane.material?.map?.image;
   if (!image?.width) return null;
   const distance = plane.getWorldPosition(camera.position.clone()).distanceTo(camera.position);
   const seen = distance * Math.tan((camera.fov * Math.PI) / 360);
