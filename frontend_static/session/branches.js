@@ -63,6 +63,12 @@ export function branchDialog({ store, commands, steering }, preferred) {
     );
     const title = h("input", { id: "branch-title", type: "text", maxlength: 60, placeholder: "made from the tracker and the frame" });
     const go = h("button", { type: "submit", class: "primary" }, "Branch here");
+    tracker.addEventListener("keydown", (event) => {
+      // A list that has the focus keeps this key to itself, where a field would send the form off.
+      if (event.key !== "Enter" || isOpen(tracker)) return;
+      event.preventDefault();
+      tracker.form?.requestSubmit(go);
+    });
     return [
       h(
         "form",
@@ -87,4 +93,13 @@ export function branchDialog({ store, commands, steering }, preferred) {
       ),
     ];
   });
+}
+
+/**
+ * Whether the choices of a list are shown, so that Enter takes one of them.
+ *
+ * @param {HTMLSelectElement} list
+ */
+function isOpen(list) {
+  return CSS.supports("selector(:open)") && list.matches(":open");
 }

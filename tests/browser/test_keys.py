@@ -49,6 +49,19 @@ def test_help_lists_the_keys_and_takes_the_others(watch: Watch) -> None:
     assert shown.session["position"] == 0
 
 
+def test_enter_in_the_branch_dialog_branches(watch: Watch, server: Server) -> None:
+    """N and Enter branch: the list of trackers, which has the focus, lets the key through to the form."""
+    shown = watch()
+    server.seek(shown.id, 5)
+    shown.stands_at(5)
+    shown.press("n")
+    shown.page.locator("#branch-tracker:focus").wait_for()
+    shown.press("Enter")
+    shown.until(lambda: len(shown.session["branches"]) == 2, "there is a second branch")
+    shown.page.locator("dialog").wait_for(state="detached")
+    assert shown.session["branches"][1]["frame"] == 5
+
+
 @pytest.mark.scene
 def test_keys_work_from_inside_the_scene(watch: Watch) -> None:
     """With the focus in the scene's frame the keys steer the run all the same."""
