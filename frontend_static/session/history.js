@@ -18,6 +18,7 @@ import { isKnown } from "./series.js";
  * @property {boolean|null} lost
  * @property {boolean|null} hidden
  * @property {boolean|null} searching
+ * @property {number|null} lost_since Frame in which the loss began that goes on here, by the truth or the tracker's account.
  * @property {number|null} step_ms
  * @property {Record<string, SeriesValue>} series
  */
@@ -177,7 +178,7 @@ export const curve = {
  * @param {Row|undefined} row
  */
 export function isGone(row) {
-  return row?.lost === true || row?.searching === true;
+  return typeof row?.lost_since === "number";
 }
 
 /**

@@ -139,26 +139,14 @@ function proposal(row, session) {
 function state(history, { position, target, frame_rate_hz: frameRate }) {
   const row = history.at(position);
   if (!row) return ["not computed yet", "unknown"];
-  if (row.searching) return [`no ${target} since ${since(history, position, "searching")}, looking for it`, "lost"];
+  const since = row.lost_since;
+  if (row.searching) return [`lost since ${since}, looking for the ${target}`, "lost"];
   // For a second of the run, so that it can be read.
   for (let frame = position - 1; frame >= Math.max(0, position - frameRate); frame -= 1) {
     if (history.at(frame)?.searching) return [`${target} found again`, "good"];
   }
-  if (row.lost) return [`lost since ${since(history, position, "lost")}`, "lost"];
+  if (row.lost) return [`lost since ${since}`, "lost"];
   if (row.hidden === true) return ["hidden", "hidden"];
   if (row.lost === false) return ["on target", "good"];
   return [row.error === null ? "truth not known" : "", "unknown"];
-}
-
-/**
- * The first of the frames up to this one that all say so.
- *
- * @param {History} history
- * @param {number} position
- * @param {"searching"|"lost"} what
- */
-function since(history, position, what) {
-  let first = position;
-  while (history.at(first - 1)?.[what]) first -= 1;
-  return first;
 }

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["APPROACH_FRAMES", "approach", "before_loss"]
+__all__ = ["APPROACH_FRAMES", "approach", "before_loss", "lost_since"]
 
 APPROACH_FRAMES = 10
 """Frames before a loss at which one begins to watch."""
@@ -16,6 +16,23 @@ def approach(loss: int) -> int:
     return max(0, loss - APPROACH_FRAMES)
 
 
+def lost_since(frame: int, before: int | None, *, lost: bool | None, searching: bool | None) -> int | None:
+    """Return the frame in which the loss began that goes on in a frame.
+
+    Args:
+        frame: The frame.
+        before: The same of the frame before it.
+        lost: Whether the target is lost by the truth, where that is known.
+        searching: Whether it is by the tracker's own account, where the tracker gives one.
+
+    Returns:
+        The frame; None if the target is not lost here.
+    """
+    if not (lost or searching):
+        return None
+    return frame if before is None else before
+
+
 def before_loss(lost: Sequence[bool], hidden: Sequence[bool], frame: int) -> int | None:
     """Return the frame from which to watch how the target was lost.
 
@@ -23,7 +40,7 @@ def before_loss(lost: Sequence[bool], hidden: Sequence[bool], frame: int) -> int
     that was before.
 
     Args:
-        lost: For each frame, whether the target is lost by the truth or by the tracker's own account.
+        lost: For each frame, whether the target is lost, as `lost_since` has it.
         hidden: For each frame, whether the target is out of sight.
         frame: The last loss that began at or before this frame is meant; failing that, the first one after it.
 

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from pftrack.runs.loss import lost_since
+
 __all__ = ["History"]
 
 
@@ -14,18 +16,28 @@ class History:
     def __len__(self) -> int:
         return len(self.columns.get("frame", ()))
 
-    def put(self, rows: list[dict[str, Any]]) -> None:
-        """Take over rows; a frame that is known already is replaced."""
-        for row in rows:
-            if not self.columns:
-                self.columns = {name: [] for name in row}
-            index = row["frame"]
-            if index == len(self):
-                for name, column in self.columns.items():
-                    column.append(row[name])
-            elif index < len(self):
-                for name, column in self.columns.items():
-                    column[index] = row[name]
+    def put(self, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        """Take over rows; a frame that is known already is replaced.
+
+        Returns:
+            The rows with what only the history can tell: `lost_since`, where the loss began that goes on there.
+        """
+        return [self._put(row) for row in rows]
+
+    def _put(self, row: dict[str, Any]) -> dict[str, Any]:
+        index, since = row["frame"], self.columns.get("lost_since", [])
+        before = since[index - 1] if 0 < index <= len(since) else None
+        began = lost_since(index, before, lost=row.get("lost"), searching=row.get("searching"))
+        row = {**row, "lost_since": began}
+        if not self.columns:
+            self.columns = {name: [] for name in row}
+        if index == len(self):
+            for name, column in self.columns.items():
+                column.append(row[name])
+        elif index < len(self):
+            for name, column in self.columns.items():
+                column[index] = row[name]
+        return row
 
     def upto(self, frame: int) -> "History":
         """Return a copy of the frames up to and including one: what a branch shares with its parent."""

@@ -80,9 +80,9 @@ class SessionState:
         """Return the frame from which to watch how the target was lost; None if it has not been lost."""
         known = self.columns(self.spec.branch)
         nothing: list[bool] = []
-        lost, searching, hidden = (known.get(name, nothing) for name in ("lost", "searching", "hidden"))
-        gone = [bool(one) or bool(other) for one, other in zip(lost, searching, strict=True)]
-        return before_loss(gone, [bool(value) for value in hidden], self.spec.active.position)
+        lost = [since is not None for since in known.get("lost_since", nothing)]
+        hidden = [bool(value) for value in known.get("hidden", nothing)]
+        return before_loss(lost, hidden, self.spec.active.position)
 
     # ------------------------------------------------------------ reports of the worker
 
@@ -101,7 +101,7 @@ class SessionState:
         if not rows:
             return
         self.frames_computed += len(rows)
-        self._history(branch).put(rows)
+        rows = self._history(branch).put(rows)
         if len(rows) == 1:
             self.listeners.emit(messages.Frame(branch=branch, diagnostics=rows[0]))
         else:

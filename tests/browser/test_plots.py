@@ -173,8 +173,10 @@ def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Se
     server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 300})
     go(35)
     searching = server.column(shown.id, "searching")
-    since = searching.index(True)
-    shown.until(lambda: shown.verdict == f"no face since {since}, looking for it", "the page says that it is lost")
+    since = server.column(shown.id, "lost_since")[35]
+    assert since is not None
+    assert since <= searching.index(True)
+    shown.until(lambda: shown.verdict == f"lost since {since}, looking for the face", "the page says that it is lost")
     slider = shown.page.locator(".scrubber")
     shown.until(lambda: "no face" in (slider.get_attribute("aria-valuetext") or ""), "the scrubber says so, too")
     server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 0})
@@ -221,7 +223,7 @@ def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watc
     searching = server.column(shown.id, "searching")
     since = searching.index(True)
     server.seek(shown.id, since + 2)
-    shown.until(lambda: shown.verdict == f"no face since {since}, looking for it", "the page says that it is lost")
+    shown.until(lambda: shown.verdict == f"lost since {since}, looking for the face", "the page says that it is lost")
     shown.until(lambda: "not recognised" in panel(shown, "alpha").inner_text(), "the shading is the tracker's account")
     assert "the truth is not known" in panel(shown, "error").inner_text()
     width = on_screen(shown, shown.page.locator(".scrubber"))["width"] - 114

@@ -64,7 +64,7 @@ describe("a history of diagnostics", () => {
   });
 
   it("finds the spans in which something holds, one at the end included", () => {
-    const history = filled(10, (frame) => ({ lost: frame === 2 || frame === 3 || frame === 9 }));
+    const history = filled(10, (frame) => ({ lost_since: { 2: 2, 3: 2, 9: 9 }[frame] ?? null }));
     assert.deepEqual(history.spans(isGone), [[2, 3], [9, 9]]);
     assert.equal(history.some(isGone), true);
     assert.deepEqual(filled(3).spans(isGone), []);
@@ -90,9 +90,8 @@ describe("values of a row", () => {
   });
 
   it("say that a target is gone by the truth or by the tracker itself", () => {
-    assert.equal(isGone({ lost: true }), true);
-    assert.equal(isGone({ lost: null, searching: true }), true);
-    assert.equal(isGone({ lost: false, searching: false }), false);
+    assert.equal(isGone({ lost_since: 0 }), true);
+    assert.equal(isGone({ lost_since: null }), false);
     assert.equal(isGone(undefined), false);
   });
 

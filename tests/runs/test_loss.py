@@ -2,7 +2,7 @@
 
 import pytest
 
-from pftrack.runs.loss import approach, before_loss
+from pftrack.runs.loss import approach, before_loss, lost_since
 
 
 def flags(*spans: tuple[int, int], frames: int = 100) -> list[bool]:
@@ -38,3 +38,13 @@ def test_the_run_begins_somewhere() -> None:
     """There is nothing before the first frame, also when the target is lost from the beginning."""
     assert approach(3) == 0
     assert before_loss([True, True], [False, False], 1) == 0
+
+
+def test_a_loss_goes_on_whoever_tells_it() -> None:
+    """Truth and tracker speak of one loss: it begins with the first frame that either calls lost, and goes on."""
+    lost = [False, True, True, None, False, False, True]
+    searching = [None, False, True, True, True, False, None]
+    found: list[int | None] = []
+    for frame, (one, other) in enumerate(zip(lost, searching, strict=True)):
+        found.append(lost_since(frame, found[-1] if found else None, lost=one, searching=other))
+    assert found == [None, 1, 1, 1, 1, None, 6]
