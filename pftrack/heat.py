@@ -19,7 +19,7 @@ def over(image_rgb: NDArray[np.uint8], values: NDArray[np.float64], *, width: in
 
     Args:
         image_rgb: (h, w, 3).
-        values: (h, w), 0..1.
+        values: 0..1, over the same picture, of any size.
         width: Of the result, px, if the picture is not narrower.
 
     Returns:

@@ -33,8 +33,8 @@ class Suitability:
         remark: What was found, a sentence without its capital and full stop.
         advice: What would help, a clause each.
         better: A mark of the same target that suits better, where one was found.
-        likelihood: (height, width) over the picture in which the target is marked, 0..1 relative to its peak; None for
-            a likelihood that is not one of places in the picture.
+        likelihood: (height, width) over the picture in which the target is marked, 0..1 relative to its peak, of a
+            large picture every so-many-th pixel; None for a likelihood that is not one of places in the picture.
     """
 
     value: float

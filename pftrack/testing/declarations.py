@@ -42,6 +42,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
             ("its presets run", _presets_run),
             ("its example sweep is a plan", _example_sweep_is_a_plan),
             ("its plots and readings are complete", _declares_plots),
+            ("its measures are declared whole", _declares_measures),
         ],
     )
 
@@ -124,6 +125,14 @@ def _demand_refusal(parameters: Parameters, name: str, value: object) -> None:
         ) from error
     else:
         raise CheckError(f"{name} = {value!r} must be refused, and was accepted")
+
+
+def _declares_measures(experiment: Experiment) -> None:
+    for measure in experiment.run_measures:
+        demand(measure.title, f"the measure {measure.name} must have a title")
+        _demand_end(measure.description, ".", f"the description of the measure {measure.name}")
+    decisive = experiment.measure_named(experiment.simulate().success)
+    demand(decisive.how == "share", f"success is decided by a share, and {decisive.name} is a {decisive.how}")
 
 
 def _presets_run(experiment: Experiment) -> None:

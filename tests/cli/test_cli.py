@@ -118,6 +118,36 @@ def test_a_clip_is_tracked_and_scored_against_its_table(call: Call, clip: Path) 
     assert (result["frames"], result["labelled_frames"]) == (FRAMES, FRAMES)
     assert result["hit_rate"] == 1.0
     assert result["mean_error_px"] < 5
+    assert result["success_measure"] == "inside_share"
+    assert (result["inside_share"], result["precision_20px"]) == (1.0, 1.0)
+    assert result["frames_to_failure"] == FRAMES
+    assert 0 < result["normalised_error"] < 0.5
+
+
+def test_a_target_is_judged_before_it_is_tracked(call: Call, clip: Path) -> None:
+    """A square of its own colour suits well; a box on the ground not at all, which is also said on standard error."""
+    well = json.loads(call(*on_clip(clip, "--frames", 2, "--json"))[1])
+    assert well["suitability"] > 0.6
+    assert well["suitability_remark"].startswith("Separates well: ")
+    _, out, err = call("run", "ball", "--video", clip, "--box", "80,5,20,20", "--frames", 2, "--json")
+    badly = json.loads(out)
+    assert badly["suitability"] < 0.3
+    assert "separates not at all" in badly["suitability_remark"].lower()
+    assert badly["suitability_remark"] in err
+
+
+def test_a_simulated_scene_is_not_asked_whether_it_suits(call: Call) -> None:
+    """It is made to be tracked, or to fail; nothing is said beforehand."""
+    result = json.loads(call("run", "ball", "--frames", 2, "--json")[1])
+    assert "suitability" not in result
+    assert result["success_measure"] == "hit_rate"
+
+
+def test_a_pose_has_no_measures_of_a_box(call: Call) -> None:
+    """Measures that make no sense are absent, not 0."""
+    result = json.loads(call("run", "prism", "--frames", 3, "--json")[1])
+    assert "precision_10deg" in result
+    assert not {"inside_share", "precision_20px", "normalised_error", "median_error_px"} & result.keys()
 
 
 def test_a_clip_without_a_table_has_no_score(call: Call, clip: Path) -> None:

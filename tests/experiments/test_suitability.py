@@ -111,6 +111,17 @@ def test_the_last_picture_has_no_second_after_it() -> None:
     assert of(sequence, DISC, start=2).grade == "well"
 
 
+def test_a_large_picture_is_looked_at_in_part() -> None:
+    """Six times as large, of which only every so-many-th pixel is looked at, the same picture has the same contrast."""
+    small = painted((120, 100, 90), (110, 110, 110))
+    shown = [np.repeat(np.repeat(small.picture(index), 6, axis=0), 6, axis=1) for index in range(9)]
+    large = Pictures(shown, frame_rate_hz=8.0)
+    one, other = of(small, DISC), of(large, Box.of(6 * 65, 6 * 45, 6 * 31, 6 * 31))
+    assert other.value == pytest.approx(one.value, abs=0.05)
+    assert other.likelihood is not None
+    assert max(other.likelihood.shape) <= 960
+
+
 @pytest.mark.parametrize(
     ("value", "expected"), [(0.0, 0.0), (5.0, NOT_AT_ALL), (7.5, 0.45), (10.0, WELL), (20.0, 1.0), (90.0, 1.0)]
 )

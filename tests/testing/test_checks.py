@@ -18,6 +18,7 @@ from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.frame import Frame
 from pftrack.marks import Editor, Handle, Mark
+from pftrack.measures import PICTURE_MEASURES
 from pftrack.parameters import parameter
 from pftrack.sources.signal import SignalSource
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
@@ -234,6 +235,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "the example sweep does not fit the experiment: sample_count",
     ),
     "its plots and readings are complete": (plots_of_one_name, "plots must have names of their own, got twice error"),
+    "its measures are declared whole": (
+        lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], description="inside"),)),
+        "the description of the measure inside_share must be a sentence that ends in '.', got 'inside'",
+    ),
     "estimates are finite and as long as positions are": (
         lambda: tracking(lambda *_: {"estimate": np.zeros(2)}),
         r"the estimate of frame 1 must have the shape \(1,\), got \(2,\)",

@@ -6,7 +6,6 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.likelihoods import chromaticity
 from pftrack.likelihoods.chromaticity import ColourModel
@@ -32,6 +31,9 @@ BETTER_BY = 0.15
 PARTS, PART = 5, 0.5
 """Smaller boxes that are tried: so many places along each side, and what share of a side they have."""
 
+FINE_PX, WIDE_PX = 48, 960
+"""Pixels that are looked at along the shorter side of a target, and along the longer one of a picture, at most."""
+
 MUCH = 0.1
 """Share of the rest of a picture that is worth a word if it has the target's colour."""
 
@@ -47,44 +49,52 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     box = Box.model_validate(footage.mark).corner_and_size
     view = _View(sequence, footage.start, box)
     model, level = colour_model(parameters), parameters.background_level
-    likelihood = chromaticity.likelihood_map(view.first, model, level)
-    found = view.separation(model, level, likelihood)
+    picture = sequence.picture(footage.start)
+    every = _every(max(picture.shape), WIDE_PX)
+    likelihood = chromaticity.likelihood_map(picture[::every, ::every], model, level)
+    alike = separation(likelihood, (), _scaled(box, every)).alike
+    found = replace(view.separation(model, level), alike=alike)
     value = found.contrast
     advice, better = _advice(view, parameters, value) if value < WELL else ((), None)
     return Suitability(value, _remark(value, found), advice, better, likelihood)
 
 
 class _View:
-    """The picture with the target, and its surroundings in the second after it."""
+    """A target and its surroundings, in the picture in which it is marked and in the second after that.
+
+    Of a large target only every so-many-th pixel is looked at, as it is: a mean of several would have less noise than
+    the tracker meets.
+    """
 
     def __init__(self, sequence: FrameSequence, start: int, box: Place) -> None:
         self._sequence, self._start = sequence, start
-        last = min(start + round(sequence.frame_rate_hz), sequence.frame_count - 1)
         self.box = box
-        self.first = sequence.picture(start)
-        rows, columns = surroundings(self.first.shape, box)
-        x, y, w, h = box
-        self._near = rows, columns
-        self._box_near = (x - columns.start, y - rows.start, w, h)
-        numbers = sorted({int(number) for number in np.linspace(start, last, LOOKS)} - {start})
-        self._later = [sequence.picture(number)[rows, columns] for number in numbers]
+        self._every = _every(round(min(box[2:])), FINE_PX)
+        rows, columns = surroundings(sequence.size[::-1], box)
+        self._corner = columns.start, rows.start
+        last = min(start + round(sequence.frame_rate_hz), sequence.frame_count - 1)
+        numbers = sorted({int(number) for number in np.linspace(start, last, LOOKS)} | {start})
+        pictures = (sequence.picture(number)[rows, columns] for number in numbers)
+        # Copied, so that the whole pictures need not be kept.
+        self._first, *self._later = [picture[:: self._every, :: self._every].copy() for picture in pictures]
 
     def of(self, box: Place) -> "_View":
         """Return the same of another target."""
         return _View(self._sequence, self._start, box)
 
-    def separation(self, model: ColourModel, level: float, likelihood: NDArray[np.float64]) -> Separation:
-        """Return how a model of colour separates the target, given its likelihood over the first picture."""
-        near = likelihood[self._near]
-        later = [chromaticity.likelihood_map(picture, model, level) for picture in self._later]
-        found = separation(near, later, self._box_near)
-        return replace(found, alike=separation(likelihood, (), self.box).alike)
+    def fit(self, part: Place) -> ColourModel:
+        """Return the colour of a part of the target.
 
-    def contrast(self, model: ColourModel, level: float) -> float:
-        """Return the contrast of another model, or with another background level."""
-        near = chromaticity.likelihood_map(self.first[self._near], model, level)
-        later = [chromaticity.likelihood_map(picture, model, level) for picture in self._later]
-        return separation(near, later, self._box_near).contrast
+        Raises:
+            ValueError: The part is black.
+        """
+        return chromaticity.fit(self._first, self._here(part))
+
+    def separation(self, model: ColourModel, level: float, *, quick: bool = False) -> Separation:
+        """Return how a model of colour separates the target; if need be quickly, by the first picture alone."""
+        first = chromaticity.likelihood_map(self._first, model, level)
+        later = [] if quick else [chromaticity.likelihood_map(picture, model, level) for picture in self._later]
+        return separation(first, later, self._here(self.box))
 
     def contrast_of_part(self, part: Place, level: float, *, quick: bool = False) -> float:
         """Return the contrast of a smaller box within the target's, against the surroundings of the whole.
@@ -97,13 +107,25 @@ class _View:
         Raises:
             ValueError: The part is black.
         """
-        model = chromaticity.fit(self.first, part)
-        near = chromaticity.likelihood_map(self.first[self._near], model, level)
-        x, y, w, h = part
-        rows, columns = self._near
-        on = separation(near, (), (x - columns.start, y - rows.start, w, h)).on
-        later = [] if quick else [chromaticity.likelihood_map(picture, model, level) for picture in self._later]
-        return contrast(on, separation(near, later, self._box_near).around)
+        model = self.fit(part)
+        first = chromaticity.likelihood_map(self._first, model, level)
+        on = separation(first, (), self._here(part)).on
+        return contrast(on, self.separation(model, level, quick=quick).around)
+
+    def _here(self, box: Place) -> Place:
+        """Return a box of the picture as one of what is kept of it."""
+        x, y, w, h = box
+        return _scaled((x - self._corner[0], y - self._corner[1], w, h), self._every)
+
+
+def _every(size: int, most: int) -> int:
+    """Return the step by which so many pixels become no more than `most`."""
+    return max(1, -(-size // most))
+
+
+def _scaled(box: Place, every: int) -> Place:
+    x, y, w, h = box
+    return x / every, y / every, w / every, h / every
 
 
 def _remark(value: float, found: Separation) -> str:
@@ -127,17 +149,19 @@ def _advice(view: _View, parameters: Any, value: float) -> tuple[tuple[str, ...]
     advice = []
     level = parameters.background_level
     for name in {"redness", "chromaticity"} - {parameters.colour_model}:
-        other = view.contrast(colour_model(parameters.model_copy(update={"colour_model": name})), level)
+        model = colour_model(parameters.model_copy(update={"colour_model": name}))
+        other = view.separation(model, level).contrast
         if other >= value + BETTER_BY:
             advice.append(f"the colour model {name!r} separates better ({other:.2f})")
     if level > USUAL_LEVEL:
-        other = view.contrast(colour_model(parameters), USUAL_LEVEL)
+        other = view.separation(colour_model(parameters), USUAL_LEVEL).contrast
         if other >= value + BETTER_BY:
             advice.append(f"a background level of {USUAL_LEVEL:g} separates better ({other:.2f})")
     part, other = _best_part(view, level)
     if other >= value + BETTER_BY:
         # It has surroundings of its own, too: the rest of the target.
-        other = min(other, view.of(part).contrast(chromaticity.fit(view.first, part), level))
+        own = view.of(part)
+        other = min(other, own.separation(own.fit(part), level).contrast)
     better = Box.of(*part) if other >= max(value + BETTER_BY, NOT_AT_ALL) else None
     if better is not None:
         advice.append(f"a smaller box separates better ({other:.2f}), {better.width:g} x {better.height:g} px")
