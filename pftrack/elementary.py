@@ -67,10 +67,11 @@ def exponentials(values: NDArray[np.float64]) -> NDArray[np.float64]:
     others = np.empty(count, np.int64)
     for i in range(count):
         # In two factors, since the power itself may be too small for a normal number.
-        exponent = (bits[i] << 32) >> 32
-        half = exponent >> 1
-        halves[i] = (half + 1023) << 52
-        others[i] = (exponent - half + 1023) << 52
+        # Shifts with a sign are in 32 bits, since AVX2 has none in 64.
+        exponent = np.int32(bits[i])
+        half = np.int32(exponent >> 1)
+        halves[i] = (np.int64(half) + 1023) << 52
+        others[i] = (np.int64(np.int32(exponent - half)) + 1023) << 52
     first, second = halves.view(np.float64), others.view(np.float64)
     for i in range(count):
         results[i] = results[i] * first[i] * second[i] if values[i] > LEAST else 0.0
@@ -90,7 +91,7 @@ def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
     for i in range(count):
         # The mantissa between sqrt(1/2) and sqrt(2), where the series is shortest.
         offset = bits[i] - SQRT_HALF_BITS
-        results[i] = float(offset >> 52)
+        results[i] = float(np.int32(np.int32(offset >> 32) >> 20))
         mantissas[i] = (offset & 0xFFFFFFFFFFFFF) + SQRT_HALF_BITS
     reduced = mantissas.view(np.float64)
     for i in range(count):

@@ -7,20 +7,24 @@ positive whatever the rounding.
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.compiled import compiled
 from pftrack.dynamics import LinearDynamics
-from pftrack.gaussian import Gaussian, log_density, symmetrised
-from pftrack.matrices import product, solved
+from pftrack.gaussian import Gaussian, log_densities
+from pftrack.matrices import multiply, owned, product, solve
 
 __all__ = ["predict", "update"]
 
 
 def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
     """Return p(x_t | z_{1:t-1}) from p(x_{t-1} | z_{1:t-1}), both over (d,)."""
-    transition = dynamics.transition
-    mean = product(transition, posterior.mean) + dynamics.offset
-    moved = product(product(transition, posterior.covariance), transition.T)
-    covariance = moved + dynamics.noise_covariance
-    return Gaussian(mean, symmetrised(covariance))
+    mean, covariance = _predicted(
+        owned(posterior.mean),
+        owned(posterior.covariance),
+        owned(dynamics.transition),
+        owned(dynamics.offset),
+        owned(dynamics.noise),
+    )
+    return Gaussian(mean, covariance)
 
 
 def update(
@@ -62,11 +66,70 @@ def condition(
         jacobian: dz/dx there, (m, d).
         noise_covariance: R, (m, m).
     """
-    cross = product(prior.covariance, jacobian.T)
-    innovation_covariance = symmetrised(product(jacobian, cross) + noise_covariance)
-    gain = solved(innovation_covariance, cross.T).T
-    mean = prior.mean + product(gain, measurement - predicted)
-    kept = np.eye(len(mean)) - product(gain, jacobian)
-    covariance = product(product(kept, prior.covariance), kept.T) + product(product(gain, noise_covariance), gain.T)
-    log_evidence = float(log_density(measurement, predicted, innovation_covariance))
-    return Gaussian(mean, symmetrised(covariance)), log_evidence
+    mean, covariance, log_evidence, regular = _conditioned(
+        owned(prior.mean),
+        owned(prior.covariance),
+        owned(np.subtract(measurement, predicted)),
+        owned(jacobian),
+        owned(noise_covariance),
+    )
+    if not regular:
+        raise np.linalg.LinAlgError("Singular matrix")
+    return Gaussian(mean, covariance), log_evidence
+
+
+@compiled
+def _predicted(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    transition: NDArray[np.float64],
+    offset: NDArray[np.float64],
+    noise: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return A m + d and A P A^T + B B^T."""
+    size = mean.shape[0]
+    moved = multiply(transition, mean.reshape(size, 1)).reshape(size)
+    spread = multiply(multiply(transition, covariance), transition.T.copy())
+    added = multiply(noise, noise.T.copy())
+    for i in range(size):
+        moved[i] += offset[i]
+        for j in range(i + 1):
+            spread[i, j] = 0.5 * (spread[i, j] + added[i, j] + spread[j, i] + added[j, i])
+            spread[j, i] = spread[i, j]
+    return moved, spread
+
+
+@compiled
+def _conditioned(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    innovation: NDArray[np.float64],
+    jacobian: NDArray[np.float64],
+    noise: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, bool]:
+    """Return mean, covariance and log p(z), given z less its prediction, and whether its covariance is regular."""
+    size, count = mean.shape[0], innovation.shape[0]
+    cross = multiply(jacobian, covariance)
+    spread = multiply(cross, jacobian.T.copy())
+    for i in range(count):
+        for j in range(i + 1):
+            spread[i, j] = 0.5 * (spread[i, j] + noise[i, j] + spread[j, i] + noise[j, i])
+            spread[j, i] = spread[i, j]
+    gain, regular = solve(spread, cross)
+    densities, positive = log_densities(innovation.reshape(1, count), spread.reshape(1, count, count))
+    if not (regular and positive):
+        return mean, covariance, 0.0, False
+    gain = gain.T.copy()
+    updated = multiply(gain, innovation.reshape(count, 1)).reshape(size)
+    kept = multiply(gain, jacobian)
+    for i in range(size):
+        updated[i] += mean[i]
+        for j in range(size):
+            kept[i, j] = (1.0 if i == j else 0.0) - kept[i, j]
+    known = multiply(multiply(kept, covariance), kept.T.copy())
+    added = multiply(multiply(gain, noise), gain.T.copy())
+    for i in range(size):
+        for j in range(i + 1):
+            known[i, j] = 0.5 * (known[i, j] + added[i, j] + known[j, i] + added[j, i])
+            known[j, i] = known[i, j]
+    return updated, known, densities[0], True

@@ -45,9 +45,10 @@ def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrism
 def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
     """Weigh particles by the measured vertices."""
     measured = _measured(frame)
+    noise_sd = measured.sd_px.astype(np.float64)
     belief = pose.advance(
         state,
-        lambda positions: points.log_likelihood(np.ascontiguousarray(positions), measured.points_px, measured.sd_px),
+        lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd),
         parameters,
         method,
         rng,
