@@ -18,17 +18,20 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import FunctionType
-from typing import ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["compiled", "mark_of", "read_only"]
+__all__ = ["FUNCTIONS", "compiled", "mark_of", "read_only"]
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 Scalar = TypeVar("Scalar", bound=np.generic)
+
+FUNCTIONS: list[Any] = []
+"""What `compiled` has made, in modules that have been imported."""
 
 
 def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
@@ -37,6 +40,7 @@ def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
     # There is no public way to say what a function depends on; a cache of another make is as strict as Numba's own.
     with suppress(AttributeError):
         dispatcher._cache._cache_file._source_stamp = mark_of(function)  # type: ignore[attr-defined] # noqa: SLF001
+    FUNCTIONS.append(dispatcher)
     return cast("Callable[Arguments, Result]", dispatcher)
 
 

@@ -9,18 +9,18 @@ import re
 import shutil
 import socket
 import sys
-import tempfile
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
 from importlib import metadata
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from pftrack.warming.memory import existing, writable
+
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment
-    from pftrack.parameters import Value
 
 __all__ = ["Check", "examine"]
 
@@ -28,7 +28,6 @@ DEFAULT_DATA_DIR = "~/.local/share/pftrack"
 LEAST_MEMORY_MIB = 512
 COMFORTABLE_MEMORY_MIB = 2048
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-WARM_FRAMES = 4
 
 Status = Literal["ok", "warning", "broken"]
 
@@ -40,10 +39,11 @@ class Check:
     name: str
     status: Status
     found: str
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
-    def as_dict(self) -> dict[str, str]:
-        """Return the check as JSON shows it."""
-        return asdict(self)
+    def as_dict(self) -> dict[str, object]:
+        """Return the check as JSON shows it; `seconds` is how long each function took that was compiled now."""
+        return {key: value for key, value in asdict(self).items() if key != "seconds" or value}
 
 
 def examine(*, port: int = 8000, data_dir: Path | None = None, warm: bool = False) -> list[Check]:
@@ -54,7 +54,7 @@ def examine(*, port: int = 8000, data_dir: Path | None = None, warm: bool = Fals
         data_dir: The folder that the server is to use.
         warm: Whether to run every tracker of every experiment, which compiles all that is compiled.
     """
-    looks: dict[str, Callable[[], tuple[Status, str]]] = {
+    looks: dict[str, Callable[[], tuple[Status, str] | Check]] = {
         "Python": _python,
         "libraries": _libraries,
         "compiled code": lambda: _compiled(everything=warm),
@@ -69,9 +69,10 @@ def examine(*, port: int = 8000, data_dir: Path | None = None, warm: bool = Fals
     return [_check(name, look) for name, look in looks.items()]
 
 
-def _check(name: str, look: Callable[[], tuple[Status, str]]) -> Check:
+def _check(name: str, look: Callable[[], tuple[Status, str] | Check]) -> Check:
     try:
-        return Check(name, *look())
+        found = look()
+        return found if isinstance(found, Check) else Check(name, *found)
     except Exception as error:  # noqa: BLE001 - whatever is broken here is what the doctor was asked for
         return Check(name, "broken", _one_line(error))
 
@@ -111,19 +112,33 @@ def _numbers(version: str) -> tuple[int, ...]:
     return tuple(parts)
 
 
-def _compiled(*, everything: bool) -> tuple[Status, str]:
+def _compiled(*, everything: bool) -> Check:
+    """Run the default tracker of each experiment, or have all compiled that is."""
     from pftrack.experiments import EXPERIMENTS
+    from pftrack.warming import Warming, cache_folder
 
-    trackers = sum(_run_trackers(EXPERIMENTS[name], everything=everything) for name in EXPERIMENTS.own)
-    place = _cache_folder()
+    if everything:
+        compiled = Warming(EXPERIMENTS.own).wait()
+        if compiled.failed:
+            return Check(
+                "compiled code", "broken", "; ".join(f"{name}: {why}" for name, why in compiled.failed.items())
+            )
+        what = f"{len(compiled.seconds)} functions compiled now, in {compiled.elapsed_s:.0f} s"
+        seconds = dict(sorted(compiled.seconds.items(), key=lambda item: -item[1]))
+    else:
+        what = f"{sum(_run_default(EXPERIMENTS[name]) for name in EXPERIMENTS.own)} trackers ran"
+        seconds = {}
+    place = cache_folder()
     if place is None:
-        return "warning", "works, but no folder to keep it in: every start compiles again; set NUMBA_CACHE_DIR"
-    return "ok", f"{trackers} trackers ran; kept in {place}"
+        found = "works, but no folder to keep it in: every start compiles again; set NUMBA_CACHE_DIR"
+        return Check("compiled code", "warning", found, seconds)
+    return Check("compiled code", "ok", f"{what}; kept in {place}", seconds)
 
 
 def _experiments(*, everything: bool) -> tuple[Status, str]:
     """Look at the experiments of other packages; what is broken there harms nothing else, so it is a warning."""
     from pftrack.experiments import EXPERIMENTS
+    from pftrack.warming import Warming
 
     problems, added = [], []
     for plugin in EXPERIMENTS.plugins:
@@ -131,9 +146,12 @@ def _experiments(*, everything: bool) -> tuple[Status, str]:
             problems.append(plugin.report)
             continue
         try:
-            _run_trackers(EXPERIMENTS[plugin.name], everything=everything)
+            _run_default(EXPERIMENTS[plugin.name])
+            reason = Warming([plugin.name]).wait().failed.get(plugin.name) if everything else None
         except Exception as error:  # noqa: BLE001 - what foreign code may raise is open, and it is to be reported
-            problems.append(f"The experiment {plugin.name} of {plugin.package} does not run: {_one_line(error)}")
+            reason = _one_line(error)
+        if reason:
+            problems.append(f"The experiment {plugin.name} of {plugin.package} does not run: {reason}")
         else:
             added.append(f"{plugin.name} of {plugin.package}")
     if problems:
@@ -141,47 +159,12 @@ def _experiments(*, everything: bool) -> tuple[Status, str]:
     return "ok", f"{len(EXPERIMENTS.own)} of pftrack{', and ' if added else ''}{', '.join(added)}"
 
 
-def _run_trackers(experiment: "Experiment", *, everything: bool) -> int:
-    """Run some frames of the default tracker, or all that may be compiled; return how many trackers ran."""
-    trackers = list(experiment.trackers) if everything else [experiment.default_tracker]
-    for tracker in trackers:
-        _warm(experiment, tracker, {})
-    for tracker, values in _alternatives(experiment) if everything else ():
-        _warm(experiment, tracker, values)
-    return len(trackers)
+def _run_default(experiment: "Experiment") -> int:
+    """Run some frames of the default tracker; return how many trackers ran."""
+    from pftrack.warming.coverage import run_case
 
-
-def _warm(experiment: "Experiment", tracker: str, values: Mapping[str, "Value"]) -> None:
-    """Run a few frames."""
-    from pftrack.runs.run import Change, Run
-
-    timeline = (Change(0, values),) if values else ()
-    run = Run(experiment, experiment.simulate(), tracker=tracker, frames=WARM_FRAMES, timeline=timeline)
-    for _ in range(WARM_FRAMES - 1):
-        experiment.draw(run.advance(), run.diagnostics)
-
-
-def _alternatives(experiment: "Experiment") -> Iterator[tuple[str, dict[str, "Value"]]]:
-    """Yield what lets other code run than the defaults do: every choice and every switch, with a tracker that reads it.
-
-    Otherwise a class would wait for the compiler in the moment in which somebody first turns to the pinhole camera.
-    """
-    from pftrack.parameters import declarations
-
-    for item in declarations(type(experiment.simulate().parameters)):
-        others: tuple[Value, ...] = item.choices if item.kind == "choice" else ()
-        if item.kind == "boolean":
-            others = (not item.default,)
-        for value in others:
-            if value != item.default:
-                yield (item.trackers[0] if item.trackers else experiment.default_tracker), {item.name: value}
-
-
-def _cache_folder() -> str | None:
-    """Return where Numba keeps its cache: by the environment, else beside the source, else in the user's cache."""
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    places = [Path(chosen)] if chosen else [Path(__file__).parent / "__pycache__", Path("~/.cache").expanduser()]
-    return next((str(place) for place in places if _writable(place)), None)
+    run_case(experiment, experiment.default_tracker, {})
+    return 1
 
 
 def _codecs() -> tuple[Status, str]:
@@ -214,23 +197,10 @@ def _pages() -> tuple[Status, str]:
 
 def _data_folder(given: Path | None) -> tuple[Status, str]:
     place = (given or Path(os.environ.get("PFTRACK_DATA_DIR") or DEFAULT_DATA_DIR)).expanduser().absolute()
-    if not _writable(place):
+    if not writable(place):
         return "broken", f"{place} cannot be written; choose another with --data-dir or PFTRACK_DATA_DIR"
-    free = shutil.disk_usage(_existing(place)).free // 1024**2
+    free = shutil.disk_usage(existing(place)).free // 1024**2
     return ("warning" if free < LEAST_MEMORY_MIB else "ok"), f"{place}, {free:,} MiB free"
-
-
-def _existing(place: Path) -> Path:
-    return next(it for it in (place, *place.parents) if it.exists())
-
-
-def _writable(place: Path) -> bool:
-    """Tell whether files can be made in a folder, or in the nearest one above it that exists."""
-    try:
-        with tempfile.TemporaryFile(dir=_existing(place)):
-            return True
-    except OSError:
-        return False
 
 
 def _port(port: int) -> tuple[Status, str]:

@@ -10,6 +10,7 @@ import pytest
 
 from pftrack import doctor
 from pftrack.doctor import Check, examine
+from pftrack.warming import Progress
 
 
 def found(checks: list[Check], name: str) -> Check:
@@ -82,18 +83,26 @@ def test_without_a_place_for_compiled_code_there_is_a_warning(monkeypatch: pytes
     """Compiling anew at each start works, but it is worth saying."""
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    status, text = doctor._compiled(everything=False)
-    assert status == "warning"
-    assert "NUMBA_CACHE_DIR" in text
+    check = doctor._compiled(everything=False)
+    assert check.status == "warning"
+    assert "NUMBA_CACHE_DIR" in check.found
 
 
-@pytest.mark.slow
-def test_warming_runs_every_tracker_of_every_experiment() -> None:
-    """After `doctor --warm` no first frame waits for the compiler."""
-    from pftrack.experiments import EXPERIMENTS
+DONE = Progress(seconds={"a": 1.0, "b": 2.5}, elapsed_s=2.0, finished=True)
 
-    trackers = sum(len(experiment.trackers) for experiment in EXPERIMENTS.values())
-    assert doctor._compiled(everything=True)[1].startswith(f"{trackers} trackers ran")
+
+def test_what_was_compiled_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`doctor --warm --json` says of each function how long it took, the slowest first; one that fails is broken."""
+    monkeypatch.setattr("pftrack.warming.Warming.__init__", lambda self, names: None)
+    monkeypatch.setattr(
+        "pftrack.warming.Warming.wait",
+        lambda self: DONE,
+    )
+    check = doctor._compiled(everything=True)
+    assert check.found.startswith("2 functions compiled now, in 2 s; kept in ")
+    assert list(check.as_dict()["seconds"].items()) == [("b", 2.5), ("a", 1.0)]
+    monkeypatch.setattr("pftrack.warming.Warming.wait", lambda self: Progress(failed={"sine": "no"}, finished=True))
+    assert doctor._compiled(everything=True) == Check("compiled code", "broken", "sine: no")
 
 
 LIVE = """

@@ -1,0 +1,54 @@
+"""The process that calls everything that an experiment compiles: experiments by line on its input, news on its output.
+
+Each piece of news is a line of JSON: `{"total": 81}` when it begins, `{"function": NAME, "seconds": S}` for what it has
+compiled, `{"found": [NAME, ...]}` for what was compiled before, `{"ready": EXPERIMENT}` or `{"failed": EXPERIMENT,
+"reason": ...}` at the end of each.
+"""
+
+import json
+import os
+import sys
+
+from pftrack.compiled import FUNCTIONS
+from pftrack.experiments import EXPERIMENTS
+from pftrack.process import follow_parent, leave_interrupts_to_parent
+from pftrack.warming.coverage import cases, run_case
+from pftrack.warming.memory import remember
+from pftrack.warming.watch import name_of, watched
+
+LOW_PRIORITY = 10
+
+
+def say(news: dict[str, object]) -> None:
+    """Write a line of JSON."""
+    sys.stdout.write(json.dumps(news) + "\n")
+    sys.stdout.flush()
+
+
+def warm(name: str) -> None:
+    """Run everything of an experiment, and tell what came of it."""
+    try:
+        for tracker, values in cases(EXPERIMENTS[name]):
+            run_case(EXPERIMENTS[name], tracker, values)
+            say({"found": [name_of(it) for it in FUNCTIONS if it.signatures]})
+    except Exception as error:  # noqa: BLE001 - foreign experiments may raise anything, and it is to be reported
+        say({"failed": name, "reason": f"{type(error).__name__}: {error}".splitlines()[0]})
+    else:
+        remember(name)
+        say({"ready": name})
+
+
+def main() -> None:
+    """Warm experiment after experiment until there are no more."""
+    leave_interrupts_to_parent()
+    follow_parent(os.getppid())
+    os.nice(LOW_PRIORITY)
+    dict(EXPERIMENTS)
+    say({"total": len(FUNCTIONS)})
+    with watched(lambda _: None, lambda name, seconds: say({"function": name, "seconds": round(seconds, 3)})):
+        for line in sys.stdin:
+            warm(line.strip())
+
+
+if __name__ == "__main__":
+    main()

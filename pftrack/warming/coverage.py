@@ -1,0 +1,36 @@
+"""Which runs call everything that an experiment compiles: each tracker, and each choice and switch of a parameter.
+
+Otherwise a class would wait for the compiler in the moment in which somebody first turns to the pinhole camera.
+"""
+
+from collections.abc import Iterator, Mapping
+
+from pftrack.drawing import Drawing
+from pftrack.experiment import Experiment
+from pftrack.parameters import Value, declarations
+from pftrack.runs.run import Change, Run
+
+__all__ = ["cases", "run_case"]
+
+FRAMES = 4
+
+
+def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
+    """Yield each tracker with the defaults, then what lets other code run, with a tracker that reads it."""
+    yield from ((tracker, {}) for tracker in experiment.trackers)
+    for item in declarations(type(experiment.simulate().parameters)):
+        others: tuple[Value, ...] = item.choices if item.kind == "choice" else ()
+        if item.kind == "boolean":
+            others = (not item.default,)
+        for value in others:
+            if value != item.default:
+                yield (item.trackers[0] if item.trackers else experiment.default_tracker), {item.name: value}
+
+
+def run_case(experiment: Experiment, tracker: str, values: Mapping[str, Value]) -> Drawing:
+    """Compute and draw a few frames, and return the last drawing."""
+    timeline = (Change(0, dict(values)),) if values else ()
+    run = Run(experiment, experiment.simulate(), tracker=tracker, frames=FRAMES, timeline=timeline)
+    for _ in range(FRAMES - 1):
+        drawing = experiment.draw(run.advance(), run.diagnostics)
+    return drawing

@@ -1,0 +1,96 @@
+"""Which experiments have been compiled on this machine: a small file beside Numba's cache remembers.
+
+It is named by everything that what is compiled depends on, so that after a change, or an update of a library, nothing
+is remembered; an experiment is then called again, which takes a second if everything is there after all.
+"""
+
+import hashlib
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+from pftrack import machine
+from pftrack.files import part_of
+
+__all__ = ["cache_folder", "existing", "ready", "remember", "writable"]
+
+PACKAGE = "pftrack"
+"""Functions of other packages are compiled by their own sessions when these change."""
+
+KEPT = 8
+"""Memories of other versions and checkouts that are left alone."""
+
+
+def cache_folder() -> Path | None:
+    """Return where what is compiled is kept: by the environment, else beside the source, else in the user's cache."""
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    beside = Path(__file__).parents[1] / "__pycache__"
+    places = [Path(chosen)] if chosen else [beside, Path("~/.cache").expanduser()]
+    return next((place for place in places if writable(place)), None)
+
+
+def ready(names: Iterable[str]) -> frozenset[str]:
+    """Return which experiments are remembered as compiled, of those given."""
+    path = _path()
+    if path is None:
+        return frozenset()
+    with suppress(OSError, ValueError):
+        return frozenset(json.loads(path.read_text(encoding="utf-8"))) & frozenset(names)
+    return frozenset()
+
+
+def remember(name: str) -> None:
+    """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered."""
+    path = _path()
+    if path is None:
+        return
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = part_of(path)
+        part.write_text(json.dumps(sorted(ready([name]) | _all(path) | {name})), encoding="utf-8")
+        part.replace(path)
+        others = sorted(path.parent.glob("warm-*.json"), key=lambda other: other.stat().st_mtime)
+        for old in others[:-KEPT]:
+            old.unlink(missing_ok=True)
+
+
+def _all(path: Path) -> frozenset[str]:
+    with suppress(OSError, ValueError):
+        return frozenset(json.loads(path.read_text(encoding="utf-8")))
+    return frozenset()
+
+
+def _path() -> Path | None:
+    folder = cache_folder()
+    return folder / f"warm-{_everything()}.json" if folder else None
+
+
+def _everything() -> str:
+    """Return a hash of all that compiled code depends on: the functions themselves, the compiler and its target."""
+    from pftrack.compiled import FUNCTIONS, mark_of
+    from pftrack.experiments import EXPERIMENTS
+
+    dict(EXPERIMENTS)  # which imports them, and with them all functions
+    ours = [it.py_func for it in FUNCTIONS if it.py_func.__module__.startswith(f"{PACKAGE}.")]
+    made = {f"{it.__module__}.{it.__qualname__} {mark_of(it).hex()}" for it in ours}
+    on = machine.computed_on()
+    depends = [str(sys.implementation.cache_tag), *(on[name] for name in ("target", "numba", "llvmlite", "numpy"))]
+    return hashlib.sha256("\n".join([*depends, *sorted(made)]).encode()).hexdigest()[:16]
+
+
+def existing(place: Path) -> Path:
+    """Return a folder, or the nearest one above it that exists."""
+    return next(it for it in (place, *place.parents) if it.exists())
+
+
+def writable(place: Path) -> bool:
+    """Tell whether files can be made in a folder, or in the nearest one above it that exists."""
+    try:
+        with tempfile.TemporaryFile(dir=existing(place)):
+            return True
+    except OSError:
+        return False

@@ -1,0 +1,151 @@
+"""The processes that compile, seen from outside: they are given experiments, and their news make the progress."""
+
+import json
+import os
+import subprocess
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from typing import Any
+
+from pftrack.process import command, environment
+from pftrack.warming.progress import Progress
+
+__all__ = ["Warming"]
+
+CHILD = "pftrack.warming.child"
+ENDING_S = 5.0
+
+
+class Warming:
+    """Compiles what experiments need, in processes of low priority.
+
+    It may be looked at and ended from any thread.
+    """
+
+    def __init__(
+        self,
+        names: Iterable[str],
+        *,
+        processes: int | None = None,
+        told: Callable[[Progress], None] | None = None,
+        child: str = CHILD,
+    ) -> None:
+        """Begin.
+
+        Args:
+            names: Of the experiments.
+            processes: How many at once; one a processor if not given.
+            told: Is called with the progress after every piece of news, by one thread at a time.
+            child: The module that does it.
+        """
+        self._waiting = deque(names)
+        self._all = frozenset(self._waiting)
+        self._told = told
+        self._lock = threading.RLock()
+        self._done: set[str] = set()
+        self._ready: set[str] = set()
+        self._failed: dict[str, str] = {}
+        self._seconds: dict[str, float] = {}
+        self._total = 0
+        self._begun = time.monotonic()
+        self._ended: float | None = None
+        count = min(len(self._waiting), processes or os.cpu_count() or 1)
+        self._children = [self._started(child) for _ in range(count)]
+        self._threads = [threading.Thread(target=self._follow, args=(it,), daemon=True) for it in self._children]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def progress(self) -> Progress:
+        """How far it is now."""
+        with self._lock:
+            return Progress(
+                len(self._done),
+                self._total,
+                frozenset(self._ready),
+                dict(self._failed),
+                dict(self._seconds),
+                (self._ended or time.monotonic()) - self._begun,
+                self._ready | self._failed.keys() >= self._all,
+            )
+
+    def wait(self) -> Progress:
+        """Wait until all is done, and return what came of it."""
+        for thread in self._threads:
+            thread.join()
+        return self.progress
+
+    def stop(self) -> None:
+        """End the processes; what they have compiled stays."""
+        with self._lock:
+            self._waiting.clear()
+        for child in self._children:
+            child.kill()
+        for thread in self._threads:
+            thread.join(ENDING_S)
+
+    def _started(self, module: str) -> "subprocess.Popen[str]":
+        return subprocess.Popen(  # noqa: S603 - this very Python, and a module of ours
+            command(module),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment(),
+            text=True,
+        )
+
+    def _follow(self, child: "subprocess.Popen[str]") -> None:
+        """Hand out experiments to a process and take its news, until there are no more or it ends."""
+        current = self._hand_out(child)
+        assert child.stdout is not None  # noqa: S101 - as it was started
+        for line in child.stdout:
+            news = json.loads(line)
+            with self._lock:
+                self._take(news)
+                if "ready" in news or "failed" in news:
+                    current = self._hand_out(child)
+                self._tell()
+        child.wait()
+        child.stdout.close()
+        with suppress(OSError):  # what was not taken any more
+            if child.stdin is not None:
+                child.stdin.close()
+        if current is not None:
+            with self._lock:
+                self._failed[current] = f"its compiler process ended with status {child.returncode}"
+                self._tell()
+
+    def _take(self, news: dict[str, Any]) -> None:
+        if "total" in news:
+            self._total = news["total"]
+        if "function" in news:
+            self._seconds[news["function"]] = self._seconds.get(news["function"], 0.0) + news["seconds"]
+            self._done.add(news["function"])
+        self._done.update(news.get("found", ()))
+        if "ready" in news:
+            self._ready.add(news["ready"])
+        if "failed" in news:
+            self._failed[news["failed"]] = news["reason"]
+
+    def _hand_out(self, child: "subprocess.Popen[str]") -> str | None:
+        """Give a process the next experiment, or let it end."""
+        assert child.stdin is not None  # noqa: S101 - as it was started
+        with self._lock:
+            name = self._waiting.popleft() if self._waiting else None
+        with suppress(OSError):  # where it has ended; whoever reads its output sees that
+            if name is None:
+                child.stdin.close()
+            else:
+                child.stdin.write(name + "\n")
+                child.stdin.flush()
+        return name
+
+    def _tell(self) -> None:
+        progress = self.progress
+        if progress.finished and self._ended is None:
+            self._ended = time.monotonic()
+        if self._told is not None:
+            self._told(progress)

@@ -1,0 +1,126 @@
+"""Compiling by processes of their own, tried on a child that only pretends."""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from pftrack.warming import Progress, Warming, memory
+
+ROOT = Path(__file__).parents[2]
+
+PRETENDING = """
+import json, sys, time
+def say(**news): print(json.dumps(news), flush=True)
+say(total=6)
+for line in sys.stdin:
+    name = line.strip()
+    if name == "dies": sys.exit(3)
+    if name == "broken":
+        say(failed=name, reason="ValueError: no")
+        continue
+    for part in "ab":
+        time.sleep({pause})
+        say(function=f"{{name}}.{{part}}", seconds=0.5)
+    say(ready=name)
+"""
+
+
+@pytest.fixture
+def pretend(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    (tmp_path / "pretending.py").write_text(PRETENDING.format(pause=0.05))
+    (tmp_path / "pausing.py").write_text(PRETENDING.format(pause=60))
+    monkeypatch.syspath_prepend(tmp_path)
+    return "pretending"
+
+
+def test_progress_comes_with_every_function(pretend: str) -> None:
+    """Functions add up, experiments get ready one by one, and in the end all is done."""
+    told: list[Progress] = []
+    done = Warming(["one", "two", "three"], processes=2, told=told.append, child=pretend).wait()
+    assert done.finished
+    assert done.sentence == "compiled"
+    assert (done.done, done.total, done.ready) == (6, 6, {"one", "two", "three"})
+    assert done.seconds == {f"{name}.{part}": 0.5 for name in done.ready for part in "ab"}
+    counts = [progress.done for progress in told]
+    assert counts == sorted(counts)
+    assert any(progress.ready and not progress.finished for progress in told)
+
+
+@pytest.mark.parametrize(("bad", "reason"), [("broken", "ValueError: no"), ("dies", "ended with status 3")])
+def test_one_that_does_not_run_keeps_no_other(pretend: str, bad: str, reason: str) -> None:
+    """An experiment that raises, or ends its process, is told with the reason, and the others get ready."""
+    done = Warming([bad, "one"], processes=2, child=pretend).wait()
+    assert done.finished
+    assert reason in done.failed[bad]
+    assert done.ready == {"one"}
+
+
+@pytest.mark.usefixtures("pretend")
+def test_it_ends_at_once_when_asked() -> None:
+    """Stopping ends the processes, and leaves nobody waiting."""
+    warming = Warming(["one", "two"], processes=1, child="pausing")
+    threading.Timer(0.5, warming.stop).start()
+    begun = time.monotonic()
+    assert not warming.wait().finished
+    assert time.monotonic() - begun < 30
+
+
+@pytest.mark.parametrize(
+    ("progress", "sentence"),
+    [
+        (Progress(), "compiling, only once"),
+        (Progress(14, 41, elapsed_s=1.0), "compiling, 14 of 41 functions, only once"),
+        (
+            Progress(14, 41, seconds={f"f{k}": 1.0 for k in range(14)}, elapsed_s=21.0),
+            "compiling, 14 of 41 functions, about 40 s, only once",
+        ),
+        (Progress(finished=True), "compiled"),
+    ],
+)
+def test_progress_in_words(progress: Progress, sentence: str) -> None:
+    """It says how many functions of how many, about how long it takes as soon as that is known, and that it is once."""
+    assert progress.sentence == sentence
+
+
+def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A finished experiment is ready in the next process, until anything that compiled code depends on changes."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert memory.ready(["one", "two"]) == frozenset()
+    memory.remember("one")
+    memory.remember("three")
+    assert memory.ready(["one", "two"]) == {"one"}
+    monkeypatch.setattr(
+        memory.machine, "computed_on", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
+    )
+    assert memory.ready(["one", "two"]) == frozenset()
+
+
+def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a folder to write in there is no memory, and no error."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    memory.remember("one")
+    assert memory.ready(["one"]) == frozenset()
+
+
+def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
+    """From an empty cache an experiment is compiled function by function; a second time there is nothing to do."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
+
+    def news() -> list[dict[str, object]]:
+        command = [sys.executable, "-m", "pftrack.warming.child"]
+        done = subprocess.run(command, input="sine\n", capture_output=True, text=True, check=True, env=environment)
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    first, second = news(), news()
+    assert {"ready": "sine"} in first
+    assert len([it for it in first if "function" in it]) > 5
+    assert {"ready": "sine"} in second
+    assert not [it for it in second if "function" in it]
+    assert list(tmp_path.glob("warm-*.json"))
