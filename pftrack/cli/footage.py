@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pftrack.cli.output import CommandError, note, wrong_use
-from pftrack.parameters import ParameterError
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Setup
@@ -121,6 +120,8 @@ def _refuse_options(said: Said) -> None:
 
 
 def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:
+    from pftrack.parameters import ParameterError
+
     if len(said.marks) > 1:
         given = " and ".join(option for option, _, _ in said.marks)
         raise wrong_use(f"the target is marked once, got {given}")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pftrack.cli.output import emit, note, table, wrong_use
-from pftrack.parameters import Declaration, Value, declarations, flat
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset
+    from pftrack.parameters import Declaration, Value
 
 __all__ = ["PresetName", "experiment_named", "preset_named", "register"]
 
@@ -67,6 +67,8 @@ def show(
     experiment: Annotated[str, typer.Argument(help="An experiment's name, as `list` prints it.")], json: Json = False
 ) -> None:
     """Show an experiment with every parameter: unit, bounds, default, help."""
+    from pftrack.parameters import declarations, flat
+
     found = experiment_named(experiment)
     parameters = found.simulate().parameters
     declared = declarations(type(parameters))
@@ -126,11 +128,11 @@ def _about(experiment: "Experiment") -> dict[str, object]:
     }
 
 
-def _rows(declared: Sequence[Declaration], values: dict[str, Value]) -> list[tuple[str, ...]]:
+def _rows(declared: "Sequence[Declaration]", values: "dict[str, Value]") -> list[tuple[str, ...]]:
     return [(it.name, f"{values[it.name]} {it.unit}".strip(), _allowed(it), _help(it)) for it in declared]
 
 
-def _allowed(declaration: Declaration) -> str:
+def _allowed(declaration: "Declaration") -> str:
     match declaration.kind:
         case "boolean":
             return "True, False"
@@ -142,7 +144,7 @@ def _allowed(declaration: Declaration) -> str:
             return f"{declaration.minimum:g} to {declaration.maximum:g}"
 
 
-def _help(declaration: Declaration) -> str:
+def _help(declaration: "Declaration") -> str:
     readers = f" For {', '.join(declaration.trackers)}." if declaration.trackers else ""
     restart = "" if declaration.live else " A change restarts the run."
     return f"{declaration.description}{readers}{restart}"

@@ -18,8 +18,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from pftrack.parameters import ParameterError
-
 __all__ = ["FAILED", "WRONG_USE", "CommandError", "emit", "explain", "note", "progress", "table", "whole", "wrong_use"]
 
 FAILED = 1
@@ -66,6 +64,10 @@ def whole(option: str, text: str, low: int, high: int) -> int:
 
 def explain(error: Exception) -> CommandError:
     """Turn any error into one sentence and an exit status."""
+    if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # the command line's own complaints
+        return CommandError(f"{error.format_message()}{_given(error)}", error.exit_code)
+    from pftrack.parameters import ParameterError
+
     match error:
         case CommandError():
             found = error
@@ -76,8 +78,6 @@ def explain(error: Exception) -> CommandError:
             found = CommandError(f"{error.filename}: {reason}" if error.filename else reason)
         case MemoryError():
             found = CommandError("there is not enough memory for this")
-        case _ if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # the command line's own complaints
-            found = CommandError(f"{error.format_message()}{_given(error)}", error.exit_code)
         case ValueError() if _raised_in_library(error):  # a refusal, already a sentence
             found = CommandError(str(error))
         case _:

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pftrack.cli.compiling import compiling
 from pftrack.cli.footage import Said, open_footage, wired
 from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
-from pftrack.parameters import Value, declarations, parse
-from pftrack.random import LARGEST_SEED
 
 if TYPE_CHECKING:
     from pftrack.experiment import Preset, Setup
+    from pftrack.parameters import Value
     from pftrack.runs.recipe import Footage, Recipe
     from pftrack.runs.run import Run
     from pftrack.sources.sequence import FrameSequence
@@ -77,6 +77,7 @@ def run(
     json: Json = False,
 ) -> None:
     """Run an experiment, or the recipe of a run, and say how it went."""
+    from pftrack.random import LARGEST_SEED
     from pftrack.runs.record import save
     from pftrack.runs.run import LONGEST_RUN, Change, Run
 
@@ -130,6 +131,7 @@ def replay(
     saved = read_saved(file)
     record = saved.record
     with ExitStack() as stack:
+        stack.enter_context(compiling())
 
         def find(footage: "Footage") -> "FrameSequence":
             place = video or file.parent / (footage.path or footage.name)
@@ -184,7 +186,9 @@ def _marked(made: "Run") -> bytes:
     return png(render(Drawing(width, height, {"picture": Picture(image), **mark})))
 
 
-def _values(setup: "Setup", assignments: list[str]) -> dict[str, Value]:
+def _values(setup: "Setup", assignments: list[str]) -> "dict[str, Value]":
+    from pftrack.parameters import declarations, parse
+
     model = type(setup.parameters)
     known = [declaration.name for declaration in declarations(model)]
     values: dict[str, Value] = {}
@@ -200,8 +204,10 @@ def _values(setup: "Setup", assignments: list[str]) -> dict[str, Value]:
     return values
 
 
-def _preset_values(setup: "Setup", preset: "Preset") -> Mapping[str, Value]:
+def _preset_values(setup: "Setup", preset: "Preset") -> "Mapping[str, Value]":
     """Return a preset's values, if the source that it is used with has all these parameters."""
+    from pftrack.parameters import declarations
+
     known = {declaration.name for declaration in declarations(type(setup.parameters))}
     foreign = [name for name in preset.parameters if name not in known]
     if foreign:
@@ -214,7 +220,9 @@ def _frames_left(sequence: "FrameSequence", setup: "Setup") -> int:
     return sequence.frame_count - (setup.footage.start if setup.footage else 0)
 
 
-def _note_unread(setup: "Setup", values: Mapping[str, Value], tracker: str) -> None:
+def _note_unread(setup: "Setup", values: "Mapping[str, Value]", tracker: str) -> None:
+    from pftrack.parameters import declarations
+
     for declaration in declarations(type(setup.parameters)):
         if declaration.name in values and declaration.trackers and tracker not in declaration.trackers:
             note(f"pftrack: {declaration.name} is not read by {tracker}, only by {', '.join(declaration.trackers)}")

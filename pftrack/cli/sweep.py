@@ -18,11 +18,10 @@ from typer.core import TyperGroup
 
 from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
-from pftrack.parameters import ParameterError, Value, parse
-from pftrack.random import LARGEST_SEED
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset
+    from pftrack.parameters import Value
     from pftrack.sweep import Plan, Progress, Result
 
 __all__ = ["register"]
@@ -145,6 +144,7 @@ def _plan(
     assignments: list[str],
     seed: str,
 ) -> "Plan":
+    from pftrack.random import LARGEST_SEED
     from pftrack.runs.run import LONGEST_RUN
     from pftrack.sweep import MOST_RUNS, Plan, parse_axis
 
@@ -167,7 +167,8 @@ def _plan(
     )
 
 
-def _values(experiment: "Experiment", assignments: list[str]) -> dict[str, Value]:
+def _values(experiment: "Experiment", assignments: list[str]) -> "dict[str, Value]":
+    from pftrack.parameters import ParameterError, parse
     from pftrack.sweep import SweepError
     from pftrack.sweep.axis import declared
 
