@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
 
+from server.compilation import Compilation
 from server.middleware.metrics import Metrics
 from server.runs.imports import Imports
 from server.sessions.manager import Manager
@@ -36,6 +37,7 @@ class Services:
     metrics: Metrics
     suitabilities: Suitabilities
     queues: Queues
+    compilation: Compilation
     stopping: threading.Event
 
     @classmethod
@@ -45,7 +47,8 @@ class Services:
         asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "pftrack"))
         await asyncio.to_thread(forkserver.start)
         store = await asyncio.to_thread(Store, settings)
-        manager = Manager(settings, store)
+        compilation = await asyncio.to_thread(Compilation.open)
+        manager = Manager(settings, store, compilation.wait_for)
         await manager.open()
         sweeps = Sweeps(settings, store)
         await sweeps.open()
@@ -54,10 +57,12 @@ class Services:
         tasks = ChildTasks(queues, TASK_MEMORY_BYTES)
         imports = Imports(settings, store, tasks)
         kept = Suitabilities(store, settings)
-        return cls(settings, store, manager, sweeps, tasks, imports, metrics, kept, queues, threading.Event())
+        stopping = threading.Event()
+        return cls(settings, store, manager, sweeps, tasks, imports, metrics, kept, queues, compilation, stopping)
 
     async def close(self) -> None:
         """Write everything down and let go of it."""
         self.stopping.set()
+        await asyncio.to_thread(self.compilation.close)
         await asyncio.gather(self.manager.close(), self.sweeps.close(), self.imports.close())
         await asyncio.to_thread(self.store.close)

@@ -3,7 +3,8 @@
 import { ahead } from "./prefetch.js";
 import { api, messageOf } from "../shared/api.js";
 import { experimentCard, skeletonCard } from "./cards.js";
-import { fill, h, part } from "../shared/dom.js";
+import { followCompiling, inSentenceCase } from "../shared/compiling.js";
+import { fill, h, part, setText } from "../shared/dom.js";
 import { pluginProblems, runList, sessionList } from "./lists.js";
 import { sweepList } from "../sweep/list.js";
 import { TargetForm } from "../upload/target.js";
@@ -29,6 +30,7 @@ new DropZone(part("drop"), {
   },
 });
 addEventListener("hashchange", target);
+followCompiling(compiling).catch(() => (part("compiling").hidden = true));
 // A page that comes back from the browser's cache shows what was; ask again.
 addEventListener("pageshow", (event) => event.persisted && load());
 load();
@@ -47,6 +49,29 @@ async function load() {
   }
   await Promise.all([section("plugins", pluginProblems), section("sessions", sessionList), section("runs", runList), section("sweeps", sweepList), target()]);
   await ahead();
+}
+
+/**
+ * Say how far compiling is, and on each card whether it has to wait for that; all of it goes away by itself.
+ *
+ * @param {import("../shared/messages.js").CompilationPublic} compilation
+ */
+function compiling({ finished, sentence, ready }) {
+  const place = part("compiling");
+  setText(place, finished ? "" : `${inSentenceCase(sentence)}.`);
+  place.hidden = finished;
+  for (const card of part("experiments").querySelectorAll("article")) {
+    const waits = !finished && !ready.includes(card.dataset["experiment"] ?? "");
+    if (card.classList.contains("waits") && !waits) card.querySelectorAll("img").forEach(again);
+    card.classList.toggle("waits", waits);
+  }
+}
+
+/** @param {HTMLImageElement} image A picture that could not be drawn before. */
+function again(image) {
+  image.classList.remove("missing");
+  const address = image.src;
+  image.src = address;
 }
 
 /**

@@ -4,6 +4,8 @@
  */
 
 import { api } from "../shared/api.js";
+import { whenCompiled } from "../shared/compiling.js";
+import { h } from "../shared/dom.js";
 import { PARTS, arrange } from "./layout.js";
 import { Scene } from "./scene.js";
 
@@ -56,9 +58,21 @@ export class SessionStart {
   async #start(given) {
     const recipe = await given;
     const { play, ...body } = recipe;
-    const session = await api.start(body);
+    // A link of an earlier version has no recipe.
+    const { experiment } = /** @type {{experiment: string}} */ (body.recipe ?? body);
+    const session = await whenCompiled(experiment, () => api.start(body), (sentence) => this.#wait(sentence), this.signal);
     if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
     return { session, recipe };
+  }
+
+  /**
+   * Show how long the session has to wait for the compiler, once after an installation; nothing when it need not any more.
+   *
+   * @param {string} sentence
+   */
+  #wait(sentence) {
+    this.element.querySelector(".compiling")?.remove();
+    if (sentence) this.element.prepend(h("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself.`));
   }
 
   /**

@@ -150,6 +150,7 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {() => Promise<Messages.ExperimentPublic[]>} experiments
  * @property {(id: string) => Promise<Messages.ExperimentDetail>} experiment
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
+ * @property {() => Promise<Messages.CompilationPublic>} compilation
  * @property {() => Promise<Messages.SessionPublic[]>} sessions
  * @property {(id: string) => Promise<Messages.SessionPublic>} session
  * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
@@ -187,6 +188,7 @@ export const api = {
   experiments: () => request("GET", "experiments"),
   experiment: (id) => request("GET", `experiments/${encodeURIComponent(id)}`),
   plugins: () => request("GET", "plugins"),
+  compilation: () => request("GET", "compilation"),
 
   sessions: () => request("GET", "sessions"),
   session: (id) => request("GET", session(id)),

@@ -128,6 +128,21 @@ export interface ComparisonPublic {
   p_value: (number | null)[];
 }
 
+/** How far compiling is, which is needed once after an installation or an update. */
+export interface CompilationPublic {
+  finished: boolean;
+  /** In words: "compiling, 14 of 41 functions, about 40 s, only once" */
+  sentence: string;
+  /** Functions that are compiled */
+  done: number;
+  /** Functions that there are; 0 while that is not known */
+  total: number;
+  /** About how long it will go on; null while that is not known */
+  seconds_left: number | null;
+  /** Experiments of which sessions can be started */
+  ready: string[];
+}
+
 /** The control of a parameter, in addition to its declaration. */
 export interface ControlPublic {
   name: string;

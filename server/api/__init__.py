@@ -6,11 +6,22 @@ that `server.errors` turns into the one error shape.
 
 from fastapi import APIRouter
 
-from server.api import experiments, queue, runs, sessions, stream, sweep_files, sweep_stream, sweeps, uploads
+from server.api import (
+    compilation,
+    experiments,
+    queue,
+    runs,
+    sessions,
+    stream,
+    sweep_files,
+    sweep_stream,
+    sweeps,
+    uploads,
+)
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-for part in (experiments, queue, uploads, sessions, runs, stream, sweeps, sweep_files, sweep_stream):
+for part in (compilation, experiments, queue, uploads, sessions, runs, stream, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

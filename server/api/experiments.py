@@ -9,7 +9,7 @@ from starlette.responses import Response
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import declarations
-from server.api.dependencies import AnExperiment, AStore, TheTasks
+from server.api.dependencies import AnExperiment, AStore, TheServices, TheTasks
 from server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
 from server.tasks.functions import draw_experiment
 
@@ -45,10 +45,11 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
 
 
 @router.get("/{experiment}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-async def draw_thumbnail(experiment: AnExperiment, store: AStore, tasks: TheTasks) -> Response:
+async def draw_thumbnail(experiment: AnExperiment, services: TheServices, store: AStore, tasks: TheTasks) -> Response:
     """Return a picture of an experiment: a real frame of a real run."""
     picture = await asyncio.to_thread(store.files.thumbnail_of, experiment.id)
     if picture is None:
+        await asyncio.to_thread(services.compilation.wait_for, experiment.id)
         picture = await tasks.run(draw_experiment, experiment.id)
         await asyncio.to_thread(store.files.keep_thumbnail_of, experiment.id, picture)
     return Response(picture, media_type="image/png", headers={"Cache-Control": "max-age=300"})

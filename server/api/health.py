@@ -22,7 +22,10 @@ async def alive() -> dict[str, str]:
 
 @router.get("/readyz")
 async def ready(store: AStore, services: TheServices) -> dict[str, str]:
-    """Tell that the server can start sessions: the database answers and workers can be made."""
+    """Tell that the server can start sessions: all is compiled, the database answers and workers can be made."""
+    compiling = services.compilation.progress
+    if not compiling.finished:
+        raise UnavailableError(f"The server is not ready: {compiling.sentence}.")
     try:
         await asyncio.to_thread(store.check)
         await services.tasks.check()

@@ -18,17 +18,15 @@ import pftrack.sources.images
 import pftrack.sources.video
 import server.tasks.functions
 import server.worker.worker
-from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
 from pftrack.rendering import png, render
-from pftrack.runs.run import Run
+from pftrack.warming import cache_folder, ready
+from pftrack.warming.coverage import cases, run_case
 
 __all__ = ["assert_preloaded"]
 
 PRELOADED = (cv2, numba, np, pftrack, server.worker)  # imported to be there, and named so that they stay imported
 PRELOADED_IN = os.getpid()
-
-WARM_FRAMES = 4
 
 cv2.setNumThreads(1)
 
@@ -44,22 +42,17 @@ def assert_preloaded() -> None:
 
 
 def _warm() -> None:
-    """Step and draw every tracker of every experiment for some frames, which loads their compiled code.
+    """Step and draw everything of every experiment for some frames, which loads its compiled code.
 
-    Loading it from the disk takes a worker most of a second; forked with it, none. An experiment of another package
-    that does not run is left as it is: its own sessions say what is wrong, and no other has to wait for it.
+    Loading it from the disk takes a worker most of a second; forked with it, none. What is not compiled yet is left
+    out, since compiling would keep all sessions waiting: another process does it. An experiment of another package that
+    does not run is left as it is: its own sessions say what is wrong, and no other has to wait for it.
     """
-    for name, experiment in EXPERIMENTS.items():
+    names = frozenset(EXPERIMENTS)
+    for name in sorted(ready(names) if cache_folder() else names):
         with contextlib.nullcontext() if name in EXPERIMENTS.own else contextlib.suppress(Exception):
-            _run_trackers(experiment)
-
-
-def _run_trackers(experiment: Experiment) -> None:
-    setup = experiment.simulate()
-    for tracker in experiment.trackers:
-        run = Run(experiment, setup, tracker=tracker, frames=WARM_FRAMES)
-        run.finish()
-        png(render(experiment.draw(run.current, run.diagnostics)))
+            for tracker, values in cases(EXPERIMENTS[name]):
+                png(render(run_case(EXPERIMENTS[name], tracker, values)))
 
 
 _warm()

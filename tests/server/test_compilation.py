@@ -1,0 +1,98 @@
+"""A server that compiles while it runs: it answers at once, says how far it is, and starts what is ready."""
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+
+import server.compilation
+from pftrack.warming import Progress
+from server.compilation import Compilation
+from server.settings import Settings
+from tests.server.host import running
+
+
+class Pretended:
+    """Compiling that goes on when the test says so."""
+
+    def __init__(self, names: list[str], told: object) -> None:
+        self.names, self.told = names, told
+        self.progress = Progress(14, 41, seconds={f"f{k}": 1.0 for k in range(14)}, elapsed_s=21.0)
+        self.stopped = threading.Event()
+
+    def goes_on(self, progress: Progress) -> None:
+        self.progress = progress
+        self.told(progress)
+
+    def stop(self) -> None:
+        self.stopped.set()
+
+
+@pytest.fixture
+def warming(monkeypatch: pytest.MonkeyPatch) -> list[Pretended]:
+    made: list[Pretended] = []
+
+    def begin(names: list[str], told: object) -> Pretended:
+        made.append(Pretended(names, told))
+        return made[0]
+
+    monkeypatch.setattr(server.compilation, "Warming", begin)
+    monkeypatch.setattr(server.compilation, "ready", lambda names: frozenset({"ball"}))
+    monkeypatch.setattr(server.compilation, "PATIENCE_S", 0.2)
+    return made
+
+
+@pytest.fixture
+def client(warming: list[Pretended], tmp_path: Path) -> Iterator[httpx.Client]:
+    with running(Settings(data_dir=tmp_path)) as host, httpx.Client(base_url=host.url, timeout=60) as http:
+        yield http
+    assert warming[0].stopped.is_set()
+
+
+def start(client: httpx.Client, experiment: str) -> httpx.Response:
+    return client.post("/api/v1/sessions", json={"recipe": {"experiment": experiment}})
+
+
+def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list[Pretended]) -> None:
+    """It is alive, not ready, and says what is done and left; what is compiled starts, what is not says how long."""
+    assert client.get("/healthz").status_code == 200
+    answer = client.get("/readyz")
+    sentence = "compiling, 14 of 41 functions, about 40 s, only once"
+    assert answer.status_code == 503
+    assert answer.json()["error"]["message"] == f"The server is not ready: {sentence}."
+    told = client.get("/api/v1/compilation").json()
+    assert {name: told[name] for name in ("finished", "done", "total", "sentence", "ready")} == {
+        "finished": False,
+        "done": 14,
+        "total": 41,
+        "sentence": sentence,
+        "ready": ["ball"],
+    }
+    refused = start(client, "sine")
+    assert refused.status_code == 503
+    assert sentence in refused.json()["error"]["message"]
+    assert client.get("/api/v1/experiments/sine/thumbnail.png").status_code == 503
+    assert start(client, "ball").status_code == 201
+    warming[0].goes_on(Progress(40, 41, ready=frozenset({"sine"})))
+    assert start(client, "sine").status_code == 201
+    warming[0].goes_on(Progress(41, 41, ready=frozenset(warming[0].names), finished=True))
+    assert client.get("/readyz").status_code == 200
+    assert client.get("/api/v1/compilation").json()["finished"]
+
+
+def test_one_that_cannot_be_compiled_says_so_itself(warming: list[Pretended]) -> None:
+    """An experiment that fails to run is let through, so that its session tells what is wrong."""
+    compilation = Compilation(frozenset({"ball", "broken"}), frozenset({"ball"}))
+    assert warming[0].names == ["broken"]
+    warming[0].goes_on(Progress(failed={"broken": "ValueError: no"}, finished=True))
+    compilation.wait_for("broken")
+
+
+def test_what_is_compiled_needs_no_process(warming: list[Pretended]) -> None:
+    """On every start but the first nothing is started, and everything is ready at once."""
+    compilation = Compilation(frozenset({"ball"}), frozenset({"ball"}))
+    assert warming == []
+    assert compilation.progress.finished
+    compilation.wait_for("ball")
