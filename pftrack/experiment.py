@@ -71,6 +71,8 @@ class Preset:
         tracker: Name of the tracker.
         parameters: Values that differ from the defaults.
         seed: Of the run.
+        about: Names of further parameters that it is about, worth turning while it is watched.
+        watch: What to look at when it is opened, a sentence or two; frames in it are those of its own seed.
     """
 
     name: str
@@ -78,6 +80,13 @@ class Preset:
     tracker: str
     parameters: Mapping[str, Value] = field(default_factory=dict)
     seed: int = 0
+    about: tuple[str, ...] = ()
+    watch: str = ""
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """Names of all parameters that it is about: those that it sets, then the further ones."""
+        return tuple(dict.fromkeys((*self.parameters, *self.about)))
 
 
 @dataclass(frozen=True)
@@ -322,6 +331,32 @@ class Experiment:
     def run_measures(self) -> tuple[Measure, ...]:
         """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
         return (*((HIT_RATE,) if self.lost else ()), *self.measures)
+
+    def preset_of(
+        self, tracker: str, seed: int, values: Mapping[str, Value], defaults: Mapping[str, Value]
+    ) -> Preset | None:
+        """Return the preset that a simulated run begins as, if there is one.
+
+        Args:
+            tracker: Name of its tracker at frame 0.
+            seed: Its seed.
+            values: All its parameters at frame 0.
+            defaults: The defaults of these parameters.
+        """
+        return next(
+            (
+                preset
+                for preset in self.presets
+                if (preset.tracker, preset.seed) == (tracker, seed) and {**defaults, **preset.parameters} == values
+            ),
+            None,
+        )
+
+    def subjects(self, preset: Preset | None) -> tuple[str, ...]:
+        """Return the names of the parameters that a preset is about; without one, those that any preset sets."""
+        if preset is not None:
+            return preset.subjects
+        return tuple(dict.fromkeys(name for each in self.presets for name in each.parameters))
 
     def measure_named(self, name: str) -> Measure:
         """Return a measure.

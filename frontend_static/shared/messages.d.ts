@@ -485,6 +485,10 @@ export interface PresetPublic {
   tracker: string;
   parameters: Record<string, boolean | number | string>;
   seed: number;
+  /** Parameters that it is about: those that it sets, and further ones */
+  about: string[];
+  /** What to look at when it is opened */
+  watch: string;
 }
 
 /** Progress and state of the sweep. Rates are in runs a second, times in seconds. */
@@ -647,6 +651,10 @@ export interface SessionPublic {
   measured: Record<string, number>;
   /** Name of the measure that decides on success */
   success_measure: string;
+  /** Parameters to turn first: those that its preset is about */
+  about: string[];
+  /** What to look at, where it began as a preset that says so */
+  watch: string;
   tracker: string;
   frames: number;
   position: number;

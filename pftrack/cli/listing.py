@@ -89,9 +89,10 @@ def show(
         table(group or "Parameters", ("name", "default", "allowed", "help"), _rows(list(members), values))
     typer.echo("")
     presets = [
-        (it.name, it.title, it.tracker, " ".join(f"{k}={v}" for k, v in it.parameters.items())) for it in found.presets
+        (it.name, it.title, it.tracker, " ".join(f"{k}={v}" for k, v in it.parameters.items()), it.watch)
+        for it in found.presets
     ]
-    table("Presets", ("name", "title", "tracker", "parameters"), presets)
+    table("Presets", ("name", "title", "tracker", "parameters", "what to look at"), presets)
     if found.run_measures:
         typer.echo("")
         measures = [(it.name, it.description, it.source) for it in found.run_measures]
@@ -122,7 +123,10 @@ def _about(experiment: "Experiment") -> dict[str, object]:
             for tracker in experiment.trackers.values()
         ],
         "presets": [
-            {"name": it.name, "title": it.title, "tracker": it.tracker, "parameters": it.parameters, "seed": it.seed}
+            {
+                **{key: getattr(it, key) for key in ("name", "title", "tracker", "parameters", "seed", "watch")},
+                "about": it.subjects,
+            }
             for it in experiment.presets
         ],
     }

@@ -138,8 +138,13 @@ def _declares_measures(experiment: Experiment) -> None:
 def _presets_run(experiment: Experiment) -> None:
     demand(experiment.presets, "an experiment needs a preset at least: its picture in the gallery is made by it")
     _demand_unique((preset.name for preset in experiment.presets), "presets")
+    known = {declared.name for declared in declarations(type(experiment.simulate().parameters))}
     for preset in experiment.presets:
         demand(preset.title, f"the preset {preset.name} must have a title")
+        if preset.watch:
+            _demand_end(preset.watch, ".", f"what to look at in the preset {preset.name}")
+        for name in preset.subjects:
+            demand(name in known, f"the preset {preset.name} is about {name!r}, which is no parameter")
         timeline = (Change(0, preset.parameters),) if preset.parameters else ()
         try:
             begun(experiment, preset.tracker, seed=preset.seed, timeline=timeline).seek(2)

@@ -83,6 +83,8 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
                 tracker=preset.tracker,
                 parameters=dict(preset.parameters),
                 seed=preset.seed,
+                about=list(preset.subjects),
+                watch=preset.watch,
             )
             for preset in experiment.presets
         ],

@@ -20,6 +20,8 @@ class PresetPublic(BaseModel):
     tracker: str
     parameters: dict[str, Value]
     seed: int
+    about: list[str] = Field(description="Parameters that it is about: those that it sets, and further ones")
+    watch: str = Field(description="What to look at when it is opened")
 
 
 class ExperimentPublic(BaseModel):

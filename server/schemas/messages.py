@@ -98,6 +98,8 @@ class SessionPublic(BaseModel):
     measures: list[MeasurePublic] = []
     measured: dict[str, float] = Field({}, description="Measures of the active branch so far, by name")
     success_measure: str = Field("", description="Name of the measure that decides on success")
+    about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
+    watch: str = Field("", description="What to look at, where it began as a preset that says so")
     tracker: str
     frames: int
     position: int

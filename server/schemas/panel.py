@@ -23,6 +23,7 @@ class PanelDescription:
         trackers: Titles by identifier, in order.
         layers: What can be switched on and off in the scene, in order.
         worlds: What stands beside the picture, in order.
+        about: Names of the parameters to turn first, in order.
     """
 
     title: str
@@ -30,6 +31,7 @@ class PanelDescription:
     trackers: Mapping[str, str]
     layers: Sequence[Layer]
     worlds: Sequence[World] = ()
+    about: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)

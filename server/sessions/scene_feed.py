@@ -100,7 +100,9 @@ class SceneFeed:
 
         declarations = [Declaration.model_validate(item) for item in info.declarations]
         return Viewer(
-            PanelDescription(info.title, declarations, info.trackers, LAYERS.validate_python(info.layers), info.worlds),
+            PanelDescription(
+                info.title, declarations, info.trackers, LAYERS.validate_python(info.layers), info.worlds, info.about
+            ),
             in_force,
             on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),
             on_transport=lambda command: self._from_thread(self._on_transport, dict(command)),

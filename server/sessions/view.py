@@ -46,6 +46,8 @@ def view(
         measures=MEASURES.validate_python(card.measures),
         measured=measured,
         success_measure=card.success_measure,
+        about=card.about,
+        watch=card.watch,
         tracker=active.tracker,
         frames=card.frames,
         position=active.position,

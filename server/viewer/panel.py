@@ -12,8 +12,7 @@ of them waits: whoever is asked answers later.
 
 import threading
 import time
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,8 +34,6 @@ REST_S = 0.5
 """How long a control must lie still before it is set to what the session says."""
 PATIENCE_S = 5.0
 """How long the session may take to answer before the control springs back."""
-OPEN_ROWS = 15
-"""Controls that are unfolded at first; a group is unfolded whole or not at all."""
 TRACKER = "tracker"
 """What the session calls the choice of a tracker among the values of parameters."""
 
@@ -85,14 +82,14 @@ class Panel:
         self._seed = SeedBox(server, in_force.seed, self._reseed)
         self._add_cameras(description.worlds)
         self._caption = server.gui.add_html(caption_html(""))
-        server.gui.add_html(legend_html(description.layers))
         self._controls: dict[str, Control] = {}
         self._layers: dict[str, Handle] = {}
         self._folders: dict[str, viser.GuiFolderHandle] = {}
-        self._add_groups(description.declarations)
+        self._add_controls(description)
         with server.gui.add_folder("What to draw", expand_by_default=False):
             for layer in description.layers:
                 self._add_layer(layer)
+        self._legend = server.gui.add_html(legend_html(description.layers))
         self._speed = self._add_speed(in_force.speed)
         self._choose_visible()
 
@@ -199,20 +196,29 @@ class Panel:
             if event.client_id is not None and event.target.value in names:
                 self._requests.look(event.client_id, names[event.target.value])
 
-    def _add_groups(self, declarations: Sequence[Declaration]) -> None:
-        known = [declaration for declaration in declarations if declaration.name in self._values]
-        sizes = Counter(declaration.group for declaration in known)
-        room = OPEN_ROWS
-        for declaration in known:
+    def _add_controls(self, description: PanelDescription) -> None:
+        """Add a control for each declaration with a value: those to turn first in sight, the others folded by group."""
+        known = {each.name: each for each in description.declarations if each.name in self._values}
+        first = [known.pop(name) for name in description.about if name in known]
+        for declaration in first:
+            self._add_control(declaration)
+        if not first:
+            self._add_groups(known.values(), unfolded=True)
+        elif known:
+            with self._server.gui.add_folder("More parameters", expand_by_default=False):
+                self._add_groups(known.values(), unfolded=False)
+
+    def _add_groups(self, declarations: Iterable[Declaration], *, unfolded: bool) -> None:
+        for declaration in declarations:
             title = declaration.group or "Parameters"
             if title not in self._folders:
-                unfolded = sizes[declaration.group] <= room
-                room -= sizes[declaration.group] if unfolded else 0
                 self._folders[title] = self._server.gui.add_folder(title, expand_by_default=unfolded)
             with self._folders[title]:
-                self._controls[declaration.name] = Control(
-                    self._server, declaration, self._values[declaration.name], self._moved
-                )
+                self._add_control(declaration)
+
+    def _add_control(self, declaration: Declaration) -> None:
+        value = self._values[declaration.name]
+        self._controls[declaration.name] = Control(self._server, declaration, value, self._moved)
 
     def set_layer(self, layer: str, *, shown: bool) -> bool:
         """Switch a layer on or off; return whether that changes anything."""

@@ -24,7 +24,8 @@ from server.viewer.scene import Scene
 
 __all__ = ["Viewer"]
 
-PANEL_WIDTH_PX = 300
+PANEL_WIDTH_PX = 200
+"""The picture is to have six tenths of a page that is 1,000 px wide, with the plots beside it."""
 UNWATCHED_S = 1.0
 """Time between two frames while nobody watches: just enough for whoever comes next."""
 BRAND = (0, 76, 118)

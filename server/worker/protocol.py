@@ -108,6 +108,8 @@ class SessionInfo:
     measures: list[dict[str, Any]] = field(default_factory=list)
     success_measure: str = ""
     worlds: tuple[World, ...] = ()
+    about: list[str] = field(default_factory=list)
+    watch: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.drawing import Drawing
-from pftrack.experiment import Experiment, Setup
+from pftrack.experiment import Experiment, Preset, Setup
 from pftrack.experiments import find
 from pftrack.faults import without_faults
 from pftrack.files import free_bytes
@@ -80,6 +80,7 @@ class RunTree:
         """Return what does not change while the session lives."""
         source = self.run.source
         width, height = source.size
+        preset = self._preset()
         return SessionInfo(
             experiment=self.experiment.id,
             title=self.experiment.title,
@@ -98,7 +99,17 @@ class RunTree:
             measures=[measure.as_dict() for measure in self.experiment.run_measures],
             success_measure=self._setup.success,
             worlds=self.experiment.worlds,
+            about=list(self.experiment.subjects(preset)),
+            watch=preset.watch if preset else "",
         )
+
+    def _preset(self) -> Preset | None:
+        """Return the preset that the active branch begins as; a recording is none."""
+        run = self.run
+        if run.recipe.footage is not None:
+            return None
+        values, defaults = flat(run.parameters_at(0)), flat(self._setup.parameters)
+        return self.experiment.preset_of(run.tracker_at(0), run.recipe.seed, values, defaults)
 
     def measures(self) -> dict[str, float | int]:
         """Return the measures of the active branch so far, by name."""

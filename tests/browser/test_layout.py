@@ -26,6 +26,47 @@ def test_at_1280_the_plots_stand_beside_the_scene(watch: Watch) -> None:
     assert deck["y"] + deck["height"] <= 801
 
 
+@pytest.mark.parametrize("width", [1280, 1000])
+def test_the_picture_has_six_tenths_of_the_width(watch: Watch, width: int) -> None:
+    """Beside a panel and plots, which stay within the page, the picture's place is the widest by far."""
+    shown = watch(seed=0, frames=None)
+    page = shown.page
+    page.set_viewport_size({"width": width, "height": 800})
+    shown.until(lambda: box(page, ".flat-place")["width"] >= 0.6 * width, "the picture has its share", seconds=10)
+    panel, side = box(page, ".controls"), box(page, ".side")
+    assert panel["width"] > 150
+    assert side["width"] > 150
+    assert page.evaluate(OVERFLOW) <= 0
+    for selector in (".controls", ".plots", ".readout"):
+        assert page.evaluate(f"(e => e.scrollWidth - e.clientWidth)(document.querySelector('{selector}'))") <= 0
+
+
+@pytest.mark.scene
+@pytest.mark.parametrize("width", [1280, 1000])
+def test_the_scene_leaves_the_picture_as_much(watch: Watch, width: int) -> None:
+    """What the 3-D scene's own panel leaves is six tenths of the page as well."""
+    shown = watch(seed=0, frames=None)
+    shown.page.set_viewport_size({"width": width, "height": 800})
+    drawn = "document.querySelector('canvas[data-engine]').getBoundingClientRect().width"
+    panel = "document.querySelector('[data-dock-header]').getBoundingClientRect().left"
+    shown.until(lambda: shown.in_scene(f"Math.min({drawn}, {panel})", 0) >= 0.6 * width, "the picture has its share")
+
+
+def test_the_panel_folds_to_what_a_preset_is_about(watch: Watch) -> None:
+    """At first there are the preset's few controls; one fold holds the others by group."""
+    shown = watch(seed=0, frames=None)
+    panel = shown.page.locator(".controls")
+    panel.get_by_label("Occluder width (px)", exact=True).first.wait_for()
+    labels = {each["name"]: each["label"] for each in shown.session["controls"]}
+    about = shown.session["about"]
+    assert 0 < len(about) < 6
+    for name, label in labels.items():
+        assert panel.get_by_label(label, exact=True).first.is_visible() == (name in about), name
+    panel.get_by_text("More parameters").click()
+    panel.get_by_text("Scene", exact=True).click()
+    assert panel.get_by_label("Ball radius (px)", exact=True).first.is_visible()
+
+
 def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:
     """The plots fold under the scene, side by side; no control falls off the edge."""
     shown = watch()

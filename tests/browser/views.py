@@ -174,10 +174,20 @@ class SessionPage(View):
     # ------------------------------------------------------------ what can be done
 
     def row(self, label: str) -> Any:
-        """Return the row of the scene's panel with this label."""
-        return (
-            self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')")).first
-        )
+        """Return the row of the scene's panel with this label, unfolding what it may be in."""
+        row = self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')"))
+        self.scene.locator("[data-dock-header]").first.wait_for()
+        if not row.count():
+            self.unfold()
+        return row.first
+
+    def unfold(self) -> None:
+        """Unfold all parameters in the scene's panel."""
+        self.scene.get_by_text("More parameters", exact=True).click()
+        for title in {each["group"] for each in self.session["declarations"]}:
+            folder = self.scene.get_by_text(title, exact=True)
+            if folder.count():
+                folder.first.click()
 
     def slide(self, label: str, presses: int) -> None:
         """Move a slider of the panel by its arrow key, not faster than the scene listens."""

@@ -1,5 +1,6 @@
 /**
- * The panel of a session in plain HTML: tracker, seed, every parameter that the tracker reads, and what to draw.
+ * The panel of a session in plain HTML: tracker, seed, the parameters that the run's preset is about, and, folded, every other
+ * that the tracker reads, and what to draw.
  *
  * A control never decides. It proposes a value, the session accepts or refuses it, and the panel shows what the session
  * says.
@@ -16,8 +17,6 @@ import { Proposals } from "./proposals.js";
 /** @import { Control } from "./control.js" */
 /** @import { Value } from "../../shared/format.js" */
 
-/** Controls that are unfolded at first; a group is unfolded whole or not at all. */
-const OPEN_ROWS = 15;
 const TRACKER = "tracker";
 const SEED = "seed";
 const TRACKER_HINT = "The method that follows the target; a change counts from the next frame.";
@@ -66,24 +65,27 @@ export class Panel {
     this.#controls.set(TRACKER, choice("Tracker", TRACKER_HINT, trackers, propose(TRACKER)));
     this.#controls.set(SEED, numberBox("Seed", SEED_HINT, { min: 0 }, propose(SEED)));
     const turnings = new Map(session.controls.map((turning) => [turning.name, turning]));
-    /** @type {Map<string, Group["members"]>} */
-    const groups = new Map();
-    for (const declaration of session.declarations) {
+    /** @type {Group["members"]} */
+    const members = session.declarations.flatMap((declaration) => {
       const turning = turnings.get(declaration.name);
-      if (turning === undefined) continue;
+      if (turning === undefined) return [];
       const control = makeControl(declaration, turning, propose(declaration.name));
       this.#controls.set(declaration.name, control);
-      const title = declaration.group || "Parameters";
-      groups.set(title, [...(groups.get(title) ?? []), { control, declaration }]);
-    }
-    this.#groups = folded(groups);
+      return [{ control, declaration }];
+    });
+    const first = session.about.flatMap((name) => members.filter(({ declaration }) => declaration.name === name));
+    const others = members.filter((member) => !first.includes(member));
+    const groups = grouped(others, first.length === 0);
+    this.#groups = [{ element: h("div", {}, elements(first)), members: first }, ...groups];
+    const more = first.length > 0 && others.length > 0;
     fill(
       this.#root,
       h("h2", { class: "visually-hidden" }, "Parameters"),
       [TRACKER, SEED].map((name) => this.#controls.get(name)?.element),
-      this.#layers.declared.length > 0 && this.#legend(),
-      this.#groups.map(({ element }) => element),
+      this.#groups[0].element,
+      more ? h("details", { class: "control-group more" }, h("summary", {}, "More parameters"), elements(groups)) : elements(groups),
       this.#layers.declared.length > 0 && this.#drawn(),
+      this.#layers.declared.length > 0 && this.#legend(),
     );
   }
 
@@ -140,15 +142,24 @@ export class Panel {
 }
 
 /**
- * @param {Map<string, Group["members"]>} groups
+ * @param {Group["members"]} members
+ * @param {boolean} open Whether the groups are unfolded.
  * @returns {Group[]}
  */
-function folded(groups) {
-  let room = OPEN_ROWS;
-  return [...groups].map(([title, members]) => {
-    const open = members.length <= room;
-    if (open) room -= members.length;
-    const element = h("details", { class: "control-group", open }, h("summary", {}, title), members.map(({ control }) => control.element));
-    return { element, members };
+function grouped(members, open) {
+  /** @type {Map<string, Group["members"]>} */
+  const groups = new Map();
+  for (const member of members) {
+    const title = member.declaration.group || "Parameters";
+    groups.set(title, [...(groups.get(title) ?? []), member]);
+  }
+  return [...groups].map(([title, within]) => {
+    const element = h("details", { class: "control-group", open }, h("summary", {}, title), elements(within));
+    return { element, members: within };
   });
+}
+
+/** @param {readonly ({control: Control}|Group)[]} each */
+function elements(each) {
+  return each.map((one) => ("control" in one ? one.control.element : one.element));
 }

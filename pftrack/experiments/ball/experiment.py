@@ -199,11 +199,59 @@ EXPERIMENT = Experiment(
     default_tracker="h-spf",
     frames=240,
     presets=(
-        Preset("works", "works", "h-spf"),
-        Preset("too-wide", "breaks: pillar too wide", "h-spf", {"occlusion_width_px": 100}),
-        Preset("look-alike", "breaks: look-alikes", "h-spf", {"distracter_radius_px": 18}),
-        Preset("few", "breaks: too few particles", "h-spf", {"sample_count": 40}),
-        Preset("prediction", "breaks: prediction only", "condensation"),
+        Preset(
+            "works",
+            "works",
+            "h-spf",
+            about=("occlusion_width_px", "distracter_radius_px", "sample_count", "gamma_px"),
+            watch=(
+                "Watch the particles at frame 7, when the pillar hides the ball: they spread, and by frame 10 "
+                "they have closed in on it again."
+            ),
+        ),
+        Preset(
+            "too-wide",
+            "breaks: pillar too wide",
+            "h-spf",
+            {"occlusion_width_px": 100},
+            about=("sample_count", "gamma_px"),
+            watch=(
+                "Watch the particles from frame 6 on: in four frames behind the pillar they spread so far that "
+                "they find the ball for a moment only, and end on a look-alike."
+            ),
+        ),
+        Preset(
+            "look-alike",
+            "breaks: look-alikes",
+            "h-spf",
+            {"distracter_radius_px": 18},
+            about=("occlusion_width_px", "sample_count"),
+            watch=(
+                "Watch the particles at frame 7, when the pillar hides the ball: they leave for the large look- "
+                "alikes and stay there."
+            ),
+        ),
+        Preset(
+            "few",
+            "breaks: too few particles",
+            "h-spf",
+            {"sample_count": 40},
+            about=("occlusion_width_px",),
+            watch=(
+                "Watch frame 16, just after the ball has turned: none of the 40 particles meets it, and the cloud "
+                "flies on."
+            ),
+        ),
+        Preset(
+            "prediction",
+            "breaks: prediction only",
+            "condensation",
+            about=("process_noise_px", "sample_count", "occlusion_width_px"),
+            watch=(
+                "Watch frames 16 to 20, after the ball has turned: particles that only follow the prediction "
+                "overshoot, at nearly every turn."
+            ),
+        ),
     ),
     layers=(
         Layer("picture"),

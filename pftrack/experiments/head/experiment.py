@@ -191,13 +191,75 @@ EXPERIMENT = Experiment(
     default_tracker="pf-asd",
     frames=900,
     presets=(
-        Preset("works", "works", "pf-asd"),
-        Preset("personal", "works: the driver's own face model", "pf-asd", {"face_model": "personal"}),
-        Preset("sunglasses", "works: sunglasses", "pf-asd", {"sunglasses": True}),
-        Preset("faster", "works: a faster head", "pf-asd", {"speed": 2}),
-        Preset("solid", "breaks: a faster head, solid only", "alpha-1", {"speed": 2}),
-        Preset("features", "worse: a faster head, features only", "alpha-0", {"speed": 2}),
-        Preset("few", "breaks: too few particles", "pf-asd", {"sample_count": 8}),
+        Preset(
+            "works",
+            "works",
+            "pf-asd",
+            about=("speed", "sunglasses", "sample_count", "face_model"),
+            watch="Watch frames 140 to 170, the hardest of the run: the error rises to 8 degrees and falls again.",
+        ),
+        Preset(
+            "personal",
+            "works: the driver's own face model",
+            "pf-asd",
+            {"face_model": "personal"},
+            about=("speed", "sample_count"),
+            watch=(
+                "Watch frames 140 to 170, where the mean face is off by 8 degrees: with the driver's own it stays "
+                "below 5."
+            ),
+        ),
+        Preset(
+            "sunglasses",
+            "works: sunglasses",
+            "pf-asd",
+            {"sunglasses": True},
+            about=("speed", "sample_count"),
+            watch=(
+                "Watch frames 390 to 420: with the eyes covered the pose is off by up to 9 degrees, and comes back."
+            ),
+        ),
+        Preset(
+            "faster",
+            "works: a faster head",
+            "pf-asd",
+            {"speed": 2},
+            about=("sample_count",),
+            watch=("Watch frame 76: the head moves twice as fast, the error rises to 6 degrees, and the pose is kept."),
+        ),
+        Preset(
+            "solid",
+            "breaks: a faster head, solid only",
+            "alpha-1",
+            {"speed": 2},
+            about=("sample_count",),
+            watch=(
+                "Watch frames 20 to 32: features that only go where the last pose puts them fall behind the head, "
+                "and the pose is lost."
+            ),
+        ),
+        Preset(
+            "features",
+            "worse: a faster head, features only",
+            "alpha-0",
+            {"speed": 2},
+            about=("sample_count",),
+            watch=(
+                "Watch frames 91 to 107: features that follow only their own past leave the face; the pose is "
+                "lost, found and lost again."
+            ),
+        ),
+        Preset(
+            "few",
+            "breaks: too few particles",
+            "pf-asd",
+            {"sample_count": 8},
+            about=("speed",),
+            watch=(
+                "Watch frames 198 to 254: with eight particles for each feature the pose slips away, comes back, "
+                "and is lost."
+            ),
+        ),
     ),
     layers=(
         Layer("picture"),

@@ -119,10 +119,44 @@ EXPERIMENT = Experiment(
     default_tracker="condensation",
     frames=361,
     presets=(
-        Preset("works", "works", "condensation", {"sample_count": 1000}),
-        Preset("few", "breaks: ten particles", "condensation", {"sample_count": 10}),
-        Preset("dimensions", "breaks: five dimensions", "condensation", {"sample_count": 100, "dimension": 5}),
-        Preset("kalman", "exact: Kalman filter", "kalman", {"waveform": "sine", "initial_sd": 1.0}),
+        Preset(
+            "works",
+            "works",
+            "condensation",
+            {"sample_count": 1000},
+            about=("dimension", "observation_noise_sd"),
+            watch=(
+                "Watch the estimate keep to the signal: a thousand particles come as near to it as the exact "
+                "filter beside them."
+            ),
+        ),
+        Preset(
+            "few",
+            "breaks: ten particles",
+            "condensation",
+            {"sample_count": 10},
+            about=("dimension", "observation_noise_sd"),
+            watch=(
+                "Watch the estimate from frame 40 on: ten particles cling together and leave the signal, which "
+                "the exact filter beside them does not."
+            ),
+        ),
+        Preset(
+            "dimensions",
+            "breaks: five dimensions",
+            "condensation",
+            {"sample_count": 100, "dimension": 5},
+            about=("observation_noise_sd",),
+            watch="Watch the error grow from frame 20 on: a hundred particles cannot cover five dimensions.",
+        ),
+        Preset(
+            "kalman",
+            "exact: Kalman filter",
+            "kalman",
+            {"waveform": "sine", "initial_sd": 1.0},
+            about=("observation_noise_sd",),
+            watch="Watch sigma fall from 1 to 0.05 in fifteen frames: the exact posterior needs no particles.",
+        ),
     ),
     layers=(
         Layer("picture"),
