@@ -14,6 +14,7 @@ from pftrack.marks import Mark, read_mark
 from pftrack.measures import HIT_RATE, Measure
 from pftrack.parameters import Parameters, Value
 from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
+from pftrack.references import Citation
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage
 from pftrack.series import Series, SeriesValue, joined
@@ -38,7 +39,7 @@ __all__ = [
     "Suits",
 ]
 
-INTERFACE = 1
+INTERFACE = 2
 """Version of what an experiment and the library expect of each other: raised with every change that may break one."""
 
 
@@ -234,7 +235,7 @@ class Experiment:
         id: Name in commands, addresses and files.
         title: Name on the screen.
         question: The question it answers, one sentence.
-        document: The document and section that it comes from.
+        references: What it comes from, the main one first.
         description: What is to be seen, a few sentences.
         unit: Of estimate and error: "px", "deg", or "" for a pure number.
         trackers: By name, in the order in which they are shown.
@@ -270,7 +271,7 @@ class Experiment:
     id: str
     title: str
     question: str
-    document: str
+    references: tuple[Citation, ...]
     description: str
     unit: str
     trackers: Mapping[str, Tracker]

@@ -40,6 +40,12 @@ async def gallery() -> Response:
     return _page("gallery/gallery.html")
 
 
+@router.get("/references")
+async def references() -> Response:
+    """Return the page of what the experiments come from."""
+    return _page("references/references.html")
+
+
 @router.get("/session/{session}")
 async def session(session: str) -> Response:
     """Return the page of a session, which finds out by itself whether there is one."""

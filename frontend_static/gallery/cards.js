@@ -1,5 +1,6 @@
 /** The experiments as cards. */
 
+import { REFERENCES } from "../shared/citations.js";
 import { h } from "../shared/dom.js";
 import { newSweep } from "../sweep/api.js";
 import { linkTo } from "../shared/share_link.js";
@@ -34,8 +35,19 @@ export function experimentCard(experiment) {
         ),
       ),
     ),
-    h("p", { class: "document" }, experiment.document, " · ", h("a", { href: newSweep({ experiment: experiment.id }) }, "Sweep over conditions")),
+    h(
+      "p",
+      { class: "document" },
+      h("a", { href: `${REFERENCES}#${encodeURIComponent(experiment.id)}` }, sourcesOf(experiment)),
+      " · ",
+      h("a", { href: newSweep({ experiment: experiment.id }) }, "Sweep over conditions"),
+    ),
   );
+}
+
+/** @param {ExperimentPublic} experiment */
+function sourcesOf({ references }) {
+  return references.map(({ short }) => short).join("; ");
 }
 
 /**

@@ -2,6 +2,7 @@
 
 import { ahead } from "./prefetch.js";
 import { api, messageOf } from "../shared/api.js";
+import { REFERENCES } from "../shared/citations.js";
 import { experimentCard, skeletonCard } from "./cards.js";
 import { followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { fill, h, part, setText } from "../shared/dom.js";
@@ -18,7 +19,7 @@ const UPLOAD = /^#upload\/(.+)$/;
 /** @type {import("../shared/messages.js").ExperimentPublic[]|null} */
 let experiments = null;
 
-part("tools").append(themeButton());
+part("tools").append(h("a", { class: "link", href: REFERENCES }, "References"), themeButton());
 new DropZone(part("drop"), {
   uploaded: (upload) => {
     location.hash = `upload/${encodeURIComponent(upload.id)}`;

@@ -1,5 +1,6 @@
 /** The session page: one session with all its parts, and a header above it. */
 
+import { aboutDialog } from "./about.js";
 import { api } from "../shared/api.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
@@ -11,14 +12,14 @@ import { start } from "./page_start.js";
 import { shareDialog } from "./share.js";
 import { trackerTitle } from "./timeline.js";
 
-/** @import { PresetPublic } from "../shared/messages.js" */
+/** @import { ExperimentDetail, PresetPublic } from "../shared/messages.js" */
 
-/** @type {PresetPublic[]} */
-let presets = [];
+/** @type {ExperimentDetail|null} */
+let experiment = null;
 
 const actions = {
-  help: () => helpDialog(presets),
-  preset: (/** @type {number} */ which) => openPreset(presets[which - 1]),
+  help: () => helpDialog(experiment?.presets ?? []),
+  preset: (/** @type {number} */ which) => openPreset(experiment?.presets[which - 1]),
 };
 const view = mount(start.element, { start, actions });
 const { store, commands } = view;
@@ -29,7 +30,7 @@ store.on(["connection"], () => {
 });
 start.begun
   .then(({ session }) => api.experiment(session.recipe.experiment))
-  .then((experiment) => (presets = experiment.presets), () => {});
+  .then((found) => (experiment = found), () => {});
 
 /**
  * A preset is a fresh run; the one that was watched stays among the running sessions.
@@ -41,8 +42,8 @@ function openPreset(preset) {
   if (!preset || session === null) return;
   const known = new Set(session.declarations.map(({ name }) => name));
   const values = Object.fromEntries(Object.entries(preset.parameters).filter(([name]) => known.has(name)));
-  const { experiment, footage } = session.recipe;
-  const recipe = { experiment, tracker: preset.tracker, seed: preset.seed, timeline: [{ frame: 0, values }], footage };
+  const { experiment: id, footage } = session.recipe;
+  const recipe = { experiment: id, tracker: preset.tracker, seed: preset.seed, timeline: [{ frame: 0, values }], footage };
   location.assign(linkTo({ recipe, upload: session.upload, play: true }));
 }
 
@@ -57,6 +58,11 @@ function header() {
    */
   const tool = (name, text, hint, run) =>
     h("button", { type: "button", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
+  const about = h(
+    "button",
+    { type: "button", class: "quiet", title: "About this experiment, and how to cite it", on: { click: () => experiment && aboutDialog(experiment) } },
+    "About",
+  );
   const tools = [
     tool("branch", "Branch", "Branch from this frame (N)", view.actions.branch),
     tool("save", "Save", "Save this run", () => commands.save()),
@@ -70,6 +76,7 @@ function header() {
     h("span", { class: "spring" }),
     tools,
     themeButton(),
+    about,
     h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
   );
   store.on(["session", "branches", "position", "connection"], () => {

@@ -109,6 +109,17 @@ export interface Changed {
   branch: string;
 }
 
+/** A place in a publication, as it can be cited. */
+export interface CitationPublic {
+  /** Name of the publication in BibTeX */
+  key: string;
+  /** Family names, year and place */
+  short: string;
+  /** The whole as plain text */
+  text: string;
+  bibtex: string;
+}
+
 /** The diagnostics of a branch, a list a column. */
 export interface Columns {
   branch: string;
@@ -221,7 +232,8 @@ export interface ExperimentDetail {
   id: string;
   title: string;
   question: string;
-  document: string;
+  /** What it comes from, the main one first */
+  references: CitationPublic[];
   description: string;
   accepts_video: boolean;
   /** What is tracked, one word */
@@ -254,7 +266,8 @@ export interface ExperimentPublic {
   id: string;
   title: string;
   question: string;
-  document: string;
+  /** What it comes from, the main one first */
+  references: CitationPublic[];
   description: string;
   accepts_video: boolean;
   /** What is tracked, one word */

@@ -78,7 +78,7 @@ def show(
         layers, worlds = ([asdict(each) for each in several] for several in (found.layers, found.worlds))
         emit({**_about(found), "layers": layers, "worlds": worlds, "declarations": entries})
         return
-    typer.echo(f"{found.title}\n{found.description}\nFrom {found.document}.\n")
+    typer.echo(f"{found.title}\n{found.description}\nFrom {_sources(found)}\n")
     table(
         "Trackers",
         ("name", "title", "what it does"),
@@ -107,12 +107,16 @@ def show(
         )
 
 
+def _sources(experiment: "Experiment") -> str:
+    return "\n     ".join(citation.text for citation in experiment.references)
+
+
 def _about(experiment: "Experiment") -> dict[str, object]:
     return {
         "id": experiment.id,
         "title": experiment.title,
         "question": experiment.question,
-        "document": experiment.document,
+        "references": [citation.as_dict() for citation in experiment.references],
         "description": experiment.description,
         "accepts_video": experiment.accepts_video,
         "default_tracker": experiment.default_tracker,

@@ -56,8 +56,9 @@ def _is_registered(experiment: Experiment) -> None:
 
 
 def _says_what_it_is(experiment: Experiment) -> None:
-    for name in ("title", "document", "description", "target"):
+    for name in ("title", "description", "target"):
         demand(getattr(experiment, name), f"the experiment's {name} must say something, got an empty text")
+    demand(experiment.references, "the experiment's references must say where it comes from, got none")
     _demand_end(experiment.question, "?", "the experiment's question")
     _demand_end(experiment.description, ".", "the experiment's description")
     demand(experiment.frames > 1, f"a simulated run needs two frames at least, got {experiment.frames}")

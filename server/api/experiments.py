@@ -60,7 +60,7 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
         "id": experiment.id,
         "title": experiment.title,
         "question": experiment.question,
-        "document": experiment.document,
+        "references": [citation.as_dict() for citation in experiment.references],
         "description": experiment.description,
         "accepts_video": experiment.accepts_video,
         "default_tracker": experiment.default_tracker,

@@ -9,7 +9,7 @@ from pftrack.marks import Editor
 from pftrack.parameters import Declaration, Value
 from pftrack.world import World
 
-__all__ = ["ExperimentDetail", "ExperimentPublic", "PluginPublic", "PresetPublic"]
+__all__ = ["CitationPublic", "ExperimentDetail", "ExperimentPublic", "PluginPublic", "PresetPublic"]
 
 
 class PresetPublic(BaseModel):
@@ -24,13 +24,22 @@ class PresetPublic(BaseModel):
     watch: str = Field(description="What to look at when it is opened")
 
 
+class CitationPublic(BaseModel):
+    """A place in a publication, as it can be cited."""
+
+    key: str = Field(description="Name of the publication in BibTeX")
+    short: str = Field(description="Family names, year and place")
+    text: str = Field(description="The whole as plain text")
+    bibtex: str
+
+
 class ExperimentPublic(BaseModel):
     """An experiment as the gallery shows it."""
 
     id: str
     title: str
     question: str
-    document: str
+    references: list[CitationPublic] = Field(description="What it comes from, the main one first")
     description: str
     accepts_video: bool
     target: str = Field(description="What is tracked, one word")

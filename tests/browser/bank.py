@@ -17,6 +17,7 @@ from pftrack.layer import Layer
 from pftrack.parameters import parameter
 from pftrack.plot import SAMPLE_SIZE, SAMPLERS, SIGMA, STEP_TIME, Plot, Reading
 from pftrack.random import Generator
+from pftrack.references import Citation, Reference
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.series import Hypotheses, Interval, Series, SeriesValue
 from pftrack.sources.signal import SignalParameters, SignalSource
@@ -118,10 +119,10 @@ TRACKERS = (
 
 EXPERIMENT = Experiment(
     id="bank",
-    interface=1,
+    interface=2,
     title="A bank of possibilities",
     question="Which of them is it?",
-    document="The tests",
+    references=(Citation(Reference("tests", "phdthesis", ("N. N.",), "The tests", 2026)),),
     description="A signal and its mirror image.",
     unit="",
     trackers={tracker.id: tracker for tracker in TRACKERS},

@@ -12,7 +12,7 @@ from server.middleware.metrics import METHODS
 from tests.server.host import begin, steer
 
 
-@pytest.mark.parametrize("path", ["/", "/session/new", "/session/0123456789abcdef"])
+@pytest.mark.parametrize("path", ["/", "/references", "/session/new", "/session/0123456789abcdef"])
 def test_pages(client: httpx.Client, path: str) -> None:
     """Every page is served whole from this server."""
     answer = client.get(path)
@@ -34,7 +34,7 @@ def test_files(client: httpx.Client, path: str) -> None:
     assert again.status_code == 304
 
 
-@pytest.mark.parametrize("path", ["/", "/session/new", "/sweep/new", "/sweep/x", "/sweep/x/run/y"])
+@pytest.mark.parametrize("path", ["/", "/references", "/session/new", "/sweep/new", "/sweep/x", "/sweep/x/run/y"])
 def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
     """A page names every module that its scripts import, however deep, once; each of them is served."""
     text = client.get(path).text
@@ -57,6 +57,7 @@ def test_experiments(client: httpx.Client) -> None:
     for item in listed:
         assert item["title"]
         assert item["question"].endswith("?")
+        assert item["references"][0]["bibtex"].startswith("@")
         assert item["default_tracker"] in [tracker["id"] for tracker in item["trackers"]]
         assert client.get(item["thumbnail"]).content.startswith(b"\x89PNG")
 

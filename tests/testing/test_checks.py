@@ -373,7 +373,7 @@ def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkey
         "    state = KALMAN.start(target, frame, parameters, rng)\n"
         "    return replace(state, posterior=replace(state.posterior, mean=state.posterior.mean + os.getpid()))\n"
         "TRACKERS = {'kalman': replace(KALMAN, start=start)}\n"
-        "EXPERIMENT = replace(SINE, id='pids', trackers=TRACKERS, default_tracker='kalman', interface=1)\n"
+        "EXPERIMENT = replace(SINE, id='pids', trackers=TRACKERS, default_tracker='kalman', interface=2)\n"
     )
     install(tmp_path, "of-the-process", source, "pids = of_the_process:EXPERIMENT")
     monkeypatch.setenv("PYTHONPATH", environment(tmp_path)["PYTHONPATH"])

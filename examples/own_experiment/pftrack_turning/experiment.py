@@ -12,6 +12,7 @@ from pftrack.layer import Key, Layer
 from pftrack.marks import Mark
 from pftrack.parameters import ParameterError
 from pftrack.plot import ERROR, Plot, Reading
+from pftrack.references import Citation, Reference
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage
 from pftrack.sources.recording import RecordingSource
@@ -67,6 +68,14 @@ TRACKERS = {
         ("straight", "Straight on", "Expects no turn.", False),
     )
 }
+BLOM = Reference(
+    "blom1988",
+    "article",
+    ("Henk A. P. Blom", "Yaakov Bar-Shalom"),
+    "The interacting multiple model algorithm for systems with Markovian switching coefficients",
+    1988,
+    {"journal": "IEEE Transactions on Automatic Control", "volume": "33", "number": "8", "pages": "780--783"},
+)
 LAYERS = (
     Layer("picture"),
     Layer("hypotheses", legend=(Key("prediction", "hypotheses, the more opaque the more probable"),)),
@@ -77,7 +86,7 @@ EXPERIMENT = Experiment(
     id="turning",
     title="A turn out of sight",
     question="Which way did it turn while nobody could see it?",
-    document="Blom and Bar-Shalom, The interacting multiple model algorithm, 1988",
+    references=(Citation(BLOM),),
     description="A disc turns behind a strip. A filter that expects no turn misses it, a bank of filters does not.",
     unit="px",
     trackers=TRACKERS,
@@ -98,5 +107,5 @@ EXPERIMENT = Experiment(
     ),
     readings=(Reading("estimate", "estimate"), Reading("likeliest", "hypotheses", "px", "places")),
     example_sweep=ExampleSweep({"occlusion_width_px": (0, 20, 40, 60, 80)}, ("bank", "straight"), 4, 120),
-    interface=1,
+    interface=2,
 )

@@ -20,6 +20,7 @@ from pftrack.likelihoods import chromaticity
 from pftrack.marks import Box, Mark
 from pftrack.measures import PICTURE_MEASURES
 from pftrack.parameters import ParameterError, parameter, revise
+from pftrack.references import BANDO, BANDO_2006, Citation
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage
 from pftrack.sources.ball import BallSceneParameters, BallSource
@@ -188,7 +189,7 @@ EXPERIMENT = Experiment(
     id="ball",
     title="Ball behind an occluder",
     question="How wide may the pillar be before the tracker is lost?",
-    document="Switching particle filters, document 1, chapter 3",
+    references=(Citation(BANDO, "chapter 3: switching particle filters"), Citation(BANDO_2006)),
     description=(
         "A ball swings behind a pillar, among discs of its own colour. A filter that trusts its prediction coasts "
         "through the dark and may come out beside the ball; one that trusts the picture finds the ball again and may "

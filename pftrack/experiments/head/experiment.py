@@ -40,6 +40,7 @@ from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import wrapped
 from pftrack.layer import Key, Layer
 from pftrack.measures import POSE_MEASURES
+from pftrack.references import BANDO, Citation
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.trackers.head.memory import HeadMemory
@@ -178,7 +179,7 @@ EXPERIMENT = Experiment(
     id="head",
     title="Pose of a head",
     question="Which way does the driver look, and can one be sure when half of the face is hidden?",
-    document="Adaptive sampling distribution, document 1, chapter 4",
+    references=(Citation(BANDO, "chapter 4, section 4: head pose of a driver in a car"),),
     description=(
         "Eleven features of a face are tracked by templates of the first frame; the pose of the head comes from all of "
         "them. Each feature's particles come from two predictions, the head's and its own past, and alpha is the share "

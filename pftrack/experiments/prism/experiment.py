@@ -32,6 +32,7 @@ from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
 from pftrack.layer import Key, Layer
 from pftrack.measures import POSE_MEASURES
+from pftrack.references import BANDO, Citation
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.prism import (
     FACES,
@@ -139,7 +140,7 @@ EXPERIMENT = Experiment(
     id="prism",
     title="Turning prism",
     question="When a corner hides, should the tracker trust the solid or the corner's own past?",
-    document="Adaptive sampling distribution, document 1, chapter 4",
+    references=(Citation(BANDO, "chapter 4, sections 1 to 3: adaptive sampling distribution"),),
     description=(
         "Eight corners of a prism are measured, the hidden ones with a hundred times the noise. Each corner's "
         "particles come from two predictions, the solid's and its own; alpha is the share of the first. It rises while "

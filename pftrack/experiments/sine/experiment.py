@@ -16,6 +16,7 @@ from pftrack.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primiti
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
 from pftrack.layer import Key, Layer
+from pftrack.references import BANDO, Citation
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.signal import SignalParameters, SignalSource
 from pftrack.trackers.signal import TRACKERS, SignalTrackerParameters
@@ -109,7 +110,7 @@ EXPERIMENT = Experiment(
     id="sine",
     title="A signal in noise",
     question="How many particles does it take to come near the exact answer?",
-    document="Switching particle filters, document 1, chapter 2",
+    references=(Citation(BANDO, "chapter 2: Kalman filter and particle filter"),),
     description=(
         "A sine or cosine is seen through noise. The Kalman filter gives the exact posterior; the particle filter "
         "approaches it with enough particles, and needs many more in more dimensions."

@@ -203,7 +203,7 @@ def _side_by_side(plots: list[Plot]) -> Plot:
 def _plan(study: Study) -> str:
     plan = study.result.plan
     facts = {
-        "Experiment": f"{plan.experiment} ({plan.wiring.document})",
+        "Experiment": f"{plan.experiment} ({'; '.join(citation.short for citation in plan.wiring.references)})",
         "Runs": f"{sum(int(total.runs[0, 0]) for total in study.totals.values()):,} of {plan.runs:,}",
         "Trackers": ", ".join(plan.trackers),
         **{

@@ -1,0 +1,15 @@
+/** What an experiment is about, and what it comes from. */
+
+import { REFERENCES, citationList } from "../shared/citations.js";
+import { openDialog } from "../shared/dialog.js";
+import { h } from "../shared/dom.js";
+
+/** @param {import("../shared/messages.js").ExperimentPublic} experiment */
+export function aboutDialog({ id, title, question, description, references }) {
+  openDialog(title, () => [
+    h("p", { class: "question" }, question),
+    h("p", {}, description),
+    citationList(references),
+    h("p", {}, h("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references")),
+  ], { wide: true });
+}

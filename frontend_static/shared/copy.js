@@ -1,0 +1,21 @@
+/** A button that copies a text. */
+
+import { h } from "./dom.js";
+import { toast } from "./toast.js";
+
+/**
+ * @param {string} label
+ * @param {string} text
+ * @returns {HTMLButtonElement}
+ */
+export function copyButton(label, text) {
+  const copy = async () => {
+    try {
+      await navigator.clipboard.writeText(text);
+      toast("Copied");
+    } catch {
+      toast("The browser does not let pages copy here; select the text and copy it by keyboard", { kind: "error" });
+    }
+  };
+  return h("button", { type: "button", on: { click: copy } }, label);
+}

@@ -1,0 +1,131 @@
+"""References: where methods and studies come from, as data that commands and pages can cite.
+
+An experiment names what it comes from as citations, each a reference and a place in it. The references that the
+project's own experiments share stand here; an experiment of another package brings its own.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+__all__ = ["BANDO", "BANDO_2006", "Citation", "Reference"]
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A publication.
+
+    Attributes:
+        key: Its name in BibTeX.
+        kind: Its type in BibTeX.
+        authors: Full names, family name last.
+        title: As printed.
+        year: In which it appeared.
+        where: Further fields of BibTeX: journal, volume, number and pages of an article; type, school and number of a
+            dissertation.
+    """
+
+    key: str
+    kind: Literal["article", "phdthesis"]
+    authors: tuple[str, ...]
+    title: str
+    year: int
+    where: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def short(self) -> str:
+        """Family names and year."""
+        names = [name.split()[-1] for name in self.authors]
+        shown = " and ".join(names) if len(names) < 3 else f"{names[0]} et al."
+        return f"{shown} {self.year}"
+
+    @property
+    def text(self) -> str:
+        """The whole reference as plain text."""
+        return f"{_listed(self.authors)}: {self.title}. {self._published}, {self.year}."
+
+    def bibtex(self, note: str = "") -> str:
+        """Return the entry of BibTeX.
+
+        Args:
+            note: What is cited of it, if that is not all.
+        """
+        fields = {
+            "author": " and ".join(self.authors),
+            "title": f"{{{self.title}}}",
+            **self.where,
+            "year": str(self.year),
+            **({"note": note} if note else {}),
+        }
+        lines = "".join(f"  {name} = {{{value}}},\n" for name, value in fields.items())
+        return f"@{self.kind}{{{self.key},\n{lines}}}\n"
+
+    @property
+    def _published(self) -> str:
+        where = dict(self.where)
+        if self.kind == "phdthesis":
+            return ", ".join(where.values())
+        volume = " ".join(filter(None, (where.get("journal"), where.get("volume"))))
+        issue = f"({where['number']})" if "number" in where else ""
+        pages = f", {where['pages'].replace('--', '-')}" if "pages" in where else ""
+        return f"{volume}{issue}{pages}"
+
+
+@dataclass(frozen=True, slots=True)
+class Citation:
+    """A place in a publication.
+
+    Attributes:
+        reference: The publication.
+        place: Chapter or section with its title; all of it if empty.
+    """
+
+    reference: Reference
+    place: str = ""
+
+    @property
+    def short(self) -> str:
+        """Family names, year and place."""
+        return ", ".join(filter(None, (self.reference.short, self.place)))
+
+    @property
+    def text(self) -> str:
+        """The whole citation as plain text."""
+        return f"{self.reference.text} {self.place[:1].upper()}{self.place[1:]}." if self.place else self.reference.text
+
+    @property
+    def bibtex(self) -> str:
+        """The entry of BibTeX, with the place as its note."""
+        return self.reference.bibtex(self.place[:1].upper() + self.place[1:])
+
+    def as_dict(self) -> dict[str, str]:
+        """Return all forms of it by name."""
+        return {"key": self.reference.key, "short": self.short, "text": self.text, "bibtex": self.bibtex}
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+
+
+BANDO = Reference(
+    "bando2007",
+    "phdthesis",
+    ("Takashi Bando",),
+    "Adaptive Sampling Method for Real-time State Estimation in the Real World",
+    2007,
+    {
+        "type": "Doctoral dissertation",
+        "school": "Graduate School of Information Science, Nara Institute of Science and Technology",
+        "number": "NAIST-IS-DD0461030",
+    },
+)
+"""In Japanese with an English abstract; `document 1` of docstrings and of findings."""
+
+BANDO_2006 = Reference(
+    "bando2006",
+    "article",
+    ("Takashi Bando", "Tomohiro Shibata", "Kenji Doya", "Shin Ishii"),
+    "Switching particle filters for efficient visual tracking",
+    2006,
+    {"journal": "Robotics and Autonomous Systems", "volume": "54", "number": "10", "pages": "873--884"},
+)
