@@ -347,6 +347,11 @@ class TestTruth:
         session = begin(client, upload=upload, box=[10, 20, 10, 10])
         errors = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["error"]
         assert errors[0] is not None
+        steer(client, session["id"], "seek", frame=1)
+        saved = save(client, session["id"])
+        inside = saved["summary"]["inside_share"]
+        assert saved["summary"]["success_measure"] == "inside_share"
+        assert saved["outcome"] == f"Inside the true box in {100 * inside:.0f} % of 2 frames"
 
     @pytest.mark.parametrize(
         ("text", "words"),

@@ -32,6 +32,7 @@ OPERATIONS = [
     ("GET", "/api/v1/runs/{run}"),
     ("GET", "/api/v1/uploads/{upload}/frames/{frame}.jpg"),
     ("GET", "/api/v1/uploads/{upload}/mark"),
+    ("GET", "/api/v1/uploads/{upload}/suitability"),
     ("PUT", "/api/v1/uploads/{upload}/truth"),
     ("GET", "/api/v1/uploads/{upload}/truth"),
     ("DELETE", "/api/v1/uploads/{upload}/truth"),
