@@ -15,6 +15,9 @@ from tests.server.host import begin, error_of, steer
 from tests.server.test_full_disk import save
 from tests.server.test_uploads import png, send, video
 
+# The first worker waits until the forkserver has imported everything, which a shared server has waited for.
+pytestmark = pytest.mark.usefixtures("server")
+
 
 def served(folder: Path) -> str:
     return failing(f"port=0, data_dir=Path({str(folder)!r})")

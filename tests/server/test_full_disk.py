@@ -12,6 +12,9 @@ import pytest
 from tests.server.host import begin, error_of, steer
 from tests.server.test_uploads import send, video
 
+# The first worker waits until the forkserver has imported everything, which a shared server has waited for.
+pytestmark = pytest.mark.usefixtures("server")
+
 MEBIBYTE = 1024 * 1024
 DISK_BYTES = 24 * MEBIBYTE
 

@@ -23,8 +23,8 @@ from tests.server.test_crashes import diagnostics, state
 from tests.server.test_run_tree import config
 from tests.server.test_stream import hear
 
-FAR = 24
-# Some 0.15 s a frame: four seconds until frame 24.
+FAR = 20
+# Some 0.15 s a frame: three seconds until frame 20.
 HEAVY = {"frames": 200, "tracker": "upf", "parameters": {"sample_count": 100_000}}
 
 
@@ -53,6 +53,7 @@ def kill(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
 @contextmanager
 def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[dict[str, Any]]:
     """A heavy session that had gone back by five frames when its worker was killed and its checkpoint was lost."""
+    client.timeout = httpx.Timeout(100)
     session = begin(client, **HEAVY)
     steer(client, session["id"], "seek", frame=FAR)
     steer(client, session["id"], "seek", frame=FAR - 5)
@@ -62,12 +63,12 @@ def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[dict[s
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 
-@pytest.mark.usefixtures("impatient")
+@pytest.mark.usefixtures("impatient", "server")
 class TestResuming:
     def test_it_takes_as_long_as_it_takes(self, start_server: Any, tmp_path: Path) -> None:
         """A run that needs longer than any silence is allowed comes back, and tells on the way how far it is."""
         with (
-            start_server(start_seconds=2, hang_seconds=2) as (server, client),
+            start_server(start_seconds=2, hang_seconds=5) as (server, client),
             stopped(server, client, tmp_path) as session,
         ):
             before = diagnostics(client, session["id"])
@@ -123,6 +124,7 @@ class TestResuming:
         with (
             start_server() as (server, client),
         ):
+            client.timeout = httpx.Timeout(100)
             session, far = begin(client, **HEAVY), 0
             while not list(states_of(tmp_path, session).glob("b0.states")):
                 far = steer(client, session["id"], "seek", frame=far + 4)["position"]
@@ -187,7 +189,7 @@ def test_a_freeze_of_everything_harms_nobody(tmp_path: Path, late_s: float) -> N
     arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
     with (
         serving(arguments, PFTRACK_HANG_SECONDS="2") as process,
-        httpx.Client(base_url=link(process), timeout=60) as client,
+        httpx.Client(base_url=link(process), timeout=110) as client,
     ):
         session = begin(client)
         steer(client, session["id"], "seek", frame=10)
