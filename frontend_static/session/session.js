@@ -6,6 +6,7 @@ import { fill, h, part, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
+import { toast } from "../shared/toast.js";
 import { helpDialog } from "./help.js";
 import { mount } from "./mount.js";
 import { start } from "./page_start.js";
@@ -28,6 +29,7 @@ header();
 store.on(["connection"], () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
+start.begun.then(({ session }) => session.remark && toast(session.remark, { kind: "error" }), () => {});
 start.begun
   .then(({ session }) => api.experiment(session.recipe.experiment))
   .then((found) => (experiment = found), () => {});

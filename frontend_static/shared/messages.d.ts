@@ -679,6 +679,8 @@ export interface SessionPublic {
   speeds: number[];
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
   message: string | null;
+  /** What a person should know of it, a sentence */
+  remark: string | null;
   parameters: Record<string, boolean | number | string>;
   declarations: Declaration[];
   controls: ControlPublic[];
@@ -712,6 +714,7 @@ export interface SessionSpec {
   branches_made: number;
   bookmarks: Bookmark[];
   created: string;
+  remark: string | null;
   card: Record<string, unknown> | null;
   values: Record<string, boolean | number | string>;
 }

@@ -1,6 +1,6 @@
 """Whether a run came to the numbers that were saved, and if not, from which frame on and how it was computed then."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from pftrack import machine
 from pftrack.runs.record import Saved
 from pftrack.runs.run import Run
 
-__all__ = ["Difference", "difference"]
+__all__ = ["Difference", "departure", "difference"]
 
 UNKNOWN = "an earlier version, which did not write down on what"
 
@@ -56,11 +56,23 @@ def difference(run: Run, saved: Saved) -> Difference | None:
     """
     if run.estimates_sha256 == saved.record.estimates_sha256:
         return None
-    found = np.array([row.estimate for row in run.diagnostics], np.float64)
-    expected = saved.estimates
-    if expected is None or expected.shape != found.shape:
-        return Difference(None, None, saved.record.computed_on)
-    apart = _apart(found, expected)
+    rows = [row.estimate for row in run.diagnostics]
+    return departure(rows, saved) or Difference(None, None, saved.record.computed_on)
+
+
+def departure(estimates: Sequence[Sequence[float]], saved: Saved) -> Difference | None:
+    """Return where estimates differ from those that were saved, in the frames that both have; None if they do not.
+
+    Args:
+        estimates: Of the first frames of a run.
+        saved: As above.
+    """
+    count = 0 if saved.estimates is None else min(len(estimates), len(saved.estimates))
+    if saved.estimates is None or count == 0:
+        return None
+    apart = _apart(np.array(estimates[:count], np.float64), saved.estimates[:count])
+    if not (apart != 0.0).any():
+        return None
     return Difference(int(np.argmax(apart != 0.0)), float(np.nanmax(apart)), saved.record.computed_on)
 
 

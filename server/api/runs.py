@@ -12,7 +12,7 @@ from server.api.uploads import MULTIPART
 from server.errors import ClientGoneError, NotFoundError
 from server.middleware.system_errors import failure
 from server.runs.imports import Import
-from server.runs.service import check_room, reopen, save
+from server.runs.service import check_room, compare, reopen, save
 from server.schemas.messages import SessionPublic
 from server.schemas.runs import ImportPublic, RunCreate, RunPublic
 from server.store.files import is_name
@@ -125,6 +125,7 @@ def thumbnail(run: ARun, store: AStore) -> Response:
 async def open_run(run: ARun, store: AStore, manager: AManager, tasks: TheTasks) -> SessionPublic:
     """Go on with a saved run in a new session."""
     session = await manager.create(await reopen(store, tasks, run))
+    await compare(store, tasks, run, session)
     return session.view()
 
 

@@ -21,11 +21,11 @@ from server.store.files import new_name, now
 from server.store.room import mebibytes
 from server.store.tables import RunRow
 from server.tasks.child_tasks import ChildTasks
-from server.tasks.functions import read_record, weigh_record
+from server.tasks.functions import compare_record, read_record, weigh_record
 from server.uploads.intake import index_of, limits_of
 from server.uploads.multipart import Received
 
-__all__ = ["bring_in", "check_room", "outcome", "reopen", "save"]
+__all__ = ["bring_in", "check_room", "compare", "outcome", "reopen", "save"]
 
 
 def check_room(store: Store, settings: Settings) -> None:
@@ -124,6 +124,13 @@ async def bring_in(
         return row
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
+
+
+async def compare(store: Store, tasks: ChildTasks, row: RunRow, session: Session) -> None:
+    """Have a session that goes on with a saved run say so if it has come to other numbers."""
+    estimates = session.state.columns(session.spec.branch).get("estimate", [])
+    session.spec.remark = await tasks.run(compare_record, str(store.files.record(row.id)), estimates)
+    session.state.dirty = session.state.dirty or session.spec.remark is not None
 
 
 async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:

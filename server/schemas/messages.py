@@ -110,6 +110,7 @@ class SessionPublic(BaseModel):
     speeds: list[float] = list(SPEEDS)
     state: Phase
     message: str | None = None
+    remark: str | None = Field(None, description="What a person should know of it, a sentence")
     parameters: dict[str, Value]
     declarations: list[Declaration]
     controls: list[ControlPublic] = []

@@ -84,6 +84,7 @@ class SessionSpec(BaseModel):
         branches_made: How many there ever were, so that no name comes twice.
         bookmarks: In the order of their frames.
         created: When.
+        remark: What a person should know of it, such as that it came to other numbers than the run that was saved.
         card: What does not change while it lives, as its first worker reported it.
         values: Parameters in force for the next frame.
     """
@@ -99,6 +100,7 @@ class SessionSpec(BaseModel):
     branches_made: int = 1
     bookmarks: list[Bookmark] = []
     created: str = ""
+    remark: str | None = None
     card: dict[str, Any] | None = None
     values: dict[str, Value] = {}
 

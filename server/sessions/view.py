@@ -57,6 +57,7 @@ def view(
         speed=spec.speed,
         state=state,
         message=message,
+        remark=spec.remark,
         parameters=spec.values,
         declarations=declarations,
         controls=controls_of(declarations, spec.values),

@@ -25,7 +25,7 @@ from pftrack.process import confine, leave_interrupts_to_parent
 from pftrack.random import LARGEST_SEED
 from pftrack.rendering import png, render
 from pftrack.runs import record
-from pftrack.runs.comparison import difference
+from pftrack.runs.comparison import departure, difference
 from pftrack.runs.recipe import Footage
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
@@ -297,6 +297,12 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> St
 
 def _record(path: str) -> record.Record:
     return _saved(path).record
+
+
+def compare_record(path: str, estimates: list[list[float]]) -> str | None:
+    """Say where estimates differ from those of a record, in the frames that both have; None where they do not."""
+    apart = departure(estimates, _saved(path))
+    return None if apart is None else f"{apart.sentence[:1].upper()}{apart.sentence[1:]}."
 
 
 def _saved(path: str) -> record.Saved:

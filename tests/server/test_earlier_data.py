@@ -74,6 +74,7 @@ def test_saved_runs(client: httpx.Client, place: int) -> None:
         before[kept] for kept in ("title", "experiment", "outcome")
     ]
     session = client.post(f"/api/v1/runs/{before['id']}/open").json()
+    assert session["remark"].startswith("The numbers differ from the saved ones from frame ")
     again = client.post("/api/v1/runs", json={"session": session["id"]}).json()
     assert again["summary"]["frames"] > 0
     saved = read_saved(FORMAT_1 / "data" / "runs" / f"{before['id']}.pft")
