@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator
 from typing import BinaryIO, NoReturn, cast
 
 import av
+import cv2
 import numpy as np
 from av.sidedata.sidedata import SideData, Type
 from av.stream import Discard, Disposition
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from pftrack.sources.formats import ALLOWED, Format, SourceError
 
-__all__ = ["Decoder", "orientation_of"]
+__all__ = ["Decoder", "orientation_of", "stored_size"]
 
 _CODECS = {
     "h264": "H.264",
@@ -49,6 +50,8 @@ _CODECS = {
     "rawvideo": "raw pictures",
     "gif": "GIF",
 }
+_MOST_OBLONG = 4
+_NEARLY_SQUARE = 0.01
 _HEADROOM = 16
 """FFmpeg itself stops at this many times the allowed pixels; what exceeds them by less is refused with the limit."""
 
@@ -141,11 +144,42 @@ class Decoder:
                 else:
                     yield frame
 
-    def rgb(self, frame: VideoFrame, orientation: int) -> NDArray[np.uint8]:
-        """Convert a picture to 8-bit RGB, upright, read-only."""
+    def square_size(self, frame: VideoFrame) -> tuple[tuple[int, int], str]:
+        """Return the size that a stored picture has in square pixels; neither width nor height gets smaller.
+
+        A ratio that no camera or disc has is taken for an error of the file, and one that changes the size by less than
+        a hundredth is not worth another picture.
+
+        Returns:
+            Width and height, px, and a sentence for people where the pixels are not square.
+        """
+        told = self.stream.sample_aspect_ratio
+        ratio = float(told or 1)
+        width, height = frame.width, frame.height
+        if told is None or abs(ratio - 1) < _NEARLY_SQUARE:
+            return (width, height), ""
+        name = f"{told.numerator}:{told.denominator}"
+        if not 1 / _MOST_OBLONG <= ratio <= _MOST_OBLONG:
+            return (width, height), f"the shape of pixels is given as {name}; they are taken to be square"
+        square = (round(width * ratio), height) if ratio > 1 else (width, round(height / ratio))
+        return square, (
+            f"pixels are not square ({name}); pictures of {width} x {height} px are shown and tracked as "
+            f"{square[0]} x {square[1]} px"
+        )
+
+    def rgb(self, frame: VideoFrame, orientation: int, size: tuple[int, int]) -> NDArray[np.uint8]:
+        """Convert a picture to 8-bit RGB, upright, read-only.
+
+        Args:
+            frame: The picture as it is stored.
+            orientation: How it is turned upright, see `orientation_of`.
+            size: Width and height before that, px; `square_size` makes its pixels square.
+        """
         image: NDArray[np.uint8] = np.asarray(
             self._reformatter.reformat(frame, format="rgb24").to_ndarray(), dtype=np.uint8
         )
+        if size != (frame.width, frame.height):  # the interpolation whose results do not depend on the processor
+            image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR_EXACT), dtype=np.uint8)
         if orientation & _TRANSPOSED:
             image = image.transpose(1, 0, 2)
         if orientation & _MIRRORED_X:
@@ -195,6 +229,11 @@ def orientation_of(frame: VideoFrame) -> int:
     if abs(a) >= abs(b):
         return _MIRRORED_X * (a < 0) + _MIRRORED_Y * (d < 0)
     return _TRANSPOSED + _MIRRORED_X * (c < 0) + _MIRRORED_Y * (b < 0)
+
+
+def stored_size(size: tuple[int, int], orientation: int) -> tuple[int, int]:
+    """Return the width and height before a picture is turned upright, from those after it."""
+    return (size[1], size[0]) if orientation & _TRANSPOSED else size
 
 
 class _Nameless:

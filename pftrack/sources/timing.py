@@ -67,11 +67,6 @@ def measure(stamps: Sequence[int | None], decoder: Decoder) -> Timing:
         rate_hz = USUAL_RATE_HZ
         times_s = np.arange(len(stamps)) / rate_hz
     warnings = _missing(len(stamps), float(times_s[-1]) + 1 / rate_hz, decoder) + warnings
-    ratio = decoder.stream.sample_aspect_ratio
-    if ratio and ratio != 1:
-        warnings.append(
-            f"pixels are not square ({ratio.numerator}:{ratio.denominator}); pictures are shown and tracked as stored"
-        )
     return Timing(known, tuple(times_s.tolist()), float(rate_hz), tuple(warnings))
 
 

@@ -24,7 +24,7 @@ from av.video.frame import VideoFrame
 from numpy.typing import NDArray
 
 from pftrack.sources.cache import BoundedCache
-from pftrack.sources.decoder import Decoder, orientation_of
+from pftrack.sources.decoder import Decoder, orientation_of, stored_size
 from pftrack.sources.formats import Format
 from pftrack.sources.sequence import FrameIndex, Limits, SourceError, check_pixels
 from pftrack.sources.timing import measure
@@ -127,7 +127,7 @@ class VideoSequence:
         check_pixels(stream.width, stream.height, limits, "the pictures of the video have")
         # A picture whose side data were looked at is held until the next garbage collection: start again after that.
         orientation = next((orientation_of(frame) for frame in self._decoder.frames()), 0)
-        decoder, shape = self._begin(), (0, 0)
+        decoder, shape, size, remark = self._begin(), (0, 0), (0, 0), ""
         stamps: list[int | None] = []
         checksums: list[int] = []
         keyframes: list[int] = []
@@ -137,12 +137,14 @@ class VideoSequence:
             if number == 0:
                 shape = frame.width, frame.height
                 check_pixels(*shape, limits, "the pictures of the video have")
+                size, remark = decoder.square_size(frame)
+                check_pixels(*size, limits, "in square pixels the pictures of the video have")
             elif (frame.width, frame.height) != shape:
                 raise SourceError(
                     f"frame {number} of the video is {frame.width} x {frame.height} px and frame 0 is "
                     f"{shape[0]} x {shape[1]} px; all must be of one size"
                 )
-            picture = decoder.rgb(frame, orientation)
+            picture = decoder.rgb(frame, orientation, size)
             if self._cache.used_bytes < limits.cache_bytes // 2:
                 self._cache.put(number, picture, picture.nbytes)
             if frame.key_frame:
@@ -151,7 +153,7 @@ class VideoSequence:
             checksums.append(zlib.crc32(picture.data))
         if not checksums:
             raise SourceError("none of the video's pictures can be decoded; expected a video that plays elsewhere")
-        height, width = decoder.rgb(frame, orientation).shape[:2]
+        width, height = stored_size(size, orientation)
         timing = measure(stamps, decoder)
         return FrameIndex(
             kind="gif" if self._format.kind == "gif" else "video",
@@ -164,7 +166,7 @@ class VideoSequence:
             stamps=timing.stamps,
             keyframes=tuple(keyframes) if timing.stamps else (),
             orientation=orientation,
-            warnings=timing.warnings,
+            warnings=timing.warnings + ((remark,) if remark else ()),
         )
 
     def _begin(self) -> Decoder:
@@ -231,7 +233,9 @@ class VideoSequence:
 
     def _believed(self, number: int, frame: VideoFrame) -> NDArray[np.uint8] | None:
         """Convert a frame and keep it, if its pixels are those of the survey."""
-        picture = self._decoder.rgb(frame, self.index.orientation)
+        # The index alone says whether pixels are made square: one of an earlier version did not.
+        size = stored_size(self.size, self.index.orientation)
+        picture = self._decoder.rgb(frame, self.index.orientation, size)
         if zlib.crc32(picture.data) != self.index.checksums[number]:
             self._cache.drop(number)
             return None

@@ -3,6 +3,7 @@
 import concurrent.futures
 import dataclasses
 import itertools
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -267,10 +268,63 @@ def test_colours_are_those_of_the_matrix_told(tmp_path: Path, matrix: str, told:
     np.testing.assert_allclose(opened(path).picture(0), colour, atol=3)
 
 
-def test_pixels_that_are_not_square_are_told(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
-    """Pictures are tracked as stored; that their pixels are not square is said."""
-    path = make_film(tmp_path / "a.mkv", [make_picture(0)] * 3, codec_options={"x264-params": "sar=4/3"})
-    assert any("not square (4:3)" in warning for warning in opened(path).index.warnings)
+@pytest.mark.parametrize(
+    ("ratio", "size", "told"),
+    [
+        ("2/1", (192, 64), "not square (2:1); pictures of 96 x 64 px are shown and tracked as 192 x 64 px"),
+        ("1/2", (96, 128), "not square (1:2); pictures of 96 x 64 px are shown and tracked as 96 x 128 px"),
+        ("8/1", (96, 64), "given as 8:1; they are taken to be square"),
+        ("1/1", (96, 64), ""),
+        ("1000/1001", (96, 64), ""),
+    ],
+)
+def test_pixels_are_made_square(tmp_path: Path, make_film: Film, ratio: str, size: tuple[int, int], told: str) -> None:
+    """A picture is as wide and as high as it is meant to be seen, in any order, and what was done is said."""
+    stored = []
+    for number in range(6):
+        picture = np.full((64, 96, 3), 90, np.uint8)
+        picture[20:40, 10 + number : 30 + number] = (220, 60, 60)
+        stored.append(picture)
+    path = make_film(
+        tmp_path / "a.mkv", stored, "libx264rgb", "rgb24", codec_options={"qp": "0", "x264-params": f"sar={ratio}"}
+    )
+    sequence = opened(path)
+    assert sequence.size == size
+    warnings = [warning for warning in sequence.index.warnings if "square" in warning]
+    assert [told in warning for warning in warnings] == ([True] if told else [])
+    across, down = size[0] // 96, size[1] // 64
+    for number in (5, 0, 3):
+        picture = sequence.picture(number)
+        assert picture.shape == (size[1], size[0], 3)
+        red = picture[:, :, 0].astype(int) > 155
+        assert red.any(axis=0).sum() == 20 * across
+        assert red.any(axis=1).sum() == 20 * down
+        assert int(np.flatnonzero(red.any(axis=0))[0]) == (10 + number) * across
+
+
+def test_an_index_of_an_earlier_version_keeps_pictures_as_stored(tmp_path: Path, make_film: Film) -> None:
+    """A run that was saved when pixels were not made square finds the pictures that it was made on."""
+    stored = [np.full((64, 96, 3), 40 * number, np.uint8) for number in range(3)]
+    path = make_film(
+        tmp_path / "a.mkv", stored, "libx264rgb", "rgb24", codec_options={"qp": "0", "x264-params": "sar=2/1"}
+    )
+    checksums = tuple(zlib.crc32(picture.data) for picture in stored)
+    earlier = dataclasses.replace(opened(path).index, width=96, checksums=checksums)
+    sequence = opened(path, index=earlier)
+    assert sequence.size == (96, 64)
+    np.testing.assert_array_equal(sequence.picture(2), stored[2])
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_pixels_are_made_square_before_a_picture_is_turned(tmp_path: Path, make_film: Film, turns: int) -> None:
+    """The shape of pixels is that of the stored picture, which may lie on its side."""
+    path = make_film(
+        tmp_path / "a.mp4", [np.full((64, 96, 3), 90, np.uint8)] * 3, rotation=90 * turns,
+        codec_options={"x264-params": "sar=2/1"},
+    )  # fmt: skip
+    sequence = opened(path)
+    assert sequence.size == ((64, 192) if turns == 1 else (192, 64))
+    assert sequence.picture(2).shape[:2] == sequence.size[::-1]
 
 
 def test_a_single_frame_is_a_sequence(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
