@@ -27,6 +27,7 @@ export function experimentCard(experiment) {
             "a",
             {
               class: "button",
+              title: preset.watch,
               href: linkTo({ recipe: recipeOf(experiment, preset), play: true }),
               data: { preset: preset.name },
             },

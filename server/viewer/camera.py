@@ -43,7 +43,7 @@ class Preset:
 PRESETS: dict[str, Preset] = {
     "front": Preset("Front", (0.0, 0.0, 1.0), float(np.deg2rad(6.0))),
     "side": Preset("Side", (0.86, 0.40, 0.52), float(np.deg2rad(20.0)), deep=True, whole=True),
-    "3-d": Preset("3-D", (-0.42, 0.62, 0.86), float(np.deg2rad(30.0)), deep=True),
+    "3-d": Preset("3-D", (-0.42, 0.62, 0.86), float(np.deg2rad(30.0)), deep=True, whole=True),
 }
 
 

@@ -67,6 +67,30 @@ def test_the_panel_folds_to_what_a_preset_is_about(watch: Watch) -> None:
     assert panel.get_by_label("Ball radius (px)", exact=True).first.is_visible()
 
 
+def test_a_preset_says_what_to_look_at(watch: Watch) -> None:
+    """The sentence lies over the scene until it is put away; another run than a preset's says nothing."""
+    shown = watch(seed=0, frames=None)
+    words = shown.page.locator(".look-at")
+    words.wait_for()
+    assert "when the pillar hides the ball" in words.inner_text()
+    for width in (1280, 800, 390):
+        shown.page.set_viewport_size({"width": width, "height": 800})
+        assert shown.page.evaluate(OVERFLOW) <= 0
+        assert words.is_visible()
+    words.get_by_role("button").click()
+    assert not words.is_visible()
+    assert not watch(seed=5).page.locator(".look-at").is_visible()
+
+
+def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
+    """A Kalman filter has neither particles nor proposals; a signal is neither hidden nor lost."""
+    rows = "document.querySelector('.scrubber').dataset.rows"
+    shown = watch()
+    shown.until(lambda: "ess proposal bands" in shown.page.evaluate(rows), "particles have all rows")
+    shown = watch(tracker="kalman")
+    shown.until(lambda: shown.page.evaluate(rows) == "flags error sigma bands changes", "no row of particles")
+
+
 def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:
     """The plots fold under the scene, side by side; no control falls off the edge."""
     shown = watch()

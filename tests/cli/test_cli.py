@@ -231,6 +231,9 @@ def test_show_names_the_presets(call: Call) -> None:
     """`show` prints the name by which `--preset` knows each."""
     shown = call("show", "ball")[1]
     assert all(preset.name in shown for preset in find("ball").presets)
+    assert "what to look at" in shown
+    told = json.loads(call("show", "ball", "--json")[1])["presets"]
+    assert [each["watch"] for each in told] == [preset.watch for preset in find("ball").presets]
 
 
 def test_a_preset_gives_tracker_values_and_seed(call: Call) -> None:

@@ -1,6 +1,7 @@
 import pytest
 
-from pftrack.experiments import Experiment, Preset, find
+from pftrack.experiments import EXPERIMENTS, Experiment, Preset, find
+from pftrack.parameters import declarations, flat
 from pftrack.runs.run import Change, Run
 
 BALL = find("ball")
@@ -13,6 +14,28 @@ def test_presets_of_the_ball_do_what_they_say(preset: Preset) -> None:
     run = Run(BALL, BALL.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
     run.finish()
     assert run.summary().verdict.success == preset.title.startswith("works")
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=lambda experiment: experiment.id)
+def test_presets_say_what_to_look_at_and_what_they_are_about(experiment: Experiment) -> None:
+    """Each of the project's own has a sentence, and few parameters, so that a narrow panel can show them."""
+    known = {declared.name for declared in declarations(type(experiment.simulate().parameters))}
+    for preset in experiment.presets:
+        assert preset.watch.startswith("Watch "), preset.name
+        assert preset.watch.endswith("."), preset.name
+        assert 0 < len(preset.subjects) <= 5, preset.name
+        assert set(preset.subjects) <= known, preset.name
+
+
+def test_a_run_that_begins_as_a_preset_is_told_from_others() -> None:
+    """Tracker, seed and all parameters have to be the preset's; any other run is about what presets set."""
+    defaults = flat(BALL.simulate().parameters)
+    for preset in BALL.presets:
+        values = {**defaults, **preset.parameters}
+        assert BALL.preset_of(preset.tracker, preset.seed, values, defaults) is preset
+        assert BALL.preset_of(preset.tracker, preset.seed + 1, values, defaults) is None
+    assert BALL.preset_of("h-spf", 0, {**defaults, "sample_count": 41}, defaults) is None
+    assert BALL.subjects(None) == ("occlusion_width_px", "distracter_radius_px", "sample_count")
 
 
 PRISM, HEAD = find("prism"), find("head")

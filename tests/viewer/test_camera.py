@@ -37,13 +37,16 @@ def test_a_preset_holds_the_whole_box_and_little_more(name: str, aspect: float) 
     assert 0.9 < seen(view, box, aspect, 180.0 if PRESETS[name].deep else 0.0) <= 1.0
 
 
-@pytest.mark.parametrize("aspect", [0.6, 1.3, 2.4])
-def test_the_side_holds_the_camera_that_took_the_picture(aspect: float) -> None:
-    """However long its lens is, it is seen with its picture; the other presets come nearer."""
-    apex = (159.5, -119.5, 900.0)
+@pytest.mark.parametrize("name", ["side", "3-d"])
+@pytest.mark.parametrize("focal", [120.0, 900.0])
+@pytest.mark.parametrize("aspect", [0.3, 0.6, 1.3, 2.4, 4.0])
+def test_from_aside_the_camera_that_took_the_picture_is_seen_whole(name: str, focal: float, aspect: float) -> None:
+    """However long its lens and whatever the window's shape, camera and picture are seen; the front comes nearer."""
+    apex = (159.5, -119.5, focal)
     box = Box(320.0, 240.0, 80.0, apex)
-    assert 0.9 < seen(fit(PRESETS["side"], box, aspect), box, aspect, 80.0, apex) <= 1.0
-    assert fit(PRESETS["3-d"], box, aspect).distance == fit(PRESETS["3-d"], Box(320.0, 240.0, 80.0), aspect).distance
+    assert 0.9 < seen(fit(PRESETS[name], box, aspect), box, aspect, 80.0, apex) <= 1.0
+    without = Box(320.0, 240.0, 80.0)
+    assert fit(PRESETS["front"], box, aspect).distance == fit(PRESETS["front"], without, aspect).distance
 
 
 def test_a_longer_lens_is_fitted_again(session: Session, peer: Peer) -> None:

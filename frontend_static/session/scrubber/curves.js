@@ -3,7 +3,7 @@
  * is lost.
  */
 
-import { ROWS } from "./sheet.js";
+import { rowOf } from "./sheet.js";
 
 /** @import { ThresholdStep } from "../../shared/messages.js" */
 /** @import { Curve, History } from "../history.js" */
@@ -43,8 +43,9 @@ export function curves(sheet, others, own, { width, ...trace }) {
  * @param {Trace} trace
  * @returns {number} Where it ends, along x.
  */
-function path({ context, axis }, { row, history, value, most }) {
-  const [, y, height] = ROWS[row];
+function path(sheet, { row, history, value, most }) {
+  const { context, axis } = sheet;
+  const [, y, height] = rowOf(sheet, row);
   const bucket = Math.max(1, Math.floor(history.length / axis.width));
   let drawing = false;
   let lastX = axis.left;
@@ -86,7 +87,7 @@ function line(sheet, trace, colour, width) {
  */
 export function area(sheet, trace, colour) {
   const { context, axis } = sheet;
-  const [, y, height] = ROWS[trace.row];
+  const [, y, height] = rowOf(sheet, trace.row);
   if (trace.history.most(trace.value) === null) return;
   const end = path(sheet, trace);
   context.lineTo(end, y + height);
@@ -102,8 +103,9 @@ export function area(sheet, trace, colour) {
  * @param {ThresholdStep[]} steps
  * @param {number} most
  */
-export function threshold({ context, axis, ink }, steps, most) {
-  const [, y, height] = ROWS.sigma;
+export function threshold(sheet, steps, most) {
+  const { context, axis, ink } = sheet;
+  const [, y, height] = rowOf(sheet, "sigma");
   context.strokeStyle = ink.ink;
   context.lineWidth = 1;
   context.setLineDash([4, 3]);

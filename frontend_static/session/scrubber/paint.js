@@ -5,7 +5,7 @@
 
 import { curve, isGone } from "../history.js";
 import { area, curves, threshold, top } from "./curves.js";
-import { ROWS } from "./sheet.js";
+import { rowOf } from "./sheet.js";
 
 /** @import { Bookmark, ThresholdPublic } from "../../shared/messages.js" */
 /** @import { Curve, History, Row } from "../history.js" */
@@ -26,7 +26,7 @@ import { ROWS } from "./sheet.js";
  * @property {number} smallest The least that an axis spans.
  * @property {Curve} weight The share of the particles that carries the weight.
  * @property {Mixture} mixture
- * @property {RowName[]} missing The rows that nothing is known for.
+ * @property {string} gone What the row of bands is called, by what is known: "hidden", "lost" or both.
  */
 
 /**
@@ -59,15 +59,13 @@ export function paint(sheet, content) {
  * @param {Sheet} sheet
  * @param {Content} content
  */
-function labels({ context, axis, ink }, { thresholds, mixture, missing }) {
+function labels({ context, axis, ink, rows }, { thresholds, mixture, gone }) {
   /** @type {Partial<Record<RowName, string>>} */
-  const own = { sigma: thresholds.length > 0 ? "sigma | limit" : "sigma", proposal: mixture.label };
+  const own = { sigma: thresholds.length > 0 ? "sigma | limit" : "sigma", proposal: mixture.label, bands: gone };
   context.font = "11px system-ui, sans-serif";
   context.textBaseline = "middle";
   context.textAlign = "right";
-  for (const name of /** @type {RowName[]} */ (Object.keys(ROWS))) {
-    if (missing.includes(name)) continue;
-    const [label, y, height] = ROWS[name];
+  for (const [name, [label, y, height]] of /** @type {[RowName, [string, number, number]][]} */ (Object.entries(rows))) {
     context.fillStyle = ink.muted;
     context.fillText(own[name] ?? label, axis.left - 12, y + height / 2);
     if (name === "flags" || name === "changes") continue;
@@ -82,9 +80,11 @@ function labels({ context, axis, ink }, { thresholds, mixture, missing }) {
  */
 function bands(sheet, history) {
   const { ink } = sheet;
-  const [, y, height] = ROWS.bands;
+  const [, y, height] = rowOf(sheet, "bands");
+  const curvesAt = ["error", "sigma"].map((name) => rowOf(sheet, /** @type {RowName} */ (name))).filter(([, , tall]) => tall > 0);
+  const [first, last] = [curvesAt.at(0), curvesAt.at(-1)];
   for (const span of history.spans((row) => row?.hidden === true)) {
-    band(sheet, span, [ROWS.error[1], ROWS.sigma[1] + ROWS.sigma[2] - ROWS.error[1]], ink.hidden, 0.2);
+    if (first && last) band(sheet, span, [first[1], last[1] + last[2] - first[1]], ink.hidden, 0.2);
     band(sheet, span, [y, height], ink.hidden, 0.55);
   }
   for (const span of history.spans(isGone)) band(sheet, span, [y + 2, height - 4], ink.lost, 1);
@@ -114,9 +114,10 @@ function band({ context, axis }, [first, last], [from, tall], colour, alpha) {
  * @param {History} history
  * @param {{weight: Curve, mixture: Mixture}} content
  */
-function strips({ context, axis, ink }, history, { weight, mixture }) {
-  const [, essY, essHeight] = ROWS.ess;
-  const [, y, height] = ROWS.proposal;
+function strips(sheet, history, { weight, mixture }) {
+  const { context, axis, ink } = sheet;
+  const [, essY, essHeight] = rowOf(sheet, "ess");
+  const [, y, height] = rowOf(sheet, "proposal");
   const bucket = Math.max(1, Math.floor(history.length / axis.width));
   const step = (axis.width / (axis.frames - 1)) * bucket;
   for (let frame = 0; frame < history.length; frame += bucket) {
@@ -143,8 +144,9 @@ function strips({ context, axis, ink }, history, { weight, mixture }) {
  * @param {Sheet} sheet
  * @param {Mark[]} changes
  */
-function marks({ context, axis, ink }, changes) {
-  const [, y, height] = ROWS.changes;
+function marks(sheet, changes) {
+  const { context, axis, ink } = sheet;
+  const [, y, height] = rowOf(sheet, "changes");
   context.textAlign = "left";
   context.fillStyle = ink.ink;
   let free = 0;
@@ -200,14 +202,15 @@ function flags({ context, axis, ink }, bookmarks) {
  * @param {number} position
  * @param {number} computed
  */
-export function playhead({ context, axis, ink }, position, computed) {
+export function playhead(sheet, position, computed) {
+  const { context, axis, ink } = sheet;
   const x = Math.round(axis.x(position)) + 0.5;
-  const [, y, height] = ROWS.bands;
+  const bottom = rowOf(sheet, "changes")[1] - 2;
   context.strokeStyle = ink.ink;
   context.lineWidth = 1.5;
   context.beginPath();
   context.moveTo(x, 6);
-  context.lineTo(x, y + height);
+  context.lineTo(x, bottom);
   context.stroke();
   context.fillStyle = ink.ink;
   context.strokeStyle = ink.surface;
@@ -217,6 +220,6 @@ export function playhead({ context, axis, ink }, position, computed) {
   context.stroke();
   if (computed > position) {
     context.fillStyle = ink.muted;
-    context.fillRect(axis.x(computed) - 0.5, 12, 1, y + height - 12);
+    context.fillRect(axis.x(computed) - 0.5, 12, 1, bottom - 12);
   }
 }

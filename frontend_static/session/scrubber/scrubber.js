@@ -10,8 +10,8 @@ import { coalesce, later, throttle } from "../../shared/timing.js";
 import { marks } from "../timeline.js";
 import { samplers } from "../series.js";
 import { paint, playhead } from "./paint.js";
-import { Axis, HEIGHT, ROWS } from "./sheet.js";
-import { describe, missingOf, mixtureOf, weightOf } from "./words.js";
+import { Axis, HEIGHT, rowOf, rowsWithout } from "./sheet.js";
+import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./words.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
 /** @import { Content } from "./paint.js" */
@@ -40,6 +40,7 @@ export class Scrubber {
    */
   #ink = null;
   #axis = new Axis(600, 2);
+  #rows = rowsWithout([]);
   /** @type {import("../timeline.js").Mark[]} */
   #marks = [];
   /** The frame under the finger; then the one where it was let go, until the session is there. */
@@ -133,7 +134,7 @@ export class Scrubber {
     const ratio = this.#canvas.width / (this.#slider.clientWidth || 1);
     context.scale(ratio, ratio);
     const position = this.#dragged ?? this.#settling ?? session.position;
-    playhead({ context, axis: this.#axis, ink: this.#inks(session) }, position, session.computed);
+    playhead({ context, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, position, session.computed);
     this.#slider.setAttribute("aria-valuemax", String(session.frames - 1));
     this.#slider.setAttribute("aria-valuenow", String(position));
     this.#slider.setAttribute("aria-valuetext", describe(store, position).join(", "));
@@ -150,9 +151,13 @@ export class Scrubber {
     }
     this.#axis = new Axis(width, session.frames);
     this.#marks = marks(session);
+    const histories = this.#view.store.branches.map(({ id }) => this.#view.store.historyOf(id));
+    const missing = missingOf(session, this.#view.store.history, histories);
+    this.#rows = rowsWithout(missing);
+    this.#slider.dataset.rows = Object.keys(this.#rows).join(" ");
     const context = /** @type {CanvasRenderingContext2D} */ (this.#background.getContext("2d"));
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    paint({ context, axis: this.#axis, ink: this.#inks(session) }, this.#content(session));
+    paint({ context, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, this.#content(session));
     this.#drawPlayhead();
   }
 
@@ -180,7 +185,7 @@ export class Scrubber {
       smallest: smallestSpan(session.unit),
       weight: weightOf(session),
       mixture: mixtureOf(session),
-      missing: missingOf(session, store.history),
+      gone: goneOf(store.history),
     };
   }
 
@@ -211,9 +216,9 @@ export class Scrubber {
   #underPointer(x, y) {
     const { store } = this.#view;
     const isNear = (/** @type {{frame: number}} */ { frame }) => Math.abs(this.#axis.x(frame) - x) <= NEAR_PX;
-    const change = y >= ROWS.changes[1] && this.#marks.find(isNear);
+    const change = y >= rowOf({ rows: this.#rows }, "changes")[1] && this.#marks.find(isNear);
     if (change) return [`from frame ${change.frame}`, ...change.lines];
-    const bookmark = y <= ROWS.flags[2] && store.known.bookmarks.find(isNear);
+    const bookmark = y <= rowOf({ rows: this.#rows }, "flags")[2] && store.known.bookmarks.find(isNear);
     if (bookmark) return [`frame ${bookmark.frame}`, bookmark.note || "bookmark"];
     return [describe(store, this.#axis.frame(x)).join(" · ")];
   }

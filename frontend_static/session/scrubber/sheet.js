@@ -8,24 +8,58 @@
  * @typedef {object} Sheet
  * @property {CanvasRenderingContext2D} context Scaled to CSS px.
  * @property {Axis} axis
+ * @property {Rows} rows
  * @property {Record<string, string>} ink Colours by token.
  */
 
-/**
- * Rows from top to bottom; px of the page.
- *
- * @type {Record<RowName, [label: string, top: number, height: number]>}
- */
-export const ROWS = {
-  flags: ["", 0, 12],
-  error: ["error", 12, 34],
-  sigma: ["sigma", 50, 24],
-  ess: ["ESS", 78, 6],
-  proposal: ["proposal", 88, 8],
-  bands: ["hidden, lost", 100, 10],
-  changes: ["changes", 112, 16],
-};
+/** @typedef {Partial<Record<RowName, [label: string, top: number, height: number]>>} Rows From top to bottom; px of the page. */
+
+/** What each row is called, how high it is, and how much is free below it, px of the page. */
+const KINDS = /** @type {const} */ ({
+  flags: ["", 12, 0],
+  error: ["error", 34, 4],
+  sigma: ["sigma", 24, 4],
+  ess: ["ESS", 6, 4],
+  proposal: ["proposal", 8, 4],
+  bands: ["hidden, lost", 10, 2],
+  changes: ["changes", 16, 2],
+});
 export const HEIGHT = 130;
+
+/**
+ * Where the rows stand that there is something for. The room of the others is for the first curve, or for the row of marks.
+ *
+ * @param {readonly RowName[]} missing Rows that nothing is known for.
+ * @returns {Rows}
+ */
+export function rowsWithout(missing) {
+  const names = /** @type {RowName[]} */ (Object.keys(KINDS)).filter((name) => !missing.includes(name));
+  const spare = HEIGHT - names.reduce((sum, name) => sum + KINDS[name][1] + KINDS[name][2], 0);
+  const widened = names.find((name) => name === "error" || name === "sigma");
+  /** @type {Rows} */
+  const rows = {};
+  let top = 0;
+  for (const name of names) {
+    const [label, least, free] = KINDS[name];
+    const height = least + (name === widened ? spare : 0);
+    rows[name] = [label, top, height];
+    top += height + free;
+  }
+  return rows;
+}
+/** A row that is not there: what is painted into it is not seen. */
+const NOWHERE = /** @type {const} */ (["", HEIGHT, 0]);
+
+/**
+ * Where a row stands.
+ *
+ * @param {{rows: Rows}} sheet
+ * @param {RowName} name
+ */
+export function rowOf({ rows }, name) {
+  return rows[name] ?? NOWHERE;
+}
+
 export const GUTTER = 104;
 const MARGIN = 10;
 

@@ -7,6 +7,7 @@ import { numberOf, ofRole, samplers, samplesOf } from "../series.js";
 /** @import { SessionPublic } from "../../shared/messages.js" */
 /** @import { Curve, History } from "../history.js" */
 /** @import { Mixture } from "./paint.js" */
+/** @import { RowName } from "./sheet.js" */
 
 /** The rows that are about series, and of which role. */
 const STRIPS = /** @type {const} */ ([
@@ -54,13 +55,37 @@ export function mixtureOf(session) {
 }
 
 /**
- * The strips that no frame has anything for.
+ * The rows that no frame has anything for: a method without particles has no ESS, a recording without truth no error.
+ * Until a frame is computed nothing is known of the curves, and they keep their room.
  *
  * @param {SessionPublic} session
+ * @param {History} history Of the active branch, which alone has strips and bands.
+ * @param {History[]} histories Of all branches, whose curves share their rows.
+ * @returns {RowName[]}
+ */
+export function missingOf(session, history, histories) {
+  /** @type {RowName[]} */
+  const missing = STRIPS.filter(({ role }) => !ofRole(session, role).some(({ name }) => history.measures(name))).map(({ row }) => row);
+  if (history.length === 0) return missing;
+  for (const name of /** @type {const} */ (["error", "sigma"])) {
+    if (histories.every((each) => each.most(curve[name]) === null)) missing.push(name);
+  }
+  return goneOf(history) === "" ? [...missing, "bands"] : missing;
+}
+
+/**
+ * What is known of a target that is not seen: whether it is hidden, whether it is lost, or both; in words.
+ *
  * @param {History} history
  */
-export function missingOf(session, history) {
-  return STRIPS.filter(({ role }) => !ofRole(session, role).some(({ name }) => history.measures(name))).map(({ row }) => row);
+export function goneOf(history) {
+  const [hidden, lost] = [history.some((row) => isFlag(row.hidden)), history.some((row) => isFlag(row.lost) || isFlag(row.searching))];
+  return [hidden && "hidden", lost && "lost"].filter((word) => word !== false).join(", ");
+}
+
+/** @param {boolean|null|undefined} value */
+function isFlag(value) {
+  return value === true || value === false;
 }
 
 /**
