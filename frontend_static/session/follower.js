@@ -49,7 +49,8 @@ export class Follower {
   follow(lead) {
     const { session: own, connection } = this.#store;
     if (own === null || connection !== "open") return;
-    const goal = Math.min(lead.position, own.frames - 1);
+    // A long way is computed frame by frame; both go it at the same time.
+    const goal = Math.min(lead.goal ?? lead.position, own.frames - 1);
     // As fast as possible has no pace, and at its end a run stands.
     if (lead.playing && lead.speed > 0 && goal < own.frames - 1) this.#goAlong(lead, own);
     else this.#stand(lead, own, goal);
@@ -62,8 +63,9 @@ export class Follower {
    */
   #stand(lead, own, goal) {
     this.#pace = null;
-    if (own.position !== goal) this.#steering.seek(goal);
-    else if (own.playing) this.#once(() => this.#steering.pause());
+    if (own.position !== goal) {
+      if (own.goal !== goal) this.#steering.seek(goal);
+    } else if (own.playing) this.#once(() => this.#steering.pause());
     else if (own.speed !== lead.speed) this.#once(() => this.#steering.setSpeed(lead.speed));
   }
 

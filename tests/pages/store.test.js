@@ -120,6 +120,19 @@ describe("a clock of several sessions", () => {
     assert.deepEqual(second.goals, []);
   });
 
+  it("brings the others at once to where the first one is still going", () => {
+    const [clock, first, second] = [new Clock(), member(), member()];
+    for (const one of [first, second]) {
+      join(clock, one);
+      one.store.receive(hello());
+    }
+    first.store.receive({ ...at(7), goal: 40 });
+    assert.deepEqual(second.goals, [40]);
+    second.store.receive({ ...at(3), goal: 40 });
+    first.store.receive({ ...at(9), goal: 40 });
+    assert.deepEqual(second.goals, [40]);
+  });
+
   const playing = (frame, speed = 1) => ({ ...at(frame), playing: true, speed });
 
   it("has the others play while the first one plays, and asks for no single frame", async () => {
