@@ -125,7 +125,7 @@ function row(run, again) {
  */
 function reproduced(summary) {
   if (typeof summary.reproduced !== "boolean") return "";
-  const differs = /** @type {{first_frame?: number}|undefined} */ (summary["differs"]);
+  const differs = /** @type {{first_frame?: number}|undefined} */ (summary.differs);
   const from = typeof differs?.first_frame === "number" ? `, from frame ${differs.first_frame} on` : "";
   return summary.reproduced ? "same numbers as in its file" : `other numbers than in its file${from}`;
 }
