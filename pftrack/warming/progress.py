@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 __all__ = ["Progress"]
 
-TOO_EARLY_S = 3.0
-"""Before that nothing can be said of how long it will take."""
+LEAST = 5
+"""Functions that must be compiled before anything can be said of how long it will take."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Progress:
         """About how long it will go on, s; None while nothing can be said of that."""
         if self.finished:
             return 0.0
-        if self.elapsed_s < TOO_EARLY_S or not self.seconds or not self.total:
+        if len(self.seconds) < LEAST or not self.total:
             return None
         begun = len(self.seconds) / self.elapsed_s
         return max(self.total - self.done, 1) / begun
