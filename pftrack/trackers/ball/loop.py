@@ -132,6 +132,7 @@ def _loop(
     resampled = np.empty(frames, np.bool_)
     alert = np.empty(frames, np.bool_)
     ancestors = np.empty(0, np.int64)
+    mean, covariance = np.empty(0), np.empty((0, 0))
     states = coordinates.T
     for t in range(frames):
         picture, place = pictures_rgb[t], (seed, first_frame + t)
@@ -161,12 +162,13 @@ def _loop(
         if resampled[t]:
             log_evidences[t] -= np.log(scheme.sample_count)
         observation_counts[t] = by_observation
-        position, spread = moments(states.T[:2].T, exponentials(log_weights))
+        # Of the last frame all moments are wanted, of the others those of the position.
+        weights = exponentials(log_weights)
+        mean, covariance = moments(states if t == frames - 1 else states.T[:2].T, weights)
         sigma = np.empty(2)
         for axis in range(2):
-            estimates[t, axis] = position[axis]
-            sigma[axis] = np.sqrt(spread[axis, axis])
-    mean, covariance = moments(states, exponentials(log_weights))
+            estimates[t, axis] = mean[axis]
+            sigma[axis] = np.sqrt(covariance[axis, axis])
     return Loop(
         states.T,
         log_weights,
