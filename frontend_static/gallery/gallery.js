@@ -62,7 +62,7 @@ function compiling({ finished, sentence, ready }) {
   setText(place, finished ? "" : `${inSentenceCase(sentence)}.`);
   place.hidden = finished;
   for (const card of part("experiments").querySelectorAll("article")) {
-    const waits = !finished && !ready.includes(card.dataset["experiment"] ?? "");
+    const waits = !finished && !ready.includes(card.dataset.experiment ?? "");
     if (card.classList.contains("waits") && !waits) card.querySelectorAll("img").forEach(again);
     card.classList.toggle("waits", waits);
   }

@@ -66,6 +66,9 @@ export function inSentenceCase(sentence) {
   return sentence.slice(0, 1).toUpperCase() + sentence.slice(1);
 }
 
+/** @returns {Promise<void>} */
 function pause() {
-  return new Promise((resolve) => setTimeout(resolve, EVERY_MS));
+  return new Promise((resolve) => {
+    setTimeout(resolve, EVERY_MS);
+  });
 }
