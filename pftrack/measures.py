@@ -31,6 +31,7 @@ what is measured is where the target was believed to be, not how well its size w
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -190,11 +191,8 @@ def _errors(course: Course) -> NDArray[np.float64]:
     return course.errors
 
 
-def _within(limit: float) -> Callable[[Course], NDArray[np.float64]]:
-    def within(course: Course) -> NDArray[np.float64]:
-        return _flags(course.errors <= limit, ~np.isnan(course.errors))
-
-    return within
+def _within(limit: float, course: Course) -> NDArray[np.float64]:
+    return _flags(course.errors <= limit, ~np.isnan(course.errors))
 
 
 # ---------------------------------------------------------------- the families
@@ -222,7 +220,7 @@ PICTURE_MEASURES = (
         "Within 20 px",
         "Share of the labelled frames whose estimate is at most 20 px from the centre of the true box.",
         "share",
-        _within(PRECISE_PX),
+        partial(_within, PRECISE_PX),
         source=OTB,
     ),
     Measure(
@@ -263,7 +261,7 @@ POSE_MEASURES = (
         "Within 10°",
         "Share of the labelled frames whose error is at most 10 degrees.",
         "share",
-        _within(PRECISE_DEG),
+        partial(_within, PRECISE_DEG),
         source=FACES,
     ),
     Measure(

@@ -1,12 +1,13 @@
 """Measures of whole runs: each by a case small enough to compute by hand."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.measures import HIT_RATE, PICTURE_MEASURES, POSE_MEASURES, Course, measured, succeeded
+from pftrack.measures import HIT_RATE, PICTURE_MEASURES, POSE_MEASURES, Course, Measure, measured, succeeded
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Change, Run
 from pftrack.sources.truth import TruthTable
@@ -142,3 +143,9 @@ def test_a_box_knows_its_sides() -> None:
     target = TruthTable({0: (10.0, 20.0, 30.0, 40.0)}).at(0)
     assert target is not None
     assert target.extent == (30.0, 40.0)
+
+
+@pytest.mark.parametrize("measure", [HIT_RATE, *PICTURE_MEASURES, *POSE_MEASURES], ids=lambda measure: measure.name)
+def test_measures_travel_to_other_processes(measure: Measure) -> None:
+    """A measure can be sent to the processes of a pool, as `pftrack reproduce` does with what a run came to."""
+    assert pickle.loads(pickle.dumps(measure)).name == measure.name  # noqa: S301 - our own
