@@ -21,6 +21,7 @@ import { chosenView, graphics, rememberView } from "./view_choice.js";
  *
  * @typedef {object} Progress
  * @property {() => void} seen There is a picture of the run to see, or will be none before the view itself.
+ * @property {() => void} loaded The view's own scripts have run; it may still wait for data and for its shaders.
  * @property {() => void} drawn The view itself is drawn.
  */
 
@@ -43,7 +44,7 @@ export class Scene {
   #mounted = null;
   #shows = false;
   #resolveSeen = () => {};
-  #resolveDrawn = () => {};
+  #resolveLoaded = () => {};
 
   /**
    * @param {HTMLElement} root
@@ -65,9 +66,9 @@ export class Scene {
     this.#resolveSeen = resolve;
   }));
 
-  /** Resolves when the scene itself is drawn, or will never be. */
-  drawn = /** @type {Promise<void>} */ (new Promise((resolve) => {
-    this.#resolveDrawn = resolve;
+  /** Resolves when the scene has run its scripts, and only waits for data and shaders, or will never come. */
+  loaded = /** @type {Promise<void>} */ (new Promise((resolve) => {
+    this.#resolveLoaded = resolve;
   }));
 
   /** The window of the scene's frame, if it has one. */
@@ -116,7 +117,7 @@ export class Scene {
     this.#remove();
     this.#root.querySelector(".view-switch")?.remove();
     this.#seeing();
-    this.#resolveDrawn();
+    this.#resolveLoaded();
     this.#show(notice(title, message, action));
   }
 
@@ -134,7 +135,7 @@ export class Scene {
     this.#remove();
     this.#endView = new AbortController();
     const { signal } = this.#endView;
-    const on = { seen: () => this.#seeing(), drawn: () => this.#drawnNow() };
+    const on = { seen: () => this.#seeing(), loaded: () => this.#resolveLoaded(), drawn: () => this.#drawnNow() };
     const view = kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal, this.#hasPanel) : new SpatialScene(this.#id, isFresh, on, signal);
     this.#view = view;
     this.#cover.before(view.element);
@@ -175,7 +176,7 @@ export class Scene {
 
   #drawnNow() {
     this.#seeing();
-    this.#resolveDrawn();
+    this.#resolveLoaded();
   }
 
   /** @param {HTMLElement} content */

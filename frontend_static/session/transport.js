@@ -67,10 +67,20 @@ export function transport(root, view, extras) {
     loss.disabled = !able || !store.history.some(isGone);
     if (document.activeElement !== speed) choose(speed, steering);
     if (session === null) return;
-    setText(counter, `frame ${session.position} / ${session.frames}`);
+    setText(counter, counted(session));
   }, view.signal);
   store.on(["session", "position", "connection", "history"], draw);
   draw();
+}
+
+/**
+ * Where the run stands; of a recording also where that is in the clip, as the form of the upload counts.
+ *
+ * @param {import("../shared/messages.js").SessionPublic} session
+ */
+function counted({ position, frames, recipe: { footage } }) {
+  const frame = `frame ${position} / ${frames}`;
+  return footage ? `${frame}, picture ${footage.start + position} of the clip` : frame;
 }
 
 /**

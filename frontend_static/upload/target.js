@@ -35,6 +35,9 @@ export class TargetForm {
   #target = null;
   /** Whether something is on its way to the server that the session needs. */
   #isBusy = false;
+  /** Whether a person has said anything, so that nothing is chosen for them any more. */
+  #isTouched = false;
+  #proposal = h("p", { class: "note", role: "status", hidden: true });
   /** Whether the slider of frames was let go, so that the target is looked for where it stands. */
   #isSettled = false;
 
@@ -57,8 +60,30 @@ export class TargetForm {
     fill(root, this.#form(leave));
     this.#listen();
     if (this.#able.length === 0) return;
+    this.#choose(this.#able.find(({ finds }) => finds === null) ?? this.#able[0]);
+    this.#target?.focus();
+    this.#propose();
+  }
+
+  /** @param {ExperimentPublic} experiment */
+  #choose(experiment) {
+    this.#experiment.value = experiment.id;
     this.#listTrackers();
-    this.#begin().focus();
+    this.#begin();
+  }
+
+  /** Look for what experiments find by themselves, while the form can be used already, and choose one that finds it. */
+  async #propose() {
+    for (const experiment of this.#able.filter(({ id, finds }) => finds !== null && id !== this.#chosen.id)) {
+      const question = { experiment: experiment.id, frame: 0, last: 0 };
+      const sighting = await api.mark(this.#upload.id, question).catch(() => null);
+      if (this.#isTouched || this.#target?.footage || !this.#experiment.isConnected) return;
+      if (!sighting?.mark) continue;
+      this.#choose(experiment);
+      setText(this.#proposal, `There is a ${experiment.target} in the picture. Choose another experiment to follow something else.`);
+      this.#proposal.hidden = false;
+      return;
+    }
   }
 
   get #chosen() {
@@ -67,12 +92,17 @@ export class TargetForm {
 
   #listen() {
     const show = throttle(() => this.#showFrame(), PICTURE_EVERY_MS);
-    this.#start.addEventListener("input", show);
+    this.#start.addEventListener("input", () => {
+      this.#isTouched = true;
+      show();
+    });
     this.#start.addEventListener("change", () => {
       this.#isSettled = true;
       show();
     });
     this.#experiment.addEventListener("change", () => {
+      this.#isTouched = true;
+      this.#proposal.hidden = true;
       this.#listTrackers();
       this.#begin();
     });
@@ -97,8 +127,8 @@ export class TargetForm {
         "div",
         { class: "target-choices" },
         this.#suits,
-        this.#able.length > 1 && [h("label", { for: "target-experiment" }, "Experiment"), this.#experiment],
-        h("label", { for: "target-start" }, "Start at frame ", this.#at),
+        this.#able.length > 1 && [h("label", { for: "target-experiment" }, "Experiment"), this.#experiment, this.#proposal],
+        h("label", { for: "target-start" }, "Start at picture ", this.#at),
         this.#start,
         h("label", { for: "target-tracker" }, "Tracker"),
         this.#tracker,
@@ -146,7 +176,7 @@ export class TargetForm {
   }
 
   #tellFrame() {
-    setText(this.#at, `${this.#start.value} / ${this.#upload.frames}`);
+    setText(this.#at, `${this.#start.value} of ${this.#upload.frames}, frame 0 of the session`);
   }
 
   #listTrackers() {

@@ -89,6 +89,16 @@ def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, h
     gallery.until(lambda: any(name.startswith("error") for name in shown.lines), "the plots are drawn afterwards")
 
 
+def test_the_plots_do_not_wait_for_the_scene_to_be_drawn(page: Any, server: Server) -> None:
+    """While the scene, whose script has run, has drawn nothing, the plots are drawn."""
+    never = "{ get: () => ({ drawn: () => null }), set: () => {}, configurable: true }"
+    page.add_init_script(f"Object.defineProperty(globalThis, 'pftrackScene', {never})")
+    page.goto(server.start_session()["page"])
+    shown = SessionPage(page, server)
+    shown.until(lambda: any(name.startswith("error") for name in shown.lines), "the plots are drawn")
+    assert page.locator(".scene-still").count() == 1
+
+
 @pytest.mark.parametrize("size", [(1280, 800), (800, 700), (400, 800)])
 def test_the_scene_takes_over_where_the_picture_was(
     page: Any, held: Held, server: Server, size: tuple[int, int]

@@ -45,6 +45,7 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     gallery.until(lambda: page.evaluate("document.querySelector('.mark-surface img').complete"), "the picture is there")
     area = surface.bounding_box()
     scale = area["width"] / 160
+    assert "picture 5 of 30, frame 0 of the session" in " ".join(page.inner_text(".target-choices").split())
     page.mouse.move(area["x"] + 40 * scale, area["y"] + 50 * scale)
     page.mouse.down()
     page.mouse.move(area["x"] + 58 * scale, area["y"] + 70 * scale, steps=4)
@@ -60,6 +61,9 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     footage = shown.session["recipe"]["footage"]
     assert footage["mark"] == {"kind": "box", "x": 41, "y": 50, "width": 19, "height": 20}
     assert footage["start"] == 5
+    shown.press("ArrowRight")
+    shown.stands_at(1)
+    assert page.inner_text(".counter").endswith("picture 6 of the clip")
     shown.play_to_the_end()
     last = shown.session["frames"] - 1
     u, v = server.column(shown.id, "estimate")[last]

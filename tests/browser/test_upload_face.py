@@ -155,6 +155,39 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
     assert "yaw" in shown.in_scene("document.body.innerText", "")
 
 
+def test_a_face_in_the_picture_is_proposed(gallery: Gallery, server: Server) -> None:
+    """The form stands at once with what needs a mark; a face that is found in the meantime is what it then proposes."""
+    held: list[Any] = []
+    gallery.page.route("**/mark?*", lambda route: route.continue_() if held else held.append(route))
+    gallery.choose("face.mp4", film(pictures(4, width=WIDTH)), "video/mp4")
+    form = Form(gallery.page)
+    choice = form.page.locator("#target-experiment")
+    choice.wait_for()
+    assert choice.input_value() == "ball"
+    form.until(lambda: held, "it is looked for a face")
+    held[0].continue_()
+    form.until(lambda: choice.input_value() == "head", "the head is proposed")
+    assert "There is a face in the picture." in form.page.inner_text(".target-choices")
+    form.settled()
+    shown = form.track(server)
+    assert shown.session["recipe"]["experiment"] == "head"
+    assert "picture 0 of the clip" in form.page.inner_text(".counter")
+
+
+def test_what_a_person_has_chosen_stays(gallery: Gallery) -> None:
+    """Who has begun to say what shall be followed is not talked into anything else."""
+    held: list[Any] = []
+    gallery.page.route("**/mark?*", lambda route: held.append(route))  # noqa: PLW0108 - Playwright marks what it calls
+    gallery.choose("face.mp4", film(pictures(4, width=WIDTH)), "video/mp4")
+    form = Form(gallery.page)
+    form.until(lambda: held, "it is looked for a face")
+    form.page.locator("#target-start").fill("2")
+    with form.page.expect_response("**/mark?*"):
+        held[0].continue_()
+    form.page.wait_for_timeout(200)
+    assert form.page.locator("#target-experiment").input_value() == "ball"
+
+
 def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery, server: Server) -> None:
     """The first frame with a face is gone to; in a frame without one it is said so, and a box places the points."""
     face = pictures(4, width=WIDTH)
@@ -164,7 +197,7 @@ def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery, server: Se
     form.settled()
     start = form.page.locator("#target-start")
     assert start.input_value() == "6"
-    assert "The first suitable face from frame 0 on is in frame 6." in form.page.inner_text(".finding")
+    assert "The first suitable face from picture 0 on is in picture 6." in form.page.inner_text(".finding")
 
     start.fill("2")
     form.page.locator("text=found none in the picture").wait_for()

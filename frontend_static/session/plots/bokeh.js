@@ -18,7 +18,7 @@ export function loadBokeh() {
 }
 
 async function load() {
-  for (const source of SCRIPTS) await script(source);
+  await Promise.all(SCRIPTS.map((source) => script(source)));
   globalThis.Bokeh.set_log_level("error");
   return globalThis.Bokeh;
 }
@@ -29,7 +29,9 @@ async function load() {
  */
 function script(source) {
   return new Promise((resolve, reject) => {
-    const element = h("script", { src: source });
+    const element = h("script", {});
+    element.async = false;  // all are fetched at once and run in their order
+    element.src = source;
     element.addEventListener("load", resolve);
     element.addEventListener("error", () => reject(new Error(source)));
     document.head.append(element);

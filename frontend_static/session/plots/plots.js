@@ -5,7 +5,7 @@
 
 import { h, setText } from "../../shared/dom.js";
 import { onTheme, tokens } from "../../shared/theme.js";
-import { after, idle, throttle } from "../../shared/timing.js";
+import { idle, throttle } from "../../shared/timing.js";
 import { curve } from "../history.js";
 import { samplers } from "../series.js";
 import { loadBokeh } from "./bokeh.js";
@@ -18,7 +18,6 @@ import { KINDS } from "./kinds/kinds.js";
 /** @import { Plot } from "./kinds/plot.js" */
 
 const REDRAW_MS = 100;
-const PATIENCE_MS = 8000;
 /** In a narrower session the plots are a row of sparklines. */
 const WIDE_PX = 1000;
 const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
@@ -36,7 +35,7 @@ const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
  */
 
 /**
- * The scene goes first; then come the plots, into the place that is kept for them.
+ * The scene's script goes first; then come the plots, into the place that is kept for them.
  *
  * @param {HTMLElement} root
  * @param {Mounted} view
@@ -52,7 +51,8 @@ export async function plots(root, view) {
   store.on(["session", "position", "history", "branches"], label);
   label();
 
-  if (scene !== null) await Promise.race([scene.drawn, after(PATIENCE_MS, signal)]);
+  // Its script has run by then; while it waits for its data and its shaders, the browser has time for the plots.
+  await scene?.loaded;
   await idle();
   let Bokeh;
   try {

@@ -157,7 +157,7 @@ export class FoundTarget {
     }
     this.#hinting(false);
     this.#editor.set(mark, placed);
-    const notes = isLater ? [`The first suitable ${this.#experiment.target} from frame ${wanted} on is in frame ${frame}.`, ...remarks] : remarks;
+    const notes = isLater ? [`The first suitable ${this.#experiment.target} from picture ${wanted} on is in picture ${frame}.`, ...remarks] : remarks;
     const keys = h("span", { class: "by-keyboard" }, ", or Tab to it and use the arrows, with shift for 10 px");
     const hollow = placed.length > 0 && "Hollow points were placed by the model; look at them first. ";
     fill(
