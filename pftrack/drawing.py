@@ -18,6 +18,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.layer import Key
 from pftrack.palette import COLOURS, Colour
 from pftrack.world import World
 
@@ -259,6 +260,7 @@ class Drawing:
             what it already shows.
         caption: One line of text about the frame.
         worlds: What is to be seen beside the picture, in the order in which the experiment declares its worlds.
+        legend: Layers that show something, each with a key of what is drawn on it; filled in by whoever shows a run.
     """
 
     width: int
@@ -266,6 +268,7 @@ class Drawing:
     primitives: dict[str, Primitive] = field(default_factory=dict)
     caption: str = ""
     worlds: tuple[WorldDrawing, ...] = ()
+    legend: tuple[tuple[str, Key], ...] = ()
 
     @property
     def apex(self) -> NDArray[np.float32] | None:

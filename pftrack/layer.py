@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 from pftrack.palette import COLOURS
 
-__all__ = ["Key", "Layer", "LayerRole", "legend"]
+__all__ = ["Key", "Layer", "LayerRole", "legend", "ordered"]
 
 LayerRole: TypeAlias = Literal["", "through time", "flat only"]
 
@@ -66,5 +66,9 @@ class Layer:
 
 def legend(layers: Iterable[Layer]) -> tuple[Key, ...]:
     """Return what the colours of some layers mean, each meaning once, in the palette's order."""
-    keys = dict.fromkeys(key for layer in layers for key in layer.legend)
-    return tuple(sorted(keys, key=lambda key: list(COLOURS).index(key.colour)))
+    return ordered(key for layer in layers for key in layer.legend)
+
+
+def ordered(keys: Iterable[Key]) -> tuple[Key, ...]:
+    """Return keys, each once, in the palette's order."""
+    return tuple(sorted(dict.fromkeys(keys), key=lambda key: list(COLOURS).index(key.colour)))

@@ -10,7 +10,8 @@ arrays                each begins at a multiple of 4 bytes; `arrays` in the head
 pictures, any number  uint32 key, uint32 length of the file, the file, padded to a multiple of 4 bytes
 ====================  ==================================================================================================
 
-The head is `{"frame", "width", "height", "caption", "arrays", "primitives", "worlds"}`. Each primitive has `name`,
+The head is `{"frame", "width", "height", "caption", "legend", "arrays", "primitives", "worlds"}`. Each key of the
+legend is `{"layer", "colour", "meaning"}`, its colour a name in the palette. Each primitive has `name`,
 `kind` (the class of `pftrack.drawing` in lower case) and that class's fields. Each of the worlds has `world`, which is
 its declaration with the length of its `ruler`, and `primitives` in its own coordinates. An array stands there as
 `{"type", "at", "shape"}`: `f4`, `i4` or `u1`, its first byte counted from the end of the head, and its extents. One
@@ -38,6 +39,7 @@ from pydantic import TypeAdapter
 
 from pftrack.drawing import Drawing, Picture, Primitive, WorldDrawing
 from pftrack.faults import faults
+from pftrack.layer import Key
 from pftrack.world import World
 
 __all__ = ["VERSION", "DrawingEncoder", "DrawingError", "EncodedDrawing", "EncodedPicture", "decode"]
@@ -130,6 +132,7 @@ class DrawingEncoder:
             "width": drawing.width,
             "height": drawing.height,
             "caption": drawing.caption,
+            "legend": [{"layer": layer, **dataclasses.asdict(key)} for layer, key in drawing.legend],
             "arrays": len(body),
             "primitives": described,
             "worlds": worlds,
@@ -226,7 +229,8 @@ def decode(message: bytes, pictures: Mapping[int, bytes] | None = None) -> tuple
         keys = {item["image_rgb"]["key"] for item in head["primitives"] if item["kind"] == "picture"}
     except (struct.error, KeyError) as error:
         raise ValueError(f"expected a whole drawing, got {len(message)} bytes that lack {error}") from None
-    result = Drawing(head["width"], head["height"], shown, head["caption"], worlds)
+    legend = tuple((key["layer"], Key(key["colour"], key["meaning"])) for key in head["legend"])
+    result = Drawing(head["width"], head["height"], shown, head["caption"], worlds, legend)
     return head["frame"], result, {key: held[key] for key in keys}
 
 

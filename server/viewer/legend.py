@@ -3,17 +3,17 @@
 from collections.abc import Iterable
 from html import escape
 
-from pftrack.layer import Layer, legend
+from pftrack.layer import Key, ordered
 from pftrack.palette import COLOURS
 
 __all__ = ["caption_html", "legend_html"]
 
 
-def legend_html(layers: Iterable[Layer]) -> str:
-    """Return the legend as one paragraph of coloured dots, for what these layers can show."""
+def legend_html(keys: Iterable[Key]) -> str:
+    """Return the legend as one paragraph of coloured dots, each meaning once, in the palette's order."""
     entries = "".join(
         f'<span class="pf-key"><i style="background:rgb{COLOURS[key.colour]}"></i>{escape(key.meaning)}</span>'
-        for key in legend(layers)
+        for key in ordered(keys)
     )
     return f'<div class="pf-legend" role="note" aria-label="Legend">{entries}</div>'
 

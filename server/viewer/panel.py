@@ -18,7 +18,7 @@ from typing import Any
 
 import viser
 
-from pftrack.layer import Layer
+from pftrack.layer import Key, Layer
 from pftrack.parameters import Declaration, Value
 from pftrack.world import World
 from server.schemas.panel import SPEEDS, InForce, PanelDescription
@@ -89,7 +89,7 @@ class Panel:
         with server.gui.add_folder("What to draw", expand_by_default=False):
             for layer in description.layers:
                 self._add_layer(layer)
-        self._legend = server.gui.add_html(legend_html(description.layers))
+        self._legend = server.gui.add_html(legend_html(()))
         self._speed = self._add_speed(in_force.speed)
         self._choose_visible()
 
@@ -123,6 +123,12 @@ class Panel:
     def caption(self, caption: str) -> None:
         """Show the line of text about the frame."""
         self._caption.content = caption_html(caption)
+
+    def legend(self, keys: Iterable[Key]) -> None:
+        """Show what the colours of the drawing mean."""
+        html = legend_html(keys)
+        if self._legend.content != html:
+            self._legend.content = html
 
     def tend(self) -> float | None:
         """Put controls that have come to rest back to what is in force.

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import viser
 
 from pftrack.drawing import Drawing, Frustum, Primitive
-from pftrack.layer import Layer
+from pftrack.layer import Key, Layer
 from server.viewer import shapes, worlds
 from server.viewer.camera import Box
 from server.viewer.nodes import LAYER_GAP_PX, Node, is_empty, way_to_show
@@ -44,6 +44,10 @@ class Scene:
     def set_layer(self, layer: str, *, shown: bool) -> None:
         """Show or hide a layer from the next drawing on."""
         self._layers[layer] = shown
+
+    def legend(self, drawing: Drawing) -> list[Key]:
+        """Return the keys of a drawing's legend that are about layers that are shown."""
+        return [key for layer, key in drawing.legend if self._layers.get(layer, True)]
 
     def box(self, drawing: Drawing) -> Box:
         """Return the visible part of a drawing."""

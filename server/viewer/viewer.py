@@ -181,6 +181,7 @@ class Viewer:
             self._cameras.set_box(self._scene.box(drawing))
             with self._server.atomic():
                 self._scene.apply(drawing, self._cameras.relief)
+                self._panel.legend(self._scene.legend(drawing))
                 self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")
             self._server.flush()
             self._pacer.sent()

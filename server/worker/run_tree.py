@@ -14,6 +14,9 @@ from pftrack.experiment import Experiment, Preset, Setup
 from pftrack.experiments import find
 from pftrack.faults import without_faults
 from pftrack.files import free_bytes
+from pftrack.layer import Key
+from pftrack.legend import drawn_keys
+from pftrack.palette import COLOURS
 from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise
 from pftrack.runs import checkpoint, record
 from pftrack.runs.diagnostics import Diagnostics
@@ -56,6 +59,7 @@ class RunTree:
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
         self._left: dict[str, str] = {}
         self._restarts = 0
+        self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
         self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
         self._runs[self.active] = self._begin(config.recipe)
         check_timeline(config.recipe.timeline, self.run.frames)
@@ -200,7 +204,16 @@ class RunTree:
         """Return what is to be seen of the frame that is shown, without what no viewer can show."""
         step = self.run.current
         past = self.run.diagnostics[: step.frame.index + 1]
-        return without_faults(self.experiment.draw(step, past, self.other))
+        drawing = without_faults(self.experiment.draw(step, past, self.other))
+        drawn = dict.fromkeys(drawn_keys(drawing, self.experiment.layers))
+        if self._legend[0] != step.tracker:
+            self._legend = step.tracker, {}
+        # What a method has drawn once stays in its legend, which would flicker otherwise; its first belief, which may
+        # be of another kind than all that follow, does not.
+        if step.frame.index > 0:
+            self._legend[1].update(drawn)
+        legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
+        return dataclasses.replace(drawing, legend=tuple(legend))
 
     @property
     def second(self) -> str | None:

@@ -89,6 +89,11 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     shown.until(lambda: "ess proposal bands" in shown.page.evaluate(rows), "particles have all rows")
     shown = watch(tracker="kalman")
     shown.until(lambda: shown.page.evaluate(rows) == "flags error sigma bands changes", "no row of particles")
+    legend = shown.page.locator(".legend")
+    shown.press("ArrowRight")
+    shown.until(lambda: "particles" not in legend.inner_text(), "the legend names what is drawn")
+    assert "estimate" in legend.inner_text()
+    assert "second run" not in legend.inner_text()
 
 
 def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:

@@ -47,6 +47,8 @@
 /** @typedef {World & {ruler: number}} ShownWorld with the length of its ruler, in its unit */
 /** @typedef {{world: ShownWorld, primitives: Primitive[]}} WorldDrawing Primitives in the world's coordinates. */
 
+/** @typedef {{layer: string, colour: string, meaning: string}} DrawnKey A key of a legend; its colour is a token. */
+
 /**
  * A drawing; lengths in px of its picture, all positions as (x, y, z) one after the other.
  *
@@ -55,6 +57,7 @@
  * @property {number} width
  * @property {number} height
  * @property {string} caption
+ * @property {DrawnKey[]} legend What the colours mean that are drawn, in order.
  * @property {Primitive[]} primitives In painting order.
  * @property {WorldDrawing[]} worlds Beside the picture.
  * @property {Map<number, Uint8Array>} files Pictures that came with it, JPEG by key.

@@ -131,6 +131,7 @@ class FlatView {
     paint(surface, drawing, (layer) => this.#layers.isShown(layer));
     this.#showWorlds(drawing.worlds);
     this.#say(drawing);
+    this.#layers.tell(drawing.legend);
     painted();
     this.#pictures.free(number);
     this.#onPainted(drawing.frame);

@@ -37,6 +37,7 @@ export class Panel {
   #controls = new Map();
   /** @type {Group[]} */
   #groups = [];
+  #legend = h("ul", { class: "legend", "aria-label": "Legend" });
 
   /**
    * @param {HTMLElement} root
@@ -51,6 +52,8 @@ export class Panel {
     this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), signal);
     this.#build();
     this.#show();
+    this.#explain();
+    layers.on(() => this.#explain(), signal);
     store.on(["session", "connection"], () => !signal.aborted && this.#show());
   }
 
@@ -85,7 +88,7 @@ export class Panel {
       this.#groups[0].element,
       more ? h("details", { class: "control-group more" }, h("summary", {}, "More parameters"), elements(groups)) : elements(groups),
       this.#layers.declared.length > 0 && this.#drawn(),
-      this.#layers.declared.length > 0 && this.#legend(),
+      this.#layers.declared.length > 0 && this.#legend,
     );
   }
 
@@ -99,13 +102,12 @@ export class Panel {
     return h("details", { class: "control-group" }, h("summary", {}, "What to draw"), boxes);
   }
 
-  /** What the colours mean, each meaning once. */
-  #legend() {
-    const keys = new Map(this.#layers.declared.flatMap(({ legend }) => legend.map((key) => [`${key.colour} ${key.meaning}`, key])));
-    const entries = [...keys.values()].map(({ colour, meaning }) =>
+  /** Say what the colours mean that are drawn. */
+  #explain() {
+    const entries = this.#layers.legend.map(({ colour, meaning }) =>
       h("li", { class: "legend-key" }, h("i", { style: `background: var(--${colour})` }), meaning),
     );
-    return h("ul", { class: "legend", "aria-label": "Legend" }, entries);
+    fill(this.#legend, entries);
   }
 
   /** Show what is in force, except on a control that is in somebody's hand, and only what the tracker reads. */
