@@ -10,7 +10,7 @@ import pytest
 import structlog
 
 from server.settings import Settings
-from tests.server.host import Server, begin, running
+from tests.server.host import Server, begin, running, wait_for
 
 # Plain tracebacks: structlog's own, with all locals, take seconds for an exception in an app.
 structlog.configure(
@@ -26,8 +26,8 @@ structlog.configure(
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """One server for all tests that do not need one of their own."""
     with running(Settings(data_dir=tmp_path_factory.mktemp("data"))) as shared:
-        # The first worker waits until the forkserver has imported everything.
-        assert httpx.get(f"{shared.url}/readyz", timeout=60).status_code == 200
+        # Where nothing has been compiled yet this may take minutes.
+        wait_for(lambda: httpx.get(f"{shared.url}/readyz", timeout=60).status_code == 200, seconds=600)
         yield shared
 
 
