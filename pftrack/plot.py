@@ -68,6 +68,7 @@ class Plot:
         component: Of "hypotheses", which of the d numbers is drawn.
         visible: Of "features", the series that is 0 where the truth says that a feature is hidden.
         recognised: Of "features", the series that is 0 where the tracker itself did not make a feature out.
+        row_titles: Of "features", the rows' names written out, where these are short; in their order.
         levels: Of a "frequency", where the share of each series should be, 0..1.
         needs_truth: Whether there is nothing to draw where the truth is unknown.
     """
@@ -83,6 +84,7 @@ class Plot:
     component: int = 0
     visible: str = ""
     recognised: str = ""
+    row_titles: tuple[str, ...] = ()
     levels: tuple[float, ...] = ()
     needs_truth: bool = False
 

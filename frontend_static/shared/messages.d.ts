@@ -460,6 +460,7 @@ export interface Plot {
   component: number;
   visible: string;
   recognised: string;
+  row_titles: string[];
   levels: number[];
   needs_truth: boolean;
 }

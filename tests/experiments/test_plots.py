@@ -2,7 +2,7 @@
 
 import pytest
 
-from pftrack.experiments import EXPERIMENTS, Experiment
+from pftrack.experiments import EXPERIMENTS, Experiment, find
 from pftrack.plot import STANDARD_PLOTS, Plot
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.run import Run
@@ -38,3 +38,11 @@ def test_names_are_those_of_the_fields() -> None:
     """A plot reads the series it draws and those beside them, and none that it leaves out."""
     band = Plot("yaw", "yaw", "band", "It turns.", series=("yaw_deg",), sd="yaw_sd")
     assert band.names == ("yaw_deg", "yaw_sd")
+
+
+def test_short_names_of_features_are_written_out() -> None:
+    """Each row of the head's features has words for what people call it."""
+    head = find("head")
+    (plot,) = (plot for plot in head.plots if plot.kind == "features")
+    (series,) = (series for series in head.declared() if series.name == plot.series[0])
+    assert dict(zip(series.components, plot.row_titles, strict=True))["lmc"] == "left eye, inner corner"

@@ -155,6 +155,7 @@ function panel(root, plot) {
   const title = h("span", {});
   const value = h("output", {});
   const place = h("div", { class: "plot", role: "img", "aria-label": plot.declared.description });
+  place.title = plot.rowTitles.map(([name, words]) => `${name}  ${words}`).join("\n");
   const missing = h("p", { class: "missing", hidden: true }, "the truth is not known");
   const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", { title: plot.declared.description }, title, value), place, missing);
   if (plot.rows > 1) {

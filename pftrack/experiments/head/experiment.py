@@ -6,6 +6,7 @@ how far to trust which.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ from pftrack.experiments.pose.sketch import (
 )
 from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.frame import Target
-from pftrack.geometry.face_model import FEATURES
+from pftrack.geometry.face_model import FEATURES, TITLES
 from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import wrapped
 from pftrack.layer import Key, Layer
@@ -292,7 +293,10 @@ EXPERIMENT = Experiment(
     measure=pose_measure,
     report=report,
     target="face",
-    plots=POSE_PLOTS,
+    plots=tuple(
+        replace(plot, row_titles=tuple(TITLES[name] for name in FEATURES)) if plot.kind == "features" else plot
+        for plot in POSE_PLOTS
+    ),
     readings=POSE_READINGS,
     # How fast may the driver turn, with how few particles?
     example_sweep=ExampleSweep(

@@ -29,6 +29,7 @@ export class FeaturesPlot extends Plot {
     super(plot, session);
     this.features = declared(session, plot.series[0])?.components ?? [];
     this.rows = this.features.length;
+    this.rowTitles = plot.row_titles.map((words, place) => /** @type {[string, string]} */ ([this.features[place], words]));
   }
 
   /** @param {Store} store */

@@ -13,6 +13,11 @@ import { Figure } from "../figure.js";
 export class Plot {
   /** How many rows it has, one above the other. */
   rows = 1;
+  /** Names of rows with what they mean, where the names are short.
+   *
+   * @type {[name: string, words: string][]}
+   */
+  rowTitles = [];
   /** @type {Figure|null} */
   #figure = null;
 
