@@ -118,7 +118,7 @@ def _compiled(*, everything: bool) -> Check:
     from pftrack.warming import Warming, cache_folder
 
     if everything:
-        compiled = Warming(EXPERIMENTS.own).wait()
+        compiled = Warming(EXPERIMENTS.own, low_priority=False).wait()
         if compiled.failed:
             return Check(
                 "compiled code", "broken", "; ".join(f"{name}: {why}" for name, why in compiled.failed.items())

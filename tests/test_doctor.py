@@ -93,7 +93,7 @@ DONE = Progress(seconds={"a": 1.0, "b": 2.5}, elapsed_s=2.0, finished=True)
 
 def test_what_was_compiled_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """`doctor --warm --json` says of each function how long it took, the slowest first; one that fails is broken."""
-    monkeypatch.setattr("pftrack.warming.Warming.__init__", lambda self, names: None)
+    monkeypatch.setattr("pftrack.warming.Warming.__init__", lambda self, names, **_: None)
     monkeypatch.setattr(
         "pftrack.warming.Warming.wait",
         lambda self: DONE,

@@ -42,7 +42,8 @@ def main() -> None:
     """Warm experiment after experiment until there are no more."""
     leave_interrupts_to_parent()
     follow_parent(os.getppid())
-    os.nice(LOW_PRIORITY)
+    if "--at-once" not in sys.argv:
+        os.nice(LOW_PRIORITY)
     dict(EXPERIMENTS)
     say({"total": len(FUNCTIONS)})
     with watched(lambda _: None, lambda name, seconds: say({"function": name, "seconds": round(seconds, 3)})):

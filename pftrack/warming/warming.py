@@ -32,6 +32,7 @@ class Warming:
         processes: int | None = None,
         told: Callable[[Progress], None] | None = None,
         child: str = CHILD,
+        low_priority: bool = True,
     ) -> None:
         """Begin.
 
@@ -40,10 +41,12 @@ class Warming:
             processes: How many at once; one a processor if not given.
             told: Is called with the progress after every piece of news, by one thread at a time.
             child: The module that does it.
+            low_priority: Whether others come first, as they should where nobody waits for it.
         """
         self._waiting = deque(names)
         self._all = frozenset(self._waiting)
         self._told = told
+        self._arguments = () if low_priority else ("--at-once",)
         self._lock = threading.RLock()
         self._done: set[str] = set()
         self._ready: set[str] = set()
@@ -89,7 +92,7 @@ class Warming:
 
     def _started(self, module: str) -> "subprocess.Popen[str]":
         return subprocess.Popen(  # noqa: S603 - this very Python, and a module of ours
-            command(module),
+            command(module, *self._arguments),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
