@@ -69,7 +69,8 @@ export class SpatialScene {
     if (!isNewest()) return;
     this.#on.seen();
     const frame = h("iframe", { src: `/viz/${encodeURIComponent(this.#id)}/?theme=${theme()}`, title: "Scene", class: "scene-frame", allow: "fullscreen" });
-    frame.addEventListener("load", () => isNewest() && this.#on.loaded());
+    // What has to wait for the scene's script must not come before the picture either.
+    frame.addEventListener("load", () => preview.first.then(() => isNewest() && this.#on.loaded()));
     if (this.#frame) this.#frame.replaceWith(frame);
     else this.element.prepend(frame);
     this.#frame = frame;
