@@ -22,8 +22,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_it_is_small_and_nobody_names_it() -> None:
-    """It has less than 300 lines, and neither library nor server nor pages know its name or its package's."""
-    files = [EXAMPLE / "pyproject.toml", *EXAMPLE.rglob("*.py")]
+    """Without its tests it has less than 300 lines, and neither library, server nor pages know its names."""
+    files = [EXAMPLE / "pyproject.toml", *(EXAMPLE / "pftrack_turning").rglob("*.py")]
     assert sum(bool(line.strip()) for file in files for line in file.read_text().splitlines()) < 300
     names = re.compile(rf"pftrack.turning|[\"'`]{NAME}[\"'`]")
     for room in ("pftrack", "server", "frontend_static"):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
 from pftrack.experiments import find
-from pftrack.experiments.head.sketch import _front
+from pftrack.experiments.head.sketch import front
 from pftrack.experiments.pose.placing import heights, placed
 from pftrack.experiments.pose.sketch import beside, dashes
 from pftrack.geometry.camera import pinhole
@@ -263,6 +263,6 @@ def drawn_at(run: Run, frame: int) -> Drawing:
 def test_a_face_that_is_built_again_is_not_meshed_again() -> None:
     """A model with the points that it had costs no second surface, as where each frame brings a model of its own."""
     points = mean_model().points_mm
-    before = _front(FaceModel(points))
-    assert _front(FaceModel(points.copy())) is before
-    assert _front(FaceModel(points + 0.5)) is not before
+    before = front(FaceModel(points))
+    assert front(FaceModel(points.copy())) is before
+    assert front(FaceModel(points + 0.5)) is not before

@@ -23,7 +23,7 @@ def test_an_answer_is_as_the_command_left_the_run() -> None:
         config: Any = None
         handle = WorkerHandle(config, heard.append, lambda reason: None)
         handle._end = Deaf()  # type: ignore[assignment]
-        asking = asyncio.create_task(handle.request(Speed(1.0), 5.0, lambda _: len(heard)))
+        asking = asyncio.create_task(handle.request(Speed(1.0), lambda _: len(heard)))
         await asyncio.sleep(0)
         for event in (Heartbeat(), Reply(1), Heartbeat(), Heartbeat()):
             handle._event(event)
