@@ -6,8 +6,9 @@ other places than work that may take minutes, so that the one never waits for th
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
 from typing import Any
 
 from server.errors import RefusedError, UnavailableError
@@ -109,15 +110,17 @@ class ChildTasks:
 
         ours, theirs = pair()
         try:
-            process = await asyncio.to_thread(
-                forkserver.spawn,
-                functions.main,
-                theirs,
-                function,
-                arguments,
-                self.memory_bytes,
-                cpu_seconds,
-                name=f"pftrack-{function.__name__}",
+            process = await _made(
+                asyncio.to_thread(
+                    forkserver.spawn,
+                    functions.main,
+                    theirs,
+                    function,
+                    arguments,
+                    self.memory_bytes,
+                    cpu_seconds,
+                    name=f"pftrack-{function.__name__}",
+                )
             )
         except BaseException:
             ours.close()
@@ -140,6 +143,18 @@ class ChildTasks:
             await gone.wait()
             await asyncio.to_thread(process.join, functions.PATIENCE_S)
             process.close()
+
+
+async def _made(making: Coroutine[Any, Any, BaseProcess]) -> BaseProcess:
+    """Wait until a process is made, also when that is cancelled: the forkserver would die of half a request."""
+    working = asyncio.ensure_future(making)
+    try:
+        return await asyncio.shield(working)
+    except asyncio.CancelledError:
+        await asyncio.wait((working,))
+        if working.exception() is None:
+            working.result().kill()
+        raise
 
 
 def _result(event: Event | None) -> Any:  # noqa: ANN401 - whatever the function returns

@@ -2,6 +2,7 @@
 
 import signal
 import socket
+import tempfile
 import time
 from pathlib import Path
 
@@ -95,13 +96,14 @@ def test_a_link_with_a_token(tmp_path: Path) -> None:
 
 def test_nothing_stays_in_the_temporary_directory(tmp_path: Path) -> None:
     """A server that is told to end takes away what it has put there."""
-    temporary = tmp_path / "temporary"
-    temporary.mkdir()
     arguments = f"port=0, data_dir=Path({str(tmp_path / 'data')!r})"
-    with serving(arguments, TMPDIR=str(temporary)) as process:
-        with httpx.Client(base_url=link(process), timeout=60) as client:
-            begin(client)
-        assert list(temporary.iterdir())
-        process.terminate()
-        assert process.wait(30) == 0
-    assert list(temporary.iterdir()) == []
+    # The names of sockets may be 107 characters long, so not within the test's own directory.
+    with tempfile.TemporaryDirectory() as name:
+        temporary = Path(name)
+        with serving(arguments, TMPDIR=name) as process:
+            with httpx.Client(base_url=link(process), timeout=60) as client:
+                begin(client)
+            assert list(temporary.iterdir())
+            process.terminate()
+            assert process.wait(30) == 0
+        assert list(temporary.iterdir()) == []

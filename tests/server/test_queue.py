@@ -12,6 +12,8 @@ import httpx
 import pytest
 
 from server.errors import ClientGoneError
+from server.tasks.child_tasks import ChildTasks
+from server.tasks.functions import nothing
 from server.tasks.queue import Queue, unless_gone
 from tests.server.apart import run
 from tests.server.host import Server, wait_for
@@ -107,6 +109,20 @@ async def hang_up() -> bool:
 def test_work_ends_with_its_client() -> None:
     """What nobody waits for is cancelled, and has ended when that is said."""
     assert run(hang_up())
+
+
+async def drop_as_it_begins(tasks: ChildTasks) -> None:
+    for wait_s in (0.0, 0.001, 0.003, 0.01) * 10:
+        begun = asyncio.create_task(tasks.run(nothing))
+        await asyncio.sleep(wait_s)
+        begun.cancel()
+        await asyncio.gather(begun, return_exceptions=True)
+
+
+def test_a_task_that_is_dropped_as_it_begins_harms_no_other(server: Server, client: httpx.Client) -> None:
+    """Its process is made to the end first: who makes processes would die of half a request."""
+    server.run(drop_as_it_begins(server.app.state.services.tasks))
+    assert client.get("/readyz").status_code == 200
 
 
 def test_readiness_waits_for_nobody(server: Server, client: httpx.Client) -> None:
