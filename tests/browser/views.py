@@ -177,17 +177,15 @@ class SessionPage(View):
         """Return the row of the scene's panel with this label, unfolding what it may be in."""
         row = self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')"))
         self.scene.locator("[data-dock-header]").first.wait_for()
-        if not row.count():
-            self.unfold()
+        groups = sorted({each["group"] for each in self.session["declarations"]})
+        for title in (*groups, "More parameters", *groups):
+            if row.count() and row.first.is_visible():
+                break
+            heading = self.scene.get_by_text(title, exact=True)
+            if heading.count() and heading.first.is_visible():
+                heading.first.click()
+                self.page.wait_for_timeout(300)
         return row.first
-
-    def unfold(self) -> None:
-        """Unfold all parameters in the scene's panel."""
-        self.scene.get_by_text("More parameters", exact=True).click()
-        for title in {each["group"] for each in self.session["declarations"]}:
-            folder = self.scene.get_by_text(title, exact=True)
-            if folder.count():
-                folder.first.click()
 
     def slide(self, label: str, presses: int) -> None:
         """Move a slider of the panel by its arrow key, not faster than the scene listens."""
