@@ -5,7 +5,7 @@ experiment by experiment, while pages are served; a session of an experiment tha
 sentence that says how long it will take.
 """
 
-import threading
+import asyncio
 import time
 from typing import Self
 
@@ -22,6 +22,7 @@ log = structlog.get_logger(__name__)
 PATIENCE_S = 10.0
 """So long whoever starts a session waits: an experiment that only has to be looked at is ready by then."""
 
+LOOK_EVERY_S = 0.1
 LOG_EVERY_S = 10.0
 
 
@@ -36,7 +37,6 @@ class Compilation:
             known: Those that are compiled.
         """
         self._known = known
-        self._changed = threading.Condition()
         self._logged = 0.0
         self._seen: frozenset[str] = frozenset()
         self._progress = Progress(finished=names <= known)
@@ -65,20 +65,21 @@ class Compilation:
         progress = self.progress
         return self._known | progress.ready | progress.failed.keys()
 
-    def wait_for(self, name: str) -> None:
-        """Wait a moment for an experiment to be ready.
+    async def wait_for(self, name: str) -> None:
+        """Wait a moment for an experiment to be ready, in no thread: a class that waits would hold all of them.
 
         Raises:
             UnavailableError: It takes longer.
         """
-        with self._changed:
-            self._changed.wait_for(lambda: name in self.ready, PATIENCE_S)
-        if name not in self.ready:
-            told = self.progress.sentence
-            raise UnavailableError(f"This experiment is not ready yet: {told}. Try again when it is.")
+        until = time.monotonic() + PATIENCE_S
+        while name not in self.ready:
+            if time.monotonic() > until:
+                told = self.progress.sentence
+                raise UnavailableError(f"This experiment is not ready yet: {told}. Try again when it is.")
+            await asyncio.sleep(LOOK_EVERY_S)
 
     def _take(self, progress: Progress) -> None:
-        """Log what is new, and wake who waits for it."""
+        """Log what is new."""
         now = time.monotonic()
         fresh = progress.ready - self._seen
         if fresh or progress.finished or now - self._logged >= LOG_EVERY_S:
@@ -90,5 +91,3 @@ class Compilation:
                 seconds=round(progress.elapsed_s),
                 **({"failed": dict(progress.failed)} if progress.failed else {}),
             )
-        with self._changed:
-            self._changed.notify_all()

@@ -30,6 +30,16 @@ FLAGS = [
 
 
 @pytest.fixture(scope="session")
+def compiled() -> None:
+    """Compile once what servers would compile for themselves, each anew."""
+    from pftrack.experiments import EXPERIMENTS
+    from pftrack.warming import Warming, ready
+
+    failed = Warming(EXPERIMENTS.own.keys() - ready(EXPERIMENTS.own), low_priority=False).wait().failed
+    assert not failed, failed
+
+
+@pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     playwright = pytest.importorskip("playwright.sync_api")
     with playwright.sync_playwright() as driver:

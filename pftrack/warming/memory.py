@@ -1,12 +1,13 @@
-"""Which experiments have been compiled on this machine: a small file beside Numba's cache remembers.
+"""Which experiments have been compiled on this machine: a folder beside Numba's cache remembers.
 
 It is named by everything that what is compiled depends on, so that after a change, or an update of a library, nothing
-is remembered; an experiment is then called again, which takes a second if everything is there after all.
+is remembered; an experiment is then called again, which takes a second if everything is there after all. Each
+experiment is an empty file in it: several processes compile at once, and none may forget what another remembers.
 """
 
 import hashlib
-import json
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Iterable
@@ -14,7 +15,6 @@ from contextlib import suppress
 from pathlib import Path
 
 from pftrack import machine
-from pftrack.files import part_of
 
 __all__ = ["cache_folder", "existing", "ready", "remember", "writable"]
 
@@ -35,38 +35,30 @@ def cache_folder() -> Path | None:
 
 def ready(names: Iterable[str]) -> frozenset[str]:
     """Return which experiments are remembered as compiled, of those given."""
-    path = _path()
-    if path is None:
+    folder = _folder()
+    if folder is None:
         return frozenset()
-    with suppress(OSError, ValueError):
-        return frozenset(json.loads(path.read_text(encoding="utf-8"))) & frozenset(names)
+    with suppress(OSError):
+        return frozenset(path.name for path in folder.iterdir()) & frozenset(names)
     return frozenset()
 
 
 def remember(name: str) -> None:
     """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered."""
-    path = _path()
-    if path is None:
+    folder = _folder()
+    if folder is None:
         return
     with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = part_of(path)
-        part.write_text(json.dumps(sorted(ready([name]) | _all(path) | {name})), encoding="utf-8")
-        part.replace(path)
-        others = sorted(path.parent.glob("warm-*.json"), key=lambda other: other.stat().st_mtime)
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+        others = sorted(folder.parent.glob("warm-*/"), key=lambda other: other.stat().st_mtime)
         for old in others[:-KEPT]:
-            old.unlink(missing_ok=True)
+            shutil.rmtree(old, ignore_errors=True)
 
 
-def _all(path: Path) -> frozenset[str]:
-    with suppress(OSError, ValueError):
-        return frozenset(json.loads(path.read_text(encoding="utf-8")))
-    return frozenset()
-
-
-def _path() -> Path | None:
-    folder = cache_folder()
-    return folder / f"warm-{_everything()}.json" if folder else None
+def _folder() -> Path | None:
+    cache = cache_folder()
+    return cache / f"warm-{_everything()}" if cache else None
 
 
 def _everything() -> str:

@@ -49,7 +49,7 @@ async def draw_thumbnail(experiment: AnExperiment, services: TheServices, store:
     """Return a picture of an experiment: a real frame of a real run."""
     picture = await asyncio.to_thread(store.files.thumbnail_of, experiment.id)
     if picture is None:
-        await asyncio.to_thread(services.compilation.wait_for, experiment.id)
+        await services.compilation.wait_for(experiment.id)
         picture = await tasks.run(draw_experiment, experiment.id)
         await asyncio.to_thread(store.files.keep_thumbnail_of, experiment.id, picture)
     return Response(picture, media_type="image/png", headers={"Cache-Control": "max-age=300"})

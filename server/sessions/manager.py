@@ -10,7 +10,7 @@ import itertools
 import json
 import math
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any
 
 import structlog
@@ -43,7 +43,7 @@ COMPLAIN_EVERY_S = 60.0
 class Manager:
     """All sessions of a server."""
 
-    def __init__(self, settings: Settings, store: Store, wait_for: Callable[[str], None]) -> None:
+    def __init__(self, settings: Settings, store: Store, wait_for: Callable[[str], Awaitable[None]]) -> None:
         """Begin without any session.
 
         Args:
@@ -192,7 +192,7 @@ class Manager:
         return any(session.spec.upload == upload for session in self._sessions.values())
 
     async def _start(self, session: Session) -> None:
-        await asyncio.to_thread(self._wait_for, session.spec.recipe.experiment)
+        await self._wait_for(session.spec.recipe.experiment)
         began = time.perf_counter()
         if session.spec.upload:
             await asyncio.to_thread(index_of, self._store, self._settings, session.spec.upload)

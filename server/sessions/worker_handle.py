@@ -76,9 +76,7 @@ class WorkerHandle:
         """
         ours, theirs = pair()
         try:
-            self._process = await asyncio.to_thread(
-                forkserver.spawn, main, theirs, self._config, name=f"pftrack-{self._config.session}"
-            )
+            self._process = await forkserver.spawn(main, theirs, self._config, name=f"pftrack-{self._config.session}")
             self._end = await WebEnd.connect(ours, self._event, self._lost)
         except BaseException:
             ours.close()

@@ -6,9 +6,8 @@ other places than work that may take minutes, so that the one never waits for th
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from multiprocessing.process import BaseProcess
 from typing import Any
 
 from server.errors import RefusedError, UnavailableError
@@ -110,9 +109,9 @@ class ChildTasks:
 
         ours, theirs = pair()
         try:
-            process = await _made(
-                asyncio.to_thread(
-                    forkserver.spawn,
+            end = await WebEnd.connect(ours, settle, lost)
+            try:
+                process = await forkserver.spawn(
                     functions.main,
                     theirs,
                     function,
@@ -121,14 +120,12 @@ class ChildTasks:
                     cpu_seconds,
                     name=f"pftrack-{function.__name__}",
                 )
-            )
-        except BaseException:
-            ours.close()
-            raise
+            except BaseException:
+                end.close()
+                raise
         finally:
             theirs.close()
         heard = time.monotonic()
-        end = await WebEnd.connect(ours, settle, lost)
         try:
             while not answer.done():
                 await asyncio.wait({answer}, timeout=max(heard + functions.PATIENCE_S - time.monotonic(), 0.0))
@@ -143,18 +140,6 @@ class ChildTasks:
             await gone.wait()
             await asyncio.to_thread(process.join, functions.PATIENCE_S)
             process.close()
-
-
-async def _made(making: Coroutine[Any, Any, BaseProcess]) -> BaseProcess:
-    """Wait until a process is made, also when that is cancelled: the forkserver would die of half a request."""
-    working = asyncio.ensure_future(making)
-    try:
-        return await asyncio.shield(working)
-    except asyncio.CancelledError:
-        await asyncio.wait((working,))
-        if working.exception() is None:
-            working.result().kill()
-        raise
 
 
 def _result(event: Event | None) -> Any:  # noqa: ANN401 - whatever the function returns

@@ -1,5 +1,6 @@
 """The forkserver: one process, ready and warm, from which every worker is forked in a few milliseconds."""
 
+import asyncio
 import contextlib
 import multiprocessing
 import os
@@ -26,16 +27,34 @@ def start() -> None:
         forkserver.ensure_running()
 
 
-def spawn(target: Callable[..., None], *arguments: object, name: str) -> ForkServerProcess:
+async def spawn(target: Callable[..., None], *arguments: object, name: str) -> ForkServerProcess:
     """Fork a daemonic process that calls `target` with the arguments.
 
-    A socket among the arguments is duplicated into the child.
+    A socket among the arguments is duplicated into the child. When this is cancelled, the process is made first, and
+    then ended: of half a request the forkserver would die, and with it every later session.
     """
+    making = asyncio.ensure_future(asyncio.to_thread(_spawn, target, arguments, name))
+    try:
+        return await asyncio.shield(making)
+    except asyncio.CancelledError:
+        await asyncio.wait((making,))
+        if making.exception() is None:
+            await asyncio.to_thread(_end, making.result())
+        raise
+
+
+def _spawn(target: Callable[..., None], arguments: tuple[object, ...], name: str) -> ForkServerProcess:
     start()
     process = CONTEXT.Process(target=target, args=arguments, name=name, daemon=True)
     with LOCK, _no_main():
         process.start()
     return process
+
+
+def _end(process: ForkServerProcess) -> None:
+    process.kill()
+    process.join()
+    process.close()
 
 
 @contextlib.contextmanager

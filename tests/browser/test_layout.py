@@ -75,10 +75,10 @@ def test_a_preset_says_what_to_look_at(watch: Watch) -> None:
     assert "when the pillar hides the ball" in words.inner_text()
     for width in (1280, 800, 390):
         shown.page.set_viewport_size({"width": width, "height": 800})
-        assert shown.page.evaluate(OVERFLOW) <= 0
+        shown.until(lambda: shown.page.evaluate(OVERFLOW) <= 0, f"nothing is wider than {width} px")
         assert words.is_visible()
     words.get_by_role("button").click()
-    assert not words.is_visible()
+    words.wait_for(state="hidden")
     assert not watch(seed=5).page.locator(".look-at").is_visible()
 
 

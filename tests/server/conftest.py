@@ -10,7 +10,7 @@ import pytest
 import structlog
 
 from server.settings import Settings
-from tests.server.host import Server, begin, running, wait_for
+from tests.server.host import Server, begin, running
 
 # Plain tracebacks: structlog's own, with all locals, take seconds for an exception in an app.
 structlog.configure(
@@ -22,12 +22,15 @@ structlog.configure(
 )
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _compiled(compiled: None) -> None:
+    """Every server here is ready at once."""
+
+
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """One server for all tests that do not need one of their own."""
     with running(Settings(data_dir=tmp_path_factory.mktemp("data"))) as shared:
-        # Where nothing has been compiled yet this may take minutes.
-        wait_for(lambda: httpx.get(f"{shared.url}/readyz", timeout=60).status_code == 200, seconds=600)
         yield shared
 
 

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import httpx
@@ -11,7 +12,8 @@ import server.compilation
 from pftrack.warming import Progress
 from server.compilation import Compilation
 from server.settings import Settings
-from tests.server.host import running
+from tests.server.apart import run
+from tests.server.host import running, wait_for
 
 
 class Pretended:
@@ -82,12 +84,62 @@ def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list
     assert client.get("/api/v1/compilation").json()["finished"]
 
 
+def test_a_class_that_waits_holds_nobody_up(
+    client: httpx.Client, warming: list[Pretended], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While many wait for one experiment, what is ready is shown and started, and then they get theirs."""
+    monkeypatch.setattr(server.compilation, "PATIENCE_S", 60.0)
+    address = "/api/v1/experiments/{}/thumbnail.png"
+    with ThreadPoolExecutor(50) as pool:
+        waiting = [pool.submit(httpx.get, f"{client.base_url}{address.format('sine')}", timeout=60) for _ in range(50)]
+        wait_for(lambda: all(each.running() for each in waiting))
+        assert client.get(address.format("ball")).status_code == 200
+        assert start(client, "ball").status_code == 201
+        assert not any(each.done() for each in waiting)
+        warming[0].goes_on(Progress(41, 41, ready=frozenset(warming[0].names), finished=True))
+        assert {each.result().status_code for each in waiting} == {200}
+
+
+def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """News are told under the lock that a look takes: if they waited for those who look, both would wait for ever."""
+    looks, told = threading.Event(), threading.Event()
+
+    class Slow(Pretended):
+        @property
+        def progress(self) -> Progress:
+            looks.set()
+            assert told.wait(30)
+            return Progress(finished=True, ready=frozenset({"sine"}))
+
+        @progress.setter
+        def progress(self, value: Progress) -> None:
+            pass
+
+    made: list[Slow] = []
+
+    def begin(names: list[str], told: object) -> Slow:
+        made.append(Slow(names, told))
+        return made[0]
+
+    monkeypatch.setattr(server.compilation, "Warming", begin)
+    compilation = Compilation(frozenset({"sine"}), frozenset())
+    with ThreadPoolExecutor(2) as pool:
+        waiting = pool.submit(lambda: run(compilation.wait_for("sine")))
+        assert looks.wait(30)
+        telling = pool.submit(made[0].told, Progress(done=1, total=2))
+        try:
+            telling.result(10)
+        finally:
+            told.set()
+        waiting.result(30)
+
+
 def test_one_that_cannot_be_compiled_says_so_itself(warming: list[Pretended]) -> None:
     """An experiment that fails to run is let through, so that its session tells what is wrong."""
     compilation = Compilation(frozenset({"ball", "broken"}), frozenset({"ball"}))
     assert warming[0].names == ["broken"]
     warming[0].goes_on(Progress(failed={"broken": "ValueError: no"}, finished=True))
-    compilation.wait_for("broken")
+    run(compilation.wait_for("broken"))
 
 
 def test_what_is_compiled_needs_no_process(warming: list[Pretended]) -> None:
@@ -95,4 +147,4 @@ def test_what_is_compiled_needs_no_process(warming: list[Pretended]) -> None:
     compilation = Compilation(frozenset({"ball"}), frozenset({"ball"}))
     assert warming == []
     assert compilation.progress.finished
-    compilation.wait_for("ball")
+    run(compilation.wait_for("ball"))

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -101,6 +102,15 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert memory.ready(["one", "two"]) == frozenset()
 
 
+def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two processes that compile forget nothing of each other, whenever they read and write."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    names = [f"experiment-{number}" for number in range(40)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(memory.remember, names))
+    assert memory.ready(names) == frozenset(names)
+
+
 def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a folder to write in there is no memory, and no error."""
     (tmp_path / "file").touch()
@@ -123,4 +133,4 @@ def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
     assert len([it for it in first if "function" in it]) > 5
     assert {"ready": "sine"} in second
     assert not [it for it in second if "function" in it]
-    assert list(tmp_path.glob("warm-*.json"))
+    assert list(tmp_path.glob("warm-*/sine"))
