@@ -4,6 +4,7 @@ It alone changes the spec's branches and positions, and it alone decides what of
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -88,13 +89,21 @@ class SessionState:
 
     def begin(self, ready: Ready) -> None:
         """Take over what a new worker has made of the spec, and greet all listeners again."""
-        self.card = ready.card
-        self.spec.card = {name: getattr(ready.card, name) for name in SessionInfo.__slots__}
+        self.card = card = self._as_begun(ready.card)
+        self.spec.card = {name: getattr(card, name) for name in SessionInfo.__slots__}
         self._last = None
         self._histories[self.spec.branch] = History()
         self._histories[self.spec.branch].put(ready.rows)
         self.stand(ready.status)
         self.listeners.greet()
+
+    def _as_begun(self, card: SessionInfo) -> SessionInfo:
+        """Return a new worker's card with the preset's part as the first worker had it.
+
+        What was changed since may be another preset's or nobody's, but the controls stay where a person has them.
+        """
+        first = self.spec.card or {}
+        return replace(card, about=first.get("about", card.about), watch=first.get("watch", card.watch))
 
     def add(self, branch: str, rows: list[dict[str, Any]]) -> None:
         """Take down the diagnostics of frames just computed."""

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
 Watch = Callable[..., SessionPage]
@@ -65,6 +66,51 @@ def test_the_panel_folds_to_what_a_preset_is_about(watch: Watch) -> None:
     panel.get_by_text("More parameters").click()
     panel.get_by_text("Scene", exact=True).click()
     assert panel.get_by_label("Ball radius (px)", exact=True).first.is_visible()
+
+
+def change_in_the_past(shown: SessionPage, server: Server, value: int) -> None:
+    """Change a parameter in an earlier frame, which makes a branch."""
+    branches = len(shown.session["branches"])
+    for frame in (8, 4):
+        server.seek(shown.id, frame)
+        shown.stands_at(frame)
+    server.patch(f"sessions/{shown.id}/parameters", {"ball_radius_px": value})
+    shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is a branch more")
+
+
+def test_the_panel_keeps_its_folds(watch: Watch, server: Server) -> None:
+    """What was unfolded stays so, when the run branches and when the page is opened again."""
+    shown = watch(seed=0, frames=None)
+    panel = shown.page.locator(".controls")
+    panel.get_by_text("More parameters").click()
+    panel.get_by_text("Scene", exact=True).click()
+    radius = panel.get_by_label("Ball radius (px)", exact=True).first
+    change_in_the_past(shown, server, 9)
+    shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
+    assert radius.is_visible()
+    shown.page.reload()
+    shown.ready()
+    radius.wait_for()
+    panel.get_by_text("More parameters").click()
+    shown.page.reload()
+    shown.ready()
+    panel.get_by_text("More parameters").wait_for()
+    assert not radius.is_visible()
+
+
+@pytest.mark.scene
+def test_the_panel_of_the_scene_keeps_its_folds(watch: Watch, server: Server) -> None:
+    """The same beside the 3-D scene, and in the flat view after it."""
+    shown = watch(seed=0, frames=None)
+    radius = shown.row("Ball radius (px)").locator("input.mantine-NumberInput-input")
+    change_in_the_past(shown, server, 9)
+    shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
+    assert radius.is_visible()
+    shown.page.reload()
+    shown.ready()
+    shown.scene.locator("label:text-is('Ball radius (px)')").wait_for()
+    shown.page.get_by_role("button", name="Flat").click()
+    shown.page.locator(".controls").get_by_label("Ball radius (px)", exact=True).first.wait_for()
 
 
 def test_a_preset_says_what_to_look_at(watch: Watch) -> None:

@@ -174,18 +174,18 @@ class SessionPage(View):
     # ------------------------------------------------------------ what can be done
 
     def row(self, label: str) -> Any:
-        """Return the row of the scene's panel with this label, unfolding what it may be in."""
+        """Return the row of the scene's panel with this label, unfolding all if it is in a fold."""
         row = self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')"))
-        self.scene.locator("[data-dock-header]").first.wait_for()
-        groups = sorted({each["group"] for each in self.session["declarations"]})
-        for title in (*groups, "More parameters", *groups):
-            if row.count() and row.first.is_visible():
-                break
-            heading = self.scene.get_by_text(title, exact=True)
-            if heading.count() and heading.first.is_visible():
-                heading.first.click()
-                self.page.wait_for_timeout(300)
+        self.scene.get_by_text("Speed", exact=True).wait_for()  # the last one of the panel
+        if not row.first.is_visible():
+            self.unfold()
         return row.first
+
+    def unfold(self) -> None:
+        """Unfold all of the scene's panel; it stays so."""
+        folded = self.scene.locator(".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon-chevron-down)")
+        while folded.count():
+            folded.first.click()
 
     def slide(self, label: str, presses: int) -> None:
         """Move a slider of the panel by its arrow key, not faster than the scene listens."""

@@ -62,6 +62,16 @@ def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
     assert [message["type"] for message in ear.heard] == ["frame", "position"]
 
 
+def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> None:
+    """A new worker, of a run that is another preset's by now, puts no other controls under a person's hands."""
+    begun = replace(CARD, about=["n"], watch="the pillar")
+    ear.state.spec.card = None
+    ear.state.begin(Ready(begun, START, [row(0)]))
+    ear.state.begin(Ready(replace(begun, about=["m"], watch="", frames=50), START, [row(0)]))
+    card = ear.state.view()
+    assert (card.about, card.watch, card.frames) == (["n"], "the pillar", 50)
+
+
 def test_the_same_again_is_no_news(ear: Ear) -> None:
     """A worker that stands where it stood tells nothing."""
     assert ear.stand() == []

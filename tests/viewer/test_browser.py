@@ -270,6 +270,30 @@ def test_a_frame_without_focus_reconnects(session: Session, page: Any, scene: An
     until(scene, f"{COUNT} === 55")
 
 
+def test_folds_stay_when_the_scene_connects_again(session: Session, page: Any, scene: Any) -> None:
+    """A connection that is lost for a moment takes no control away from those who use it, and brings none back."""
+
+    def disconnect() -> None:
+        before = set(session.viewer._server.get_clients())
+        session.viewer._server._websock_server.disconnect_all_clients()
+        _await(page, lambda: session.viewer.clients == 1 and not before & set(session.viewer._server.get_clients()))
+        session.viewer.show(drawing(6, 66), {"frame": 6})
+        until(scene, f"{COUNT} === 66")
+
+    width, trail = scene.get_by_text("Occluder width (px)"), scene.get_by_text("Trail", exact=True)
+    headings = scene.get_by_text("Scene", exact=True), scene.get_by_text("What to draw", exact=True)
+    for heading in headings:
+        heading.click()
+    disconnect()
+    trail.wait_for()
+    width.wait_for(state="hidden")
+    for heading in headings:
+        heading.click()
+    disconnect()
+    width.wait_for()
+    trail.wait_for(state="hidden")
+
+
 def test_light_and_dark_follow_the_system(chromium: Any, watched: tuple[Session, Site]) -> None:
     """The panel is dark for those who ask for it."""
     context = chromium.new_context(color_scheme="dark")

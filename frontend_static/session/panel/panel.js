@@ -10,6 +10,7 @@ import { api } from "../../shared/api.js";
 import { fill, h } from "../../shared/dom.js";
 import { attempt } from "../../shared/toast.js";
 import { checkbox, choice, makeControl, numberBox } from "./control.js";
+import { Folds } from "./folds.js";
 import { Proposals } from "./proposals.js";
 
 /** @import { Layers } from "../flat/layers.js" */
@@ -78,7 +79,8 @@ export class Panel {
     });
     const first = session.about.flatMap((name) => members.filter(({ declaration }) => declaration.name === name));
     const others = members.filter((member) => !first.includes(member));
-    const groups = grouped(others, first.length === 0);
+    const folds = new Folds(session.title);
+    const groups = grouped(others, folds, first.length === 0);
     this.#groups = [{ element: h("div", {}, elements(first)), members: first }, ...groups];
     const more = first.length > 0 && others.length > 0;
     fill(
@@ -86,20 +88,24 @@ export class Panel {
       h("h2", { class: "visually-hidden" }, "Parameters"),
       [TRACKER, SEED].map((name) => this.#controls.get(name)?.element),
       this.#groups[0].element,
-      more ? h("details", { class: "control-group more" }, h("summary", {}, "More parameters"), elements(groups)) : elements(groups),
-      this.#layers.declared.length > 0 && this.#drawn(),
+      more ? folds.make("More parameters", elements(groups), { className: "control-group more" }) : elements(groups),
+      this.#layers.declared.length > 0 && this.#drawn(folds),
       this.#layers.declared.length > 0 && this.#legend,
     );
   }
 
-  /** What can be switched on and off. */
-  #drawn() {
+  /**
+   * What can be switched on and off.
+   *
+   * @param {Folds} folds
+   */
+  #drawn(folds) {
     const boxes = this.#layers.declared.map(({ name, title }) => {
       const box = checkbox(title, "", (shown) => this.#layers.set(name, shown));
       box.show(this.#layers.isShown(name));
       return box.element;
     });
-    return h("details", { class: "control-group" }, h("summary", {}, "What to draw"), boxes);
+    return folds.make("What to draw", boxes);
   }
 
   /** Say what the colours mean that are drawn. */
@@ -145,10 +151,11 @@ export class Panel {
 
 /**
  * @param {Group["members"]} members
- * @param {boolean} open Whether the groups are unfolded.
+ * @param {Folds} folds
+ * @param {boolean} open Whether the groups are unfolded until a person decides.
  * @returns {Group[]}
  */
-function grouped(members, open) {
+function grouped(members, folds, open) {
   /** @type {Map<string, Group["members"]>} */
   const groups = new Map();
   for (const member of members) {
@@ -156,8 +163,7 @@ function grouped(members, open) {
     groups.set(title, [...(groups.get(title) ?? []), member]);
   }
   return [...groups].map(([title, within]) => {
-    const element = h("details", { class: "control-group", open }, h("summary", {}, title), elements(within));
-    return { element, members: within };
+    return { element: folds.make(title, elements(within), { open }), members: within };
   });
 }
 

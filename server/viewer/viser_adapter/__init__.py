@@ -21,7 +21,8 @@ yet; how it is likely to differ is taken from what changed between 1.0.21 and 1.
    that is packed in another way is served in one piece until `client_bundle` learns the new way.
 3. `test_client_in_browser`: `__viserMutable`, `drainMessageQueue` and `messageQueue` are not in 1.0.21 at all, so these
    are what a new version is most likely to change; `client/frames.js` and `client/state.js` are then to be adapted.
-   What `style.css` and `numbers.js` look for are names of the library that draws the panel (mantine), and of its icons.
+   What `style.css`, `numbers.js` and `folds.js` look for are names of the library that draws the panel (mantine), and
+   of its icons.
 """
 
 from server.viewer.viser_adapter.client_page import CONTENT_SECURITY_POLICY, client_asset, client_page
