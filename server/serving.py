@@ -17,6 +17,7 @@ from server.connections import configuration
 from server.resource_limits import name_cpu_limit, notices, too_few_files
 from server.settings import Settings
 from server.store import Store
+from server.worker.forkserver import socket_folder
 
 __all__ = ["run"]
 
@@ -74,6 +75,10 @@ def run(given: Mapping[str, object]) -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     if lacking := too_few_files():
         _fail(lacking)
+    try:
+        socket_folder()
+    except OSError as error:
+        _fail(str(error))
     for notice in notices():
         log.warning(notice)
     _claim(settings)

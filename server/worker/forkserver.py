@@ -5,6 +5,7 @@ import contextlib
 import multiprocessing
 import os
 import sys
+import tempfile
 import threading
 import types
 from collections.abc import Callable, Iterator
@@ -13,16 +14,37 @@ from multiprocessing.context import ForkServerProcess
 
 from pftrack.process import environment
 
-__all__ = ["spawn", "start"]
+__all__ = ["socket_folder", "spawn", "start"]
 
 CONTEXT = multiprocessing.get_context("forkserver")
 PRELOAD = "server.worker.preload"
 LOCK = threading.Lock()
 
+LONGEST_FOLDER = 107 - len("/pymp-12345678/listener-12345678")
+"""A Unix socket's name has at most 107 bytes, and this is what multiprocessing appends to the temporary directory."""
+SHORT_FOLDERS = ("/tmp", "/var/tmp", "/dev/shm")  # noqa: S108 - multiprocessing makes a folder of its own in it
+
+
+def socket_folder() -> str:
+    """Return where the forkserver's socket can be: the temporary directory unless its name is too long.
+
+    Raises:
+        OSError: No folder will do.
+    """
+    usual = tempfile.gettempdir()
+    for folder in (usual, *SHORT_FOLDERS):
+        if len(os.fsencode(folder)) <= LONGEST_FOLDER and os.access(folder, os.W_OK | os.X_OK):
+            return folder
+    raise OSError(
+        f"The temporary directory {usual} cannot be used: its name may have at most {LONGEST_FOLDER} bytes, and it has "
+        f"{len(os.fsencode(usual))}, since a Unix socket is made in it, and none of {', '.join(SHORT_FOLDERS)} can be "
+        "written; set TMPDIR to a folder with a shorter name."
+    )
+
 
 def start() -> None:
     """Start the forkserver unless it runs already; it imports its preload while the caller goes on."""
-    with LOCK, _environment():
+    with LOCK, _environment(), _folder(socket_folder()):
         CONTEXT.set_forkserver_preload([PRELOAD])
         forkserver.ensure_running()
 
@@ -71,6 +93,16 @@ def _environment() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@contextlib.contextmanager
+def _folder(folder: str) -> Iterator[None]:
+    """Make temporary files in a folder; multiprocessing remembers that of its first socket."""
+    before, tempfile.tempdir = tempfile.tempdir, folder
+    try:
+        yield
+    finally:
+        tempfile.tempdir = before
 
 
 @contextlib.contextmanager

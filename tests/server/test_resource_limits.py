@@ -54,6 +54,34 @@ def test_long_files(tmp_path: Path) -> None:
         assert "files of at most 1 MiB (ulimit -f)" in process.stderr.read()
 
 
+def long_folder(below: Path) -> Path:
+    """Make a folder whose name leaves no room for that of a Unix socket."""
+    folder = below / ("a" * 60) / ("b" * 60)
+    folder.mkdir(parents=True)
+    return folder
+
+
+def test_a_long_temporary_directory(tmp_path: Path) -> None:
+    """The server starts where the temporary directory has a name that is too long for a Unix socket."""
+    first = f"import os; os.environ['TMPDIR'] = {str(long_folder(tmp_path))!r}"
+    with (
+        serving(f"port=0, data_dir=Path({str(tmp_path)!r})", first) as process,
+        httpx.Client(base_url=link(process), timeout=60) as client,
+    ):
+        assert client.get("/healthz").status_code == httpx.codes.OK
+
+
+def test_a_long_temporary_directory_and_no_other(tmp_path: Path) -> None:
+    """Where no shorter one can be written either, the server says what to set."""
+    first = (
+        f"import os; os.environ['TMPDIR'] = {str(long_folder(tmp_path))!r};"
+        "from server.worker import forkserver; forkserver.SHORT_FOLDERS = ('/nowhere',)"
+    )
+    message = failing(f"port=0, data_dir=Path({str(tmp_path)!r})", first=first)
+    assert "may have at most 75 bytes" in message
+    assert "set TMPDIR to a folder with a shorter name" in message
+
+
 def test_processor_time_of_the_server() -> None:
     """Shortly before the server's own time is over it is told to stop, with the name of the limit."""
     program = (
