@@ -75,8 +75,8 @@ def test_the_compiler_has_no_freedom(target: str, tmp_path: Path) -> None:
     assert hashes({"COMPILE_FOR": target, "NUMBA_CACHE_DIR": str(tmp_path)}) == STORED
 
 
-COMPUTING = ["filters", "likelihoods", "learning", "geometry", "trackers", "sources", "detection"]
-COMPUTING += ["particles.py", "gaussian.py", "dynamics.py", "resampling.py", "random.py"]
+COMPUTING = ["filters", "likelihoods", "learning", "geometry", "trackers", "sources", "detection", "structure"]
+COMPUTING += ["particles.py", "gaussian.py", "dynamics.py", "resampling.py", "random.py", "singular.py"]
 
 BY_PROCESSOR = {
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "logaddexp", "power", "float_power", "cbrt"),

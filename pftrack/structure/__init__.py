@@ -1,0 +1,14 @@
+"""Structure: the shape of a rigid body from where its points were seen in many views (document 1, ch. 4 section 5).
+
+A camera that is far away maps a body linearly, so the positions of its points over all frames are a product of two
+factors: motion, two rows a frame, and shape, three numbers a point. The members, from the plainest on:
+
+- `tracks`: what is given, positions and the variances of their noise; what was not seen has an infinite variance;
+- `factorization`: the factors by singular values, and the map that makes cameras of them;
+- `variational`: the factors by variational Bayes, each position weighed by its own noise;
+- `online_variational`: the same frame by frame, over a sliding window and with forgetting;
+- `alignment`: how far a reconstruction is from the truth;
+- `scenes`: tracks of simulated bodies.
+
+The free energy of the variational methods, and their passes, are in `passes`.
+"""

@@ -1,0 +1,96 @@
+"""Tracks: where points of a rigid body were seen in each frame, and how far that is to be trusted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["FEWEST_POINTS", "FEWEST_VIEWS", "Tracks", "checked_view"]
+
+FEWEST_POINTS = 4
+"""Fewer always lie in one plane, and any camera fits them."""
+
+FEWEST_VIEWS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """Points followed over frames.
+
+    Attributes:
+        positions: (T, n, 2) px; what has an infinite variance may be anything, NaN too.
+        variances: (T, n, 2) px^2 of the noise of each coordinate, above 0; infinite where a point was not seen.
+
+    Raises:
+        ValueError: The shapes differ, there are too few points or frames, a variance is not above 0, or a position with
+            a finite variance is not finite.
+    """
+
+    positions: NDArray[np.float64]
+    variances: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Keep own read-only copies, and refuse what are no tracks."""
+        positions, variances = np.array(self.positions, np.float64), np.array(self.variances, np.float64)
+        if positions.ndim != 3 or positions.shape[-1] != 2 or positions.shape != variances.shape:
+            raise ValueError(
+                f"expected positions and variances (frames, points, 2), got {positions.shape} and {variances.shape}"
+            )
+        frames, points, _ = positions.shape
+        if points < FEWEST_POINTS or frames < FEWEST_VIEWS:
+            raise ValueError(
+                f"expected at least {FEWEST_POINTS} points in {FEWEST_VIEWS} frames, got {points} points in {frames}"
+            )
+        _refuse(positions, variances)
+        positions.flags.writeable = variances.flags.writeable = False
+        object.__setattr__(self, "positions", positions)
+        object.__setattr__(self, "variances", variances)
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """(n,) whether each point has been seen in any frame."""
+        return np.asarray(np.isfinite(self.variances).any(axis=(0, 2)))
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """(2 T, n) positions, by rows x_1, y_1, x_2, y_2, ...; 0 where the variance is infinite."""
+        known = np.where(np.isfinite(self.variances), self.positions, 0.0)
+        return rows_of(known)
+
+    @property
+    def precisions(self) -> NDArray[np.float64]:
+        """(2 T, n) inverse variances in the same order; 0 where a point was not seen."""
+        return rows_of(1.0 / self.variances)
+
+
+def rows_of(frames: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (T, n, 2) as rows (2 T, n)."""
+    return np.ascontiguousarray(frames.transpose(0, 2, 1).reshape(-1, frames.shape[1]))
+
+
+def checked_view(
+    positions: NDArray[np.float64], variances: NDArray[np.float64], count: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return one frame as rows (2, n) of positions, 0 where not seen, and of precisions.
+
+    Args:
+        positions: (n, 2) px.
+        variances: (n, 2) px^2, infinite where a point was not seen.
+        count: n, which they must have.
+
+    Raises:
+        ValueError: As for `Tracks`.
+    """
+    if positions.shape != (count, 2) or variances.shape != (count, 2):
+        raise ValueError(f"expected positions and variances ({count}, 2), got {positions.shape} and {variances.shape}")
+    _refuse(positions, variances)
+    known = np.where(np.isfinite(variances), positions, 0.0)
+    return np.ascontiguousarray(known.T), np.ascontiguousarray(1.0 / variances.T)
+
+
+def _refuse(positions: NDArray[np.float64], variances: NDArray[np.float64]) -> None:
+    # Comparisons with NaN are false.
+    if not (variances > 0.0).all():
+        raise ValueError("expected variances above 0, got one that is not, or NaN")
+    if not np.isfinite(positions[np.isfinite(variances)]).all():
+        raise ValueError("expected finite positions where the variance is finite; a point not seen has an infinite one")
