@@ -29,6 +29,7 @@ OTB and VOT overlap regions. The trackers here estimate a point, so a region of 
 what is measured is where the target was believed to be, not how well its size was followed.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -36,6 +37,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from pftrack.once import warn_once
 
 __all__ = [
     "HIT_RATE",
@@ -107,9 +110,25 @@ class Measure:
         names = ("name", "title", "description", "how", "unit", "better", "source")
         return {name: getattr(self, name) for name in names}
 
+    def values(self, course: Course) -> NDArray[np.float64]:
+        """Return the values of the frames, (L,), all NaN where the declaration's `frames` fails; the log says so once.
+
+        Experiments of other packages declare measures, too, and none of them must end a run.
+        """
+        unknown, what = np.full(len(course.errors), np.nan), f"the measure {self.name}"
+        try:
+            values = np.asarray(self.frames(course), dtype=np.float64)
+        except Exception as error:  # noqa: BLE001 - it may be another package's
+            warn_once(what, f"{what} failed and is left out", error)
+            return unknown
+        if values.shape != unknown.shape:
+            warn_once(what, f"{what} is left out: expected {len(unknown)} numbers, one a frame, got {values.shape}")
+            return unknown
+        return values
+
     def of(self, course: Course) -> float | int | None:
         """Return the measure of a run; None where nothing is known."""
-        values = self.frames(course)
+        values = self.values(course)
         known = values[~np.isnan(values)]
         if not len(known):
             return None
@@ -124,9 +143,9 @@ class Measure:
 
 
 def measured(measures: Sequence[Measure], course: Course) -> Mapping[str, float | int]:
-    """Return the measures of a run by name, without those that it has no truth for."""
+    """Return the measures of a run by name, without those that it has no truth for or that come to no finite number."""
     values = {measure.name: measure.of(course) for measure in measures}
-    return {name: value for name, value in values.items() if value is not None}
+    return {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
 
 
 def succeeded(measure: Measure, course: Course, allowed_share: float) -> bool | None:
@@ -140,7 +159,7 @@ def succeeded(measure: Measure, course: Course, allowed_share: float) -> bool | 
     Returns:
         The verdict; None where nothing is known.
     """
-    values = measure.frames(course)
+    values = measure.values(course)
     known = values[~np.isnan(values)]
     # Counted rather than subtracted from 1, which would round.
     return bool(np.count_nonzero(known == 0.0) <= allowed_share * len(known)) if len(known) else None

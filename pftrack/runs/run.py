@@ -24,6 +24,7 @@ from pftrack.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.runs.checkpoint import Checkpoint
 from pftrack.runs.diagnostics import Diagnostics, diagnose
 from pftrack.runs.keyframes import Keyframes
+from pftrack.runs.measuring import measurements
 from pftrack.runs.recipe import Recipe
 from pftrack.runs.scoring import allowed_loss, course_of, estimates_hash, judge
 from pftrack.runs.summary import Summary
@@ -77,6 +78,7 @@ class Run:
         self.frames = _checked_length(frames, self.source.frame_count, experiment.frames)
         self.diagnostics: list[Diagnostics] = []
         self._keyframes = Keyframes()
+        self._declared = {series.name: series for series in experiment.declared()}
         self.current = self._compute(0, None)
 
     @classmethod
@@ -328,9 +330,6 @@ class Run:
         step_ms = 1e3 * (perf_counter() - begun)
         if index < len(self.diagnostics):
             return self._seen(index, state, frame)
-        series = tracker.measure(state)
-        if self.experiment.measure:
-            series = {**series, **self.experiment.measure(frame, state)}
         row = diagnose(
             frame,
             state,
@@ -338,7 +337,7 @@ class Run:
             step_ms,
             scale=self.experiment.scale,
             searching=tracker.searching(state) if tracker.searching else None,
-            series=series,
+            series=measurements(self.experiment, self._declared, tracker, frame, state),
         )
         self.diagnostics.append(row)
         self._keyframes.offer(index, state)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pftrack.experiment import Experiment, Step
+from pftrack.runs.scoring import course_of
 from pftrack.series import check_value, columns
 from pftrack.testing.check import Check, CheckError, begun, demand, each_tracker
 
@@ -19,6 +20,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
             ("estimates are finite and as long as positions are", _estimates_are_finite),
             ("its states are values", _states_are_values),
             ("series are as declared", _series_are_declared),
+            ("measures are a number a frame", _measures_are_numbers),
         ],
     )
 
@@ -54,15 +56,30 @@ def _copied(step: Step) -> dict[str, np.ndarray]:
 
 
 def _series_are_declared(experiment: Experiment, tracker: str) -> None:
-    run = begun(experiment, tracker)
-    run.finish()
     declared = {series.name: series for series in experiment.declared(tracker)}
-    for row in run.diagnostics:
-        for name, value in row.series.items():
-            demand(name in declared, f"frame {row.frame} has a series {name!r}, which {tracker} does not declare")
+    for step in begun(experiment, tracker):
+        frame = step.diagnostics.frame
+        # A run leaves out what cannot be used, so they are asked directly.
+        reported = dict(experiment.trackers[tracker].measure(step.state))
+        if experiment.measure:
+            reported |= experiment.measure(step.frame, step.state)
+        for name, value in reported.items():
+            demand(name in declared, f"frame {frame} has a series {name!r}, which {tracker} does not declare")
             try:
                 check_value(declared[name], value)
             except ValueError as error:
-                raise CheckError(f"frame {row.frame}: {error}") from None
+                raise CheckError(f"frame {frame}: {error}") from None
             for column in columns(declared[name], [value]).values():
-                demand(not np.isinf(column).any(), f"{name} of frame {row.frame} must be finite or NaN, got {value}")
+                demand(not np.isinf(column).any(), f"{name} of frame {frame} must be finite or NaN, got {value}")
+
+
+def _measures_are_numbers(experiment: Experiment, tracker: str) -> None:
+    run = begun(experiment, tracker)
+    run.finish()
+    course = course_of(run.diagnostics, judged=experiment.lost is not None)
+    for measure in experiment.run_measures:
+        values = measure.frames(course)
+        shape, kind = np.shape(values), np.asarray(values).dtype
+        wanted = (len(run.diagnostics),)
+        fits = shape == wanted and kind.kind in "fiub"
+        demand(fits, f"the measure {measure.name} must give numbers {wanted}, one a frame, got {kind} {shape}")

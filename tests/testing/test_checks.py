@@ -244,6 +244,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         r"the estimate of frame 1 must have the shape \(1,\), got \(2,\)",
     ),
     "its states are values": (changing_states, "kept of the state of frame 0 changed"),
+    "measures are a number a frame": (
+        lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], frames=lambda _: np.zeros(3)),)),
+        "the measure inside_share must give numbers .*, one a frame, got float64",
+    ),
     "series are as declared": (
         lambda: replace(SOUND, measure=lambda frame, _: {f"s{frame.index}": 1.0}),
         "frame 0 has a series 's0', which",

@@ -1,0 +1,91 @@
+"""Measuring: a series or a measure that fails is left out, with one warning, and the run is what it was."""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pftrack import once
+from pftrack.experiment import Experiment
+from pftrack.experiments import find
+from pftrack.measures import Measure
+from pftrack.runs.run import Run
+from pftrack.series import Series
+
+SINE = find("sine")
+BALL = find("ball")
+OWN = (Series("own", "Own"), Series("sound", "Sound"))
+
+
+def failing(*_: object) -> Any:
+    raise KeyError("nothing there")
+
+
+@pytest.fixture(autouse=True)
+def _warned_of_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(once, "_warned", set())
+
+
+def finished(experiment: Experiment, frames: int = 6) -> Run:
+    run = Run(experiment, experiment.simulate(), seed=3, frames=frames)
+    run.finish()
+    return run
+
+
+@pytest.mark.parametrize(
+    ("measure", "kept", "warnings"),
+    [
+        (failing, set(), 1),
+        (lambda *_: None, set(), 1),
+        (lambda *_: {"own": None, "sound": 2.0}, {"sound"}, 1),
+        (lambda *_: {"own": np.zeros(3), "sound": 2.0}, {"sound"}, 1),
+        (lambda *_: {"own": "many"}, set(), 1),
+        (lambda *_: {"other": 1.0}, set(), 1),
+        (lambda *_: {"own": math.nan}, {"own"}, 0),
+    ],
+    ids=["raises", "nothing", "none", "array", "text", "undeclared", "nan"],
+)
+def test_a_frame_that_cannot_be_measured(
+    measure: Callable[..., Any], kept: set[str], warnings: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    """What an experiment reports wrongly is missing from all frames, and the estimates are what they are without it."""
+    run = finished(replace(SINE, series=OWN, measure=measure))
+    for row in run.diagnostics:
+        assert row.series.keys() & {"own", "sound", "other"} == kept
+        json.dumps(row.as_dict(), allow_nan=False)
+    assert len(caplog.records) == warnings
+    assert run.estimates_sha256 == finished(SINE).estimates_sha256
+
+
+def test_a_tracker_that_cannot_be_measured(caplog: pytest.LogCaptureFixture) -> None:
+    """The same for what a tracker reports; the experiment's own measurements stay."""
+    name = SINE.default_tracker
+    tracker = replace(SINE.trackers[name], measure=failing)
+    run = finished(
+        replace(SINE, trackers={**SINE.trackers, name: tracker}, series=OWN, measure=lambda *_: {"own": 1.0})
+    )
+    assert all(row.series == {"own": 1.0} for row in run.diagnostics)
+    (warning,) = caplog.records
+    assert name in warning.getMessage()
+    assert "frame 0" in warning.getMessage()
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [failing, lambda _: None, lambda _: np.zeros(2), lambda course: np.full(len(course.errors), np.inf)],
+    ids=["raises", "none", "short", "infinite"],
+)
+@pytest.mark.filterwarnings("error")
+def test_a_measure_that_fails_is_absent(frames: Callable[..., Any], caplog: pytest.LogCaptureFixture) -> None:
+    """A run has its other measures and its verdict."""
+    broken = Measure("broken", "Broken", "Fails.", "median", frames)
+    run = finished(replace(BALL, measures=(broken, *BALL.measures)))
+    expected = finished(BALL).summary()
+    for _ in range(3):
+        assert run.measures() == run.summary().measures == expected.measures
+    assert run.summary().verdict == expected.verdict
+    assert len(caplog.records) <= 1
