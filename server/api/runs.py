@@ -74,7 +74,7 @@ async def list_imports(imports: TheImports) -> list[ImportPublic]:
 
 @router.get("/imports/{name}")
 async def show_import(name: Name, imports: TheImports) -> ImportPublic:
-    """Tell how far a run is that is being taken in."""
+    """Tell how far a run is that is being taken in; one that nobody asks for is dropped after 150 s."""
     return _job(imports.get(name))
 
 

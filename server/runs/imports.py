@@ -1,7 +1,8 @@
 """Imports: saved runs that were sent and are computed once before they are kept, which may take minutes.
 
 Each is a job that tells how far it is and can be cancelled. It lives in memory: nothing of a run that was sent has been
-promised to anybody before it is kept.
+promised to anybody before it is kept. It goes on for as long as somebody asks for it: whoever has closed the page no
+longer waits, and others do, for its place.
 """
 
 import asyncio
@@ -15,7 +16,7 @@ from typing import Any
 
 import structlog
 
-from server.errors import ApiError, NotFoundError, UnavailableError
+from server.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
 from server.runs.service import bring_in
 from server.settings import Settings
 from server.store import Store
@@ -31,6 +32,11 @@ log = structlog.get_logger(__name__)
 MOST_AT_WORK = 32
 KEPT_S = 600.0
 """So long it can be asked what came of an import."""
+LOOK_S = 15.0
+"""Time between two looks whether somebody has asked for an import that is under way."""
+MOST_LOOKS = 10
+"""Looks without a question after which it is dropped: 150 s, since browsers let a hidden page ask once a minute only.
+They are counted, so that a while in which this very process was stopped is one look and not hundreds of seconds."""
 
 
 @dataclass
@@ -44,6 +50,7 @@ class Import:
         total: Frames to compute; 0 until that is known.
         task: What brings it in, and then its result.
         ended: When that ended (monotonic, s).
+        unasked: Looks since somebody asked for it.
     """
 
     id: str
@@ -52,6 +59,7 @@ class Import:
     total: int = 0
     task: asyncio.Task[RunRow] = field(init=False)
     ended: float | None = None
+    unasked: int = 0
 
     def step(self, done: int, total: int) -> None:
         """Take note of how far it is."""
@@ -69,12 +77,14 @@ class Imports:
 
     @property
     def all(self) -> list[Import]:
-        """Those under way, and those that ended a while ago, the newest first."""
+        """Those under way, and those that ended a while ago, the newest first; looking at them asks for all."""
         self._forget()
+        for each in self._all.values():
+            each.unasked = 0
         return list(reversed(self._all.values()))
 
     def get(self, name: str) -> Import:
-        """Return an import.
+        """Return an import, which then goes on.
 
         Raises:
             NotFoundError: There is none, or it ended long ago.
@@ -82,6 +92,7 @@ class Imports:
         self._forget()
         if name not in self._all:
             raise NotFoundError("There is no such import; it may have been cancelled, or ended long ago.")
+        self._all[name].unasked = 0
         return self._all[name]
 
     def begin(self, folder: Path, received: Received) -> Import:
@@ -125,7 +136,7 @@ class Imports:
 
 async def _to_the_end(job: Import, work: Coroutine[Any, Any, RunRow]) -> RunRow:
     try:
-        return await work
+        return await _while_wanted(job, work)
     except ApiError:
         raise
     except Exception:
@@ -134,6 +145,22 @@ async def _to_the_end(job: Import, work: Coroutine[Any, Any, RunRow]) -> RunRow:
         raise
     finally:
         job.ended = time.monotonic()
+
+
+async def _while_wanted(job: Import, work: Coroutine[Any, Any, RunRow]) -> RunRow:
+    working = asyncio.ensure_future(work)
+    try:
+        while not (await asyncio.wait({working}, timeout=LOOK_S))[0]:
+            job.unasked += 1
+            if job.unasked >= MOST_LOOKS:
+                raise ClientGoneError(
+                    f"Nobody asked for this run for {LOOK_S * MOST_LOOKS:g} s while it was computed, so that was "
+                    "stopped; send it again."
+                )
+        return working.result()
+    finally:
+        working.cancel()
+        await asyncio.gather(working, return_exceptions=True)
 
 
 async def _cancel(job: Import) -> None:

@@ -82,6 +82,26 @@ def test_it_can_be_cancelled(server: Server, client: httpx.Client, heavy: bytes)
     error_of(client.delete(f"/api/v1/runs/imports/{begun['id']}"), 404)
 
 
+def test_it_goes_on_while_somebody_asks(
+    server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An import that nobody asks for any more is dropped, and says so to whoever comes later; one asked for arrives."""
+    monkeypatch.setattr("server.runs.imports.LOOK_S", 0.1)
+    monkeypatch.setattr("server.runs.imports.MOST_LOOKS", 3)
+    saved = client.get("/api/v1/runs").json()
+    imports: Any = server.app.state.services.imports
+    left, wanted = send(client, heavy)["id"], send(client, heavy)
+    wait_for(lambda: asked(client, wanted)["total"] and imports._all[left].task.done(), 30)
+    dropped = client.get(f"/api/v1/runs/imports/{left}").json()
+    assert (dropped["state"], dropped["run"]) == ("failed", None)
+    assert "Nobody asked for this run for 0.3 s" in dropped["message"]
+    wait_for(lambda: asked(client, wanted)["state"] == "done", 60)
+    arrived = asked(client, wanted)["run"]
+    assert [run["id"] for run in client.get("/api/v1/runs").json()] == [arrived, *(run["id"] for run in saved)]
+    assert not list(Path(server.app.state.services.store.files.incoming).iterdir())
+    client.delete(f"/api/v1/runs/{arrived}")
+
+
 def test_short_work_does_not_wait_for_it(client: httpx.Client, heavy: bytes) -> None:
     """While many runs are brought in the server is ready, and the rest waits for its turn."""
     begun = [send(client, heavy) for _ in range(6)]
