@@ -22,10 +22,10 @@ class Keyframes:
         self._bytes = 0
 
     def offer(self, frame: int, state: TrackState) -> None:
-        """Keep the state if its frame is due, as frame 0 always is, or until a newer one comes."""
+        """Keep the state if its frame is due, as frame 0 always is, or until a newer one comes; once for each frame."""
         if frame >= max(self._newest, default=0):
             self._newest = {frame: state}
-        if frame % self._interval:
+        if frame % self._interval or frame in self._states:
             return
         self._states[frame] = state
         self._bytes += state.nbytes

@@ -250,17 +250,17 @@ class Run:
         It must be of this run's recipe, and a step repeated from its last but newest state must come to its numbers:
         what another version of the program has computed may be different.
         """
-        first, *between, last = sorted({0, *checkpoint.states, len(checkpoint.diagnostics) - 1})
-        known = first == 0 and {first, *between, last} == checkpoint.states.keys()
-        if not known or last == 0 or checkpoint.recipe != self._past(last) or not self._agrees(checkpoint, between):
+        frames, last = sorted(checkpoint.states), len(checkpoint.diagnostics) - 1
+        if len(frames) < 2 or (frames[0], frames[-1]) != (0, last):
+            return False
+        if checkpoint.recipe != self._past(last) or not self._agrees(checkpoint, frames[-2]):
             return False
         self.diagnostics = list(checkpoint.diagnostics)
-        for frame, state in sorted(checkpoint.states.items()):
-            self._keyframes.offer(frame, state)
+        for frame in frames:
+            self._keyframes.offer(frame, checkpoint.states[frame])
         return True
 
-    def _agrees(self, checkpoint: Checkpoint, between: list[int]) -> bool:
-        index = between[-1] if between else 0
+    def _agrees(self, checkpoint: Checkpoint, index: int) -> bool:
         following = index + 1
         tracker = self.experiment.trackers[self.tracker_at(following)]
         rng = Stream(self.seed, following, Purpose.TRACK)

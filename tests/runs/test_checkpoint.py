@@ -90,6 +90,16 @@ def test_other_numbers_are_not_believed(kept: Path) -> None:
     assert run.computed == 0
 
 
+def test_a_run_that_has_not_moved_has_nothing_to_recall() -> None:
+    """A checkpoint of frame 0 alone, or of states without the furthest frame, is left alone."""
+    assert not begun().recall(begun().checkpoint())
+    far = begun()
+    far.seek(FAR)
+    whole = far.checkpoint()
+    cut = {frame: state for frame, state in whole.states.items() if frame < FAR}
+    assert not begun().recall(checkpoint.Checkpoint(whole.recipe, whole.diagnostics, cut))
+
+
 def test_a_damaged_file_is_none(kept: Path) -> None:
     """A file that was cut short, changed, written by another version or is missing is no checkpoint."""
     whole = kept.read_bytes()

@@ -210,6 +210,15 @@ def test_keyframes_stay_within_their_budget() -> None:
     assert all(np.array_equal(keyframes.latest(k)[1].estimate, states[k].estimate) for k in held)
 
 
+def test_a_keyframe_counts_once_in_the_budget() -> None:
+    """A state that is offered again, as by a checkpoint, takes no more of the budget."""
+    states = [step.state for step in ball(frames=3)]
+    keyframes = Keyframes(interval=1, budget_bytes=3 * states[0].nbytes)
+    for frame in (0, 0, 0, 1, 1, 2):
+        keyframes.offer(frame, states[frame])
+    assert list(keyframes.states) == [0, 1, 2]
+
+
 def test_signals_run_beside_their_exact_answer() -> None:
     """A run of a signal carries the exact posterior mean beside the particles', and has no notion of lost."""
     sine = find("sine")
