@@ -9,6 +9,7 @@ one, never half of one. Files of earlier formats are read as well, see `pftrack.
 import io
 import json
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,6 +47,9 @@ __all__ = [
 FORMAT: Literal[2] = 2
 LARGEST_RECORD_BYTES = 16 * 1024 * 1024
 LARGEST_DIAGNOSTICS_BYTES = 256 * 1024 * 1024
+
+DAMAGED = (OSError, EOFError, zipfile.BadZipFile, zlib.error, KeyError, ValueError, NotImplementedError, RuntimeError)
+"""What reading an archive may raise that is none, was cut short or changed."""
 
 OpenSequence = Callable[[Footage], FrameSequence]
 """Find the pictures that a recipe's footage speaks of."""
@@ -145,7 +149,7 @@ def read(path: Path) -> Record:
             raw = json.loads(archive.read("run.json"))
     except FileNotFoundError:
         raise RecordError(f"there is no file {path}") from None
-    except (OSError, zipfile.BadZipFile, KeyError, ValueError, NotImplementedError, RuntimeError) as error:
+    except DAMAGED as error:
         if isinstance(error, RecordError):
             raise
         raise RecordError(f"{path.name} is no saved run, or was cut short; expected a .pft file") from None
@@ -175,9 +179,10 @@ def read_saved(path: Path) -> Saved:
             if archive.getinfo("diagnostics.npz").file_size > LARGEST_DIAGNOSTICS_BYTES:
                 return Saved(record, None)
             with np.load(io.BytesIO(archive.read("diagnostics.npz")), allow_pickle=False) as columns:
-                return Saved(record, np.asarray(columns["estimate"], np.float64))
-    except (OSError, zipfile.BadZipFile, KeyError, ValueError):  # it can be computed again all the same
+                estimates = np.asarray(columns["estimate"], np.float64)
+    except DAMAGED:  # it can be computed again all the same
         return Saved(record, None)
+    return Saved(record, estimates if estimates.ndim == 2 else None)
 
 
 def load(path: Path, *, open_sequence: OpenSequence | None = None) -> Run:

@@ -9,7 +9,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.marks import Box
-from pftrack.runs.record import RecordError, load, read, save
+from pftrack.runs.record import RecordError, load, read, read_saved, save
 from pftrack.runs.run import Change, Run
 from tests.experiments.heads import Pictures, pictures
 
@@ -94,6 +94,24 @@ def test_foreign_files_are_refused(run: Run, tmp_path: Path) -> None:
     ):
         with pytest.raises(RecordError, match=word):
             load(path)
+
+
+@pytest.mark.parametrize("member", ["run.json", "diagnostics.npz"])
+def test_a_damaged_archive_is_told_from_a_whole_one(run: Run, tmp_path: Path, member: str) -> None:
+    """Bytes that do not unpack any more make a description unreadable; without the numbers a run is still a run."""
+    path = tmp_path / "a.pft"
+    save(run, path)
+    with zipfile.ZipFile(path) as archive:
+        start = archive.getinfo(member).header_offset + 30 + len(member)
+    data = bytearray(path.read_bytes())
+    data[start : start + 40] = bytes([0xFF]) * 40
+    path.write_bytes(data)
+    if member == "run.json":
+        with pytest.raises(RecordError, match=r"a\.pft is no saved run, or was cut short"):
+            read(path)
+    else:
+        assert read_saved(path).record == read(path)
+        assert read_saved(path).estimates is None
 
 
 @pytest.mark.parametrize(
