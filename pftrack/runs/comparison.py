@@ -21,7 +21,8 @@ class Difference:
 
     Attributes:
         frame: The first frame that differs; None if the file holds no numbers to compare with.
-        largest: By how much any estimate differs from the saved one, in the experiment's unit; None as above.
+        largest: By how much any estimate differs from the saved one, in the experiment's unit; None as above, or where
+            all that differs is that one of the two is not finite.
         computed_on: What the saved one was computed on.
     """
 
@@ -33,8 +34,10 @@ class Difference:
     def sentence(self) -> str:
         """What to tell a person."""
         begin = "the numbers differ from the saved ones"
-        if self.frame is not None and self.largest is not None:
-            begin += f" from frame {self.frame} on, by up to {self.largest:.2g}"
+        if self.frame is not None:
+            begin += f" from frame {self.frame} on"
+        if self.largest is not None:
+            begin += f", by up to {self.largest:.2g}"
         here, there = machine.computed_on(), self.computed_on
         if not there:
             return f"{begin}; they were computed by {UNKNOWN}"
@@ -67,17 +70,23 @@ def departure(estimates: Sequence[Sequence[float]], saved: Saved) -> Difference 
         estimates: Of the first frames of a run.
         saved: As above.
     """
-    count = 0 if saved.estimates is None else min(len(estimates), len(saved.estimates))
-    if saved.estimates is None or count == 0:
+    if saved.estimates is None:
         return None
-    apart = _apart(np.array(estimates[:count], np.float64), saved.estimates[:count])
-    if not (apart != 0.0).any():
+    count = min(len(estimates), len(saved.estimates))
+    one, other = np.array(estimates[:count], np.float64), saved.estimates[:count]
+    if count == 0 or one.shape != other.shape:
         return None
-    return Difference(int(np.argmax(apart != 0.0)), float(np.nanmax(apart)), saved.record.computed_on)
+    apart = _apart(one, other)
+    differs = apart != 0.0
+    if not differs.any():
+        return None
+    finite = apart[differs & np.isfinite(apart)]
+    return Difference(int(np.argmax(differs)), float(finite.max()) if len(finite) else None, saved.record.computed_on)
 
 
 def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the largest difference of each frame, (L,); numbers that are missing in both are equal."""
     same = (one == other) | (np.isnan(one) & np.isnan(other))
-    away: NDArray[np.float64] = np.where(same, 0.0, np.abs(one - other)).max(axis=1)
+    with np.errstate(invalid="ignore"):
+        away: NDArray[np.float64] = np.where(same, 0.0, np.abs(one - other)).max(axis=1)
     return away

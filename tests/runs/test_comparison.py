@@ -7,7 +7,7 @@ import pytest
 
 from pftrack import machine
 from pftrack.experiments import find
-from pftrack.runs.comparison import difference
+from pftrack.runs.comparison import departure, difference
 from pftrack.runs.record import Saved, read_saved, save
 from pftrack.runs.run import Run
 
@@ -48,6 +48,29 @@ def test_the_first_frame_that_differs_is_named(run: Run, saved: Saved) -> None:
     assert apart.sentence.startswith("the numbers differ from the saved ones from frame 5 on, by up to 0.25; ")
     assert f"numpy 1.0 (here {machine.computed_on()['numpy']})" in apart.sentence
     assert json.loads(json.dumps(apart.as_dict()))["first_frame"] == 5
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_what_is_not_finite_differs_by_no_number(run: Run, saved: Saved, value: float) -> None:
+    """Where a number stands against none, the frame is told but no distance; JSON has no such number either."""
+    record = saved.record.model_copy(update={"estimates_sha256": "0" * 64})
+    estimates = saved.estimates.copy()
+    estimates[3] = value
+    apart = difference(run, Saved(record, estimates))
+    assert apart is not None
+    assert (apart.frame, apart.largest) == (3, None)
+    assert apart.sentence.startswith("the numbers differ from the saved ones from frame 3 on; ")
+    assert json.loads(json.dumps(apart.as_dict(), allow_nan=False))["largest"] is None
+    both = np.full((2, 1), value)
+    assert departure(both.tolist(), Saved(record, both)) is None
+
+
+def test_numbers_of_another_shape_are_not_compared(run: Run, saved: Saved) -> None:
+    """A file whose estimates have other components, as of another version, is told apart by its hash alone."""
+    record = saved.record.model_copy(update={"estimates_sha256": "0" * 64})
+    apart = difference(run, Saved(record, np.zeros((12, 3))))
+    assert apart is not None
+    assert (apart.frame, apart.largest) == (None, None)
 
 
 def test_a_file_without_numbers_is_told_apart_by_its_hash(run: Run, saved: Saved) -> None:
