@@ -83,7 +83,10 @@ def wired(
     if not place.exists():
         raise CommandError(f"there is no file or folder {place}")
     if said.truth is not None:
-        changes |= _truth(experiment, said.truth)
+        truth = _truth(experiment, said.truth)
+        changes["truth"] = truth
+        if recipe.footage is None or said.marks:  # a recipe's own mark is on the frame that it names
+            changes["start"] = min(truth, default=0)
     if said.start is not None:
         changes["start"] = _frame(said.start)
 
@@ -137,12 +140,12 @@ def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:
         raise wrong_use(f"{option} {error}") from None
 
 
-def _truth(experiment: "Experiment", path: Path) -> dict[str, Any]:
-    """Return the truth of a file, and the first frame that has any as the one to start at."""
+def _truth(experiment: "Experiment", path: Path) -> dict[int, tuple[float, ...]]:
+    """Return what is true of each frame that a file lists."""
     known = experiment.truth.read(path)
     for warning in known.warnings:
         note(f"pftrack: {warning}")
-    return {"truth": dict(known.rows), "start": min(known.rows, default=0)}
+    return dict(known.rows)
 
 
 def _frame(text: str) -> int:
