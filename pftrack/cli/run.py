@@ -95,6 +95,7 @@ def run(
     _check_places(out, video_out)
     said = Said.of(video, mark, box, points, start, truth)
     with ExitStack() as stack:
+        stack.enter_context(compiling())
         setup, sequence = wired(stack, found, recipe, said, folder)
         if wanted is not None:
             changes["frames"] = wanted if sequence is None else min(wanted, _frames_left(sequence, setup))

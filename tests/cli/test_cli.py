@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -505,3 +507,24 @@ def test_bench_without_a_checkout_says_where_benchmarks_are(call: Call, monkeypa
     """The installed package has no benchmarks, and says so."""
     monkeypatch.setattr("pftrack.cli.checks.__file__", "/somewhere/else/pftrack/cli_checks.py")
     refused(call("bench"), 1, "the benchmarks come with the source")
+
+
+@pytest.mark.parametrize("again", [False, True], ids=["run", "replay"])
+def test_compiling_is_announced(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, again: bool) -> None:
+    """A run, and its replay, say on standard error that they compile, and how many functions in the end."""
+
+    @contextmanager
+    def watched(begun: Callable[[str], None], ended: Callable[[str, float], None]) -> Iterator[None]:
+        begun("one")
+        ended("one", 0.1)
+        yield
+
+    saved = tmp_path / "a.pft"
+    assert call("run", "sine", "--frames", 2, "--out", saved)[0] == 0
+    monkeypatch.setattr("pftrack.warming.watch.watched", watched)
+    command = ("replay", saved) if again else ("run", "sine", "--frames", 2)
+    status, out, err = call(*command, "--json")
+    assert status == 0
+    assert json.loads(out)["frames"] == 2
+    assert "compiling what this needs, only once" in err
+    assert "1 functions compiled" in err
