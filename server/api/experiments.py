@@ -1,9 +1,11 @@
 """Experiments: the list of them, and each in detail."""
 
 import asyncio
+import hashlib
+from http import HTTPStatus
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from pftrack.experiment import Experiment
@@ -44,15 +46,26 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
     )
 
 
-@router.get("/{experiment}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-async def draw_thumbnail(experiment: AnExperiment, services: TheServices, store: AStore, tasks: TheTasks) -> Response:
+@router.get(
+    "/{experiment}/thumbnail.png",
+    response_class=Response,
+    responses={200: {"content": {"image/png": {}}}, 304: {"description": "It is the one that the client has"}},
+)
+async def draw_thumbnail(
+    request: Request, experiment: AnExperiment, services: TheServices, store: AStore, tasks: TheTasks
+) -> Response:
     """Return a picture of an experiment: a real frame of a real run."""
     picture = await asyncio.to_thread(store.files.thumbnail_of, experiment.id)
     if picture is None:
         await services.compilation.wait_for(experiment.id)
         picture = await tasks.run(draw_experiment, experiment.id)
         await asyncio.to_thread(store.files.keep_thumbnail_of, experiment.id, picture)
-    return Response(picture, media_type="image/png", headers={"Cache-Control": "max-age=300"})
+    # A package's experiment may be another one at the server's next start, and a browser has to see that at once.
+    tag = f'"{hashlib.sha256(picture).hexdigest()[:32]}"'
+    headers = {"Cache-Control": "no-cache", "ETag": tag}
+    if tag in request.headers.get("If-None-Match", ""):
+        return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)
+    return Response(picture, media_type="image/png", headers=headers)
 
 
 def _shown(experiment: Experiment) -> dict[str, Any]:

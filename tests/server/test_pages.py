@@ -9,7 +9,7 @@ import pytest
 from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import declarations
 from server.middleware.metrics import METHODS
-from tests.server.host import begin, steer
+from tests.server.host import Server, begin, steer
 
 
 @pytest.mark.parametrize("path", ["/", "/references", "/session/new", "/session/0123456789abcdef"])
@@ -60,6 +60,19 @@ def test_experiments(client: httpx.Client) -> None:
         assert item["references"][0]["bibtex"].startswith("@")
         assert item["default_tracker"] in [tracker["id"] for tracker in item["trackers"]]
         assert client.get(item["thumbnail"]).content.startswith(b"\x89PNG")
+
+
+def test_a_picture_is_the_newest(server: Server, client: httpx.Client) -> None:
+    """A browser asks each time, and is sent an experiment's picture only when it is not the one that it has."""
+    address = "/api/v1/experiments/sine/thumbnail.png"
+    first = client.get(address)
+    assert first.headers["Cache-Control"] == "no-cache"
+    known = {"If-None-Match": first.headers["ETag"]}
+    again = client.get(address, headers=known)
+    assert (again.status_code, again.content, again.headers["ETag"]) == (304, b"", first.headers["ETag"])
+    server.app.state.services.store.files.keep_thumbnail_of("sine", b"as its package draws it now")
+    assert client.get(address, headers=known).content == b"as its package draws it now"
+    server.app.state.services.store.files.keep_thumbnail_of("sine", first.content)
 
 
 @pytest.mark.parametrize("name", list(EXPERIMENTS))
