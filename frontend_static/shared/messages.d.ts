@@ -299,6 +299,7 @@ export interface Footage {
   start: number;
   mark: Record<string, unknown> | null;
   truth: Record<string, number[]> | null;
+  square: boolean | null;
 }
 
 /** A recording, and what is said of the target in it. */
@@ -309,6 +310,7 @@ export interface FootageRequest {
   start?: number;
   mark?: Record<string, unknown> | null;
   truth?: Record<string, number[]> | null;
+  square?: boolean | null;
 }
 
 /** A frame was computed. */

@@ -93,8 +93,7 @@ def wired(
     sequences: list[FrameSequence] = []
 
     def opened(footage: "Footage") -> "FrameSequence":
-        del footage
-        sequence = open_footage(stack, place)
+        sequence = open_footage(stack, place, square=footage.square)
         sequences.append(sequence)
         for warning in sequence.index.warnings:
             note(f"pftrack: {warning}")
@@ -104,12 +103,12 @@ def wired(
     return setup, sequences[0]
 
 
-def open_footage(stack: ExitStack, path: Path) -> "FrameSequence":
-    """Open a recording; it is closed with the stack."""
+def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None) -> "FrameSequence":
+    """Open a recording, with pixels made square or not as a run says; it is closed with the stack."""
     from pftrack.sources.sequence import SourceError, open_sequence
 
     try:
-        return stack.enter_context(closing(open_sequence(path)))
+        return stack.enter_context(closing(open_sequence(path, square=square)))
     except SourceError as error:
         raise CommandError(f"{path.name}: {error}") from None
 
@@ -133,7 +132,8 @@ def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:
     if name not in kinds:
         raise wrong_use(f"{experiment.id} takes no mark of kind {name!r}, only {', '.join(kinds)}")
     try:
-        return {"mark": kinds[name].parse(text).model_dump(mode="json")}
+        # It is in the pixels that a person sees of the recording today, whatever a file says of them.
+        return {"mark": kinds[name].parse(text).model_dump(mode="json"), "square": None}
     except ParameterError:
         raise
     except ValueError as error:

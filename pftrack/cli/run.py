@@ -138,7 +138,7 @@ def replay(
             place = video or file.parent / (footage.path or footage.name)
             if not place.exists():
                 raise CommandError(f"the run was made on {place}, which is not there; say with --video where it is")
-            return open_footage(stack, place)
+            return open_footage(stack, place, square=footage.square)
 
         again = make(record.recipe, open_sequence=find)
         summary = _compute(again, video_out, frames=record.computed)

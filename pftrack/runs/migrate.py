@@ -3,6 +3,7 @@
 Everything here reads JSON values of an earlier form and returns those of the present one; nothing is written back. A
 file or a link that somebody keeps for years opens through here.
 
+- A saved run does not say how pixels were taken that are not square (`footage.square`): then as they are stored.
 - Version 0.2 said of a run field by field what is now one recipe, and of a recording by `reference` what is now
   `footage`; a mark was a `box` of four numbers, or `points`, or both, of which the points counted.
 """
@@ -12,7 +13,7 @@ from typing import Any
 
 from pftrack.parameters import Declaration
 
-__all__ = ["mark", "record", "request", "session"]
+__all__ = ["mark", "pixels", "record", "request", "session"]
 
 
 def record(raw: Mapping[str, Any]) -> dict[str, Any]:
@@ -28,6 +29,19 @@ def record(raw: Mapping[str, Any]) -> dict[str, Any]:
         recipe["footage"] = _footage(reference)
     kept = {name: raw[name] for name in ("format", "pftrack", "computed", "estimates_sha256")}
     return {**kept, "version": 2, "recipe": recipe}
+
+
+def pixels(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the description of a saved run that says how pixels were taken: in files that do not, as they are stored.
+
+    Raises:
+        KeyError: Something is missing.
+        TypeError: Something has another form.
+    """
+    recipe = raw["recipe"]
+    if not recipe.get("footage"):
+        return dict(raw)
+    return {**raw, "recipe": {**recipe, "footage": {"square": False, **recipe["footage"]}}}
 
 
 def request(raw: Mapping[str, Any]) -> dict[str, Any]:

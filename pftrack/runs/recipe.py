@@ -40,6 +40,8 @@ class Footage(BaseModel):
         start: Number of the first picture that is used, or from which on the target is looked for.
         mark: The target in that picture, as its kind writes it; None to have it found.
         truth: Numbers by number of the picture, as the experiment's kind of truth has them, where it is known.
+        square: Whether pixels that are not square were made square, so that mark and truth are in those; None for
+            whatever is done with a recording that is new.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -50,13 +52,19 @@ class Footage(BaseModel):
     start: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN)] = 0
     mark: dict[Annotated[str, Field(max_length=64)], Any] | None = None
     truth: dict[int, tuple[Annotated[float, Field(allow_inf_nan=False)], ...]] | None = None
+    square: bool | None = None
 
     @classmethod
     def of(cls, sequence: "FrameSequence", mark: "Mark", start: int, truth: "Truth | None" = None) -> Self:
         """Return the footage of a sequence with a mark in the picture `start`."""
         rows = dict(truth.rows) if truth else None
         return cls(
-            sha256=sequence.sha256, name=sequence.name, start=start, mark=mark.model_dump(mode="json"), truth=rows
+            sha256=sequence.sha256,
+            name=sequence.name,
+            start=start,
+            mark=mark.model_dump(mode="json"),
+            truth=rows,
+            square=sequence.square,
         )
 
 

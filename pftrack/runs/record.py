@@ -159,7 +159,7 @@ def read(path: Path) -> Record:
             f"{path.name} was saved in format {version}, this version reads formats 1 to {FORMAT}; update pftrack"
         )
     try:
-        return Record.model_validate(migrate.record(raw) if version == 1 else raw, context=EARLIER)
+        return Record.model_validate(migrate.pixels(migrate.record(raw) if version == 1 else raw), context=EARLIER)
     except ValidationError as error:
         place = ".".join(str(part) for part in error.errors()[0]["loc"])
     except (KeyError, TypeError, ValueError, AttributeError):

@@ -144,7 +144,7 @@ class Decoder:
                 else:
                     yield frame
 
-    def square_size(self, frame: VideoFrame) -> tuple[tuple[int, int], str]:
+    def square_size(self, width: int, height: int) -> tuple[tuple[int, int], str]:
         """Return the size that a stored picture has in square pixels; neither width nor height gets smaller.
 
         A ratio that no camera or disc has is taken for an error of the file, and one that changes the size by less than
@@ -155,7 +155,6 @@ class Decoder:
         """
         told = self.stream.sample_aspect_ratio
         ratio = float(told or 1)
-        width, height = frame.width, frame.height
         if told is None or abs(ratio - 1) < _NEARLY_SQUARE:
             return (width, height), ""
         name = f"{told.numerator}:{told.denominator}"

@@ -98,6 +98,11 @@ class ImageSequence:
                 self._cache.put(index, picture, picture.nbytes)
             return picture
 
+    @property
+    def square(self) -> bool:
+        """Whether pixels are square, as those of pictures are."""
+        return True
+
     def close(self) -> None:
         """Let go of the cached pictures."""
         with self._lock:

@@ -137,6 +137,10 @@ class FrameSequence(Protocol):
         """When each frame is shown, (frame_count,), from 0, s."""
 
     @property
+    def square(self) -> bool:
+        """Whether pixels are square, or were made so; an earlier version took oblong ones as they are stored."""
+
+    @property
     def index(self) -> FrameIndex:
         """All that the survey found."""
 
@@ -155,7 +159,9 @@ class FrameSequence(Protocol):
         """Let go of files and cached pictures."""
 
 
-def open_sequence(path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIndex | None = None) -> FrameSequence:
+def open_sequence(
+    path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIndex | None = None, square: bool | None = None
+) -> FrameSequence:
     """Open a video, an animated GIF or a folder of pictures.
 
     Whoever serves strangers calls `pftrack.sources.probe.probe` first: decoders of hostile files belong in a process
@@ -165,6 +171,8 @@ def open_sequence(path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIn
         path: The file or folder.
         limits: How large it may be.
         index: From an earlier survey of the same content; without it the sequence is decoded once from end to end.
+        square: Whether to make pixels square that are not; None for as the index has it, and yes without one. A run of
+            an earlier version was made on pixels as they are stored.
 
     Raises:
         SourceError: It is not a sequence of pictures, is broken, or exceeds the limits.
@@ -187,7 +195,7 @@ def open_sequence(path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIn
             index = None  # of another content: survey it again
         from pftrack.sources.video import VideoSequence  # noqa: PLC0415
 
-        return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index)
+        return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index, square=square)
     except BaseException:
         file.close()
         raise

@@ -39,7 +39,15 @@ class VideoSequence:
     """The pictures of a video or an animated GIF; may be used from several threads, one at a time."""
 
     def __init__(
-        self, file: BinaryIO, found: Format, *, name: str, sha256: str, limits: Limits, index: FrameIndex | None
+        self,
+        file: BinaryIO,
+        found: Format,
+        *,
+        name: str,
+        sha256: str,
+        limits: Limits,
+        index: FrameIndex | None,
+        square: bool | None = None,
     ) -> None:
         """Survey the file, unless its index is known already.
 
@@ -49,7 +57,8 @@ class VideoSequence:
             name: What people call it.
             sha256: Digest of its content.
             limits: How large it may be.
-            index: From an earlier survey of the same content.
+            index: From an earlier survey of the same content; it is not used if it has pixels taken otherwise.
+            square: Whether to make pixels square that are not; None for as the index has it, and yes without one.
 
         Raises:
             SourceError: It cannot be read, or exceeds the limits.
@@ -62,7 +71,8 @@ class VideoSequence:
         self._cache: BoundedCache[NDArray[np.uint8] | VideoFrame] = BoundedCache(limits.cache_bytes)
         self._decoder = Decoder(file, found, limits.pixels)
         try:
-            self.index = index or self._survey(sha256)
+            suits = index is not None and square in {None, self._is_square(index)}
+            self.index = index if index is not None and suits else self._survey(sha256, square=square is not False)
         except BaseException:
             self._decoder.close()
             raise
@@ -88,12 +98,17 @@ class VideoSequence:
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of every picture, px."""
-        return self.index.width, self.index.height
+        return _size(self.index)
 
     @property
     def sha256(self) -> str:
         """Digest of the file."""
         return self.index.sha256
+
+    @property
+    def square(self) -> bool:
+        """Whether pixels are square, or were made so."""
+        return self._is_square(self.index)
 
     def picture(self, index: int) -> NDArray[np.uint8]:
         """Return a frame, (height, width, 3) RGB, read-only.
@@ -118,7 +133,13 @@ class VideoSequence:
             self._decoder.close()
             self._close_file()
 
-    def _survey(self, sha256: str) -> FrameIndex:
+    def _is_square(self, index: FrameIndex) -> bool:
+        """Return whether an index has pixels made square, or they are; one of an earlier version has not."""
+        stream = self._decoder.stream
+        stored = stream.width, stream.height
+        return self._decoder.square_size(*stored)[0] == stored or stored_size(_size(index), index.orientation) != stored
+
+    def _survey(self, sha256: str, *, square: bool) -> FrameIndex:
         """Decode everything once."""
         limits, stream = self._limits, self._decoder.stream
         announced = stream.frames
@@ -137,7 +158,9 @@ class VideoSequence:
             if number == 0:
                 shape = frame.width, frame.height
                 check_pixels(*shape, limits, "the pictures of the video have")
-                size, remark = decoder.square_size(frame)
+                size, remark = decoder.square_size(*shape)
+                if not square and size != shape:
+                    size, remark = shape, "pixels are not square; they are taken as they are stored, as by the run"
                 check_pixels(*size, limits, "in square pixels the pictures of the video have")
             elif (frame.width, frame.height) != shape:
                 raise SourceError(
@@ -245,3 +268,7 @@ class VideoSequence:
     @property
     def _kept_on_the_way(self) -> int:
         return min(_MOST_KEPT_ON_THE_WAY, self._limits.cache_bytes // (2 * 3 * self.index.width * self.index.height))
+
+
+def _size(index: FrameIndex) -> tuple[int, int]:
+    return index.width, index.height

@@ -268,7 +268,8 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> St
         if video is None:
             name = footage.name or "a recording"
             raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
-        return open_sequence(Path(video[0]), limits, index=FrameIndex.from_json(video[1]))
+        index = FrameIndex.from_json(video[1])
+        return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
 
     saved = _saved(path)
     found = saved.record

@@ -328,8 +328,7 @@ class RunTree:
         index = FrameIndex.from_json(config.index) if config.index else None
 
         def opened(footage: Footage) -> FrameSequence:
-            del footage
-            return open_sequence(video, limits, index=index)
+            return open_sequence(video, limits, index=index, square=footage.square)
 
         setup = record.wire(self.experiment, footage, opened)
         if setup.footage is None or not footage.name:

@@ -29,6 +29,7 @@ class Pictures:
         height, width = pictures[0].shape[:2]
         self.size = (width, height)
         self.sha256 = "0" * 64
+        self.square = True
         self.times_s = np.arange(len(pictures)) / frame_rate_hz
 
     @property

@@ -31,6 +31,7 @@ FULL = Recipe(
         start=1,
         mark={"kind": "box", "x": 60.0, "y": 30.0, "width": 40.0, "height": 50.0},
         truth={1: (60.0, 30.0, 40.0, 50.0)},
+        square=True,
     ),
 )
 

@@ -310,7 +310,9 @@ def test_an_index_of_an_earlier_version_keeps_pictures_as_stored(tmp_path: Path,
     )
     checksums = tuple(zlib.crc32(picture.data) for picture in stored)
     earlier = dataclasses.replace(opened(path).index, width=96, checksums=checksums)
+    assert opened(path).square
     sequence = opened(path, index=earlier)
+    assert not sequence.square
     assert sequence.size == (96, 64)
     np.testing.assert_array_equal(sequence.picture(2), stored[2])
 
