@@ -8,6 +8,8 @@ compiled, `{"found": [NAME, ...]}` for what was compiled before, `{"ready": EXPE
 import json
 import os
 import sys
+from collections.abc import Callable
+from typing import TypeAlias
 
 from pftrack.compiled import FUNCTIONS
 from pftrack.experiments import EXPERIMENTS
@@ -18,14 +20,25 @@ from pftrack.warming.watch import name_of, watched
 
 LOW_PRIORITY = 10
 
-
-def say(news: dict[str, object]) -> None:
-    """Write a line of JSON."""
-    sys.stdout.write(json.dumps(news) + "\n")
-    sys.stdout.flush()
+Say: TypeAlias = Callable[[dict[str, object]], None]
 
 
-def warm(name: str) -> None:
+def output() -> Say:
+    """Return what writes a line of JSON to the standard output, and send all else that is printed to standard error.
+
+    Experiments of other packages print, and so do libraries below Python; no line of theirs may come between the news.
+    """
+    lines = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+
+    def say(news: dict[str, object]) -> None:
+        lines.write(json.dumps(news) + "\n")
+        lines.flush()
+
+    return say
+
+
+def warm(name: str, say: Say) -> None:
     """Run everything of an experiment, and tell what came of it."""
     try:
         for tracker, values in cases(EXPERIMENTS[name]):
@@ -42,13 +55,14 @@ def main() -> None:
     """Warm experiment after experiment until there are no more."""
     leave_interrupts_to_parent()
     follow_parent(os.getppid())
+    say = output()
     if "--at-once" not in sys.argv:
         os.nice(LOW_PRIORITY)
     dict(EXPERIMENTS)
     say({"total": len(FUNCTIONS)})
     with watched(lambda _: None, lambda name, seconds: say({"function": name, "seconds": round(seconds, 3)})):
         for line in sys.stdin:
-            warm(line.strip())
+            warm(line.strip(), say)
 
 
 if __name__ == "__main__":

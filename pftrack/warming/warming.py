@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any
 
-from pftrack.process import command, environment
+from pftrack.process import command, described, environment
 from pftrack.warming.progress import Progress
 
 __all__ = ["Warming"]
@@ -46,6 +46,7 @@ class Warming:
         self._waiting = deque(names)
         self._all = frozenset(self._waiting)
         self._told = told
+        self._module = child
         self._arguments = () if low_priority else ("--at-once",)
         self._lock = threading.RLock()
         self._done: set[str] = set()
@@ -56,8 +57,8 @@ class Warming:
         self._begun = time.monotonic()
         self._ended: float | None = None
         count = min(len(self._waiting), processes or os.cpu_count() or 1)
-        self._children = [self._started(child) for _ in range(count)]
-        self._threads = [threading.Thread(target=self._follow, args=(it,), daemon=True) for it in self._children]
+        self._children = [self._started() for _ in range(count)]
+        self._threads = [threading.Thread(target=self._work, args=(it,), daemon=True) for it in self._children]
         for thread in self._threads:
             thread.start()
 
@@ -85,20 +86,36 @@ class Warming:
         """End the processes; what they have compiled stays."""
         with self._lock:
             self._waiting.clear()
-        for child in self._children:
-            child.kill()
+            for child in self._children:
+                child.kill()
         for thread in self._threads:
             thread.join(ENDING_S)
 
-    def _started(self, module: str) -> "subprocess.Popen[str]":
+    def _started(self) -> "subprocess.Popen[str]":
         return subprocess.Popen(  # noqa: S603 - this very Python, and a module of ours
-            command(module, *self._arguments),
+            command(self._module, *self._arguments),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             env=environment(),
             text=True,
         )
+
+    def _work(self, child: "subprocess.Popen[str]") -> None:
+        """Follow a process, and another one after each that ends before its time, until no experiment waits."""
+        self._follow(child)
+        while (following := self._successor(child)) is not None:
+            child = following
+            self._follow(child)
+
+    def _successor(self, child: "subprocess.Popen[str]") -> "subprocess.Popen[str] | None":
+        """Start a process in the place of one that has ended, if there is something left for it to do."""
+        with self._lock:  # so that `stop` meets either the new process or an empty queue
+            if not self._waiting:
+                return None
+            self._children.remove(child)
+            self._children.append(self._started())
+            return self._children[-1]
 
     def _follow(self, child: "subprocess.Popen[str]") -> None:
         """Hand out experiments to a process and take its news, until there are no more or it ends."""
@@ -118,7 +135,7 @@ class Warming:
                 child.stdin.close()
         if current is not None:
             with self._lock:
-                self._failed[current] = f"its compiler process ended with status {child.returncode}"
+                self._failed[current] = f"its compiler process {described(child.returncode)}"
                 self._tell()
 
     def _take(self, news: dict[str, Any]) -> None:

@@ -32,6 +32,17 @@ for line in sys.stdin:
 """
 
 
+PRINTING = """
+import os
+from pftrack.warming import child
+def run_case(*_):
+    print("by Python", flush=True)
+    os.write(1, b"below Python")
+child.run_case = run_case
+child.main()
+"""
+
+
 @pytest.fixture
 def pretend(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "pretending.py").write_text(PRETENDING.format(pause=0.05))
@@ -53,13 +64,22 @@ def test_progress_comes_with_every_function(pretend: str) -> None:
     assert any(progress.ready and not progress.finished for progress in told)
 
 
+@pytest.mark.parametrize("processes", [1, 2])
 @pytest.mark.parametrize(("bad", "reason"), [("broken", "ValueError: no"), ("dies", "ended with status 3")])
-def test_one_that_does_not_run_keeps_no_other(pretend: str, bad: str, reason: str) -> None:
+def test_one_that_does_not_run_keeps_no_other(pretend: str, bad: str, reason: str, processes: int) -> None:
     """An experiment that raises, or ends its process, is told with the reason, and the others get ready."""
-    done = Warming([bad, "one"], processes=2, child=pretend).wait()
+    done = Warming([bad, "one"], processes=processes, child=pretend).wait()
     assert done.finished
     assert reason in done.failed[bad]
     assert done.ready == {"one"}
+
+
+@pytest.mark.usefixtures("pretend")
+def test_nothing_is_begun_after_it_was_ended() -> None:
+    """A process that is ended is not replaced, however much there is left to do."""
+    warming = Warming(["one", "two", "three"], processes=1, child="pausing")
+    warming.stop()
+    assert warming.wait().failed.keys() <= {"one"}
 
 
 @pytest.mark.usefixtures("pretend")
@@ -117,6 +137,17 @@ def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
     memory.remember("one")
     assert memory.ready(["one"]) == frozenset()
+
+
+def test_what_an_experiment_prints_is_no_news(tmp_path: Path) -> None:
+    """What is printed while an experiment is called, also below Python, goes to standard error."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", PRINTING]
+    done = subprocess.run(command, input="sine\n", capture_output=True, text=True, check=True, env=environment)
+    news = [json.loads(line) for line in done.stdout.splitlines()]
+    assert {"ready": "sine"} in news
+    assert "by Python" in done.stderr
+    assert "below Python" in done.stderr
 
 
 def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
