@@ -69,7 +69,7 @@ class Course:
     Attributes:
         estimates: (L, d).
         truths: (L, d).
-        errors: (L,) distance of the estimate from the truth.
+        errors: (L,) distance of the estimate from the truth; infinite where the estimate is not finite.
         lost: (L,) whether that counts as lost, False where the truth is unknown; None if there is no such notion.
         extents: (L, 2) width and height of the box around the target, px; NaN for one without such a box.
     """
@@ -127,7 +127,7 @@ class Measure:
         return values
 
     def of(self, course: Course) -> float | int | None:
-        """Return the measure of a run; None where nothing is known."""
+        """Return the measure of a run; None where nothing is known, or it is not finite."""
         values = self.values(course)
         known = values[~np.isnan(values)]
         if not len(known):
@@ -136,7 +136,8 @@ class Measure:
             case "share":
                 return 1.0 - np.count_nonzero(known == 0.0) / len(known)
             case "median":
-                return float(np.median(known))
+                middle = float(np.median(known))
+                return middle if np.isfinite(middle) else None
             case "until":
                 missed = np.flatnonzero(values == 1.0)
                 return int(missed[0]) if len(missed) else len(values)
@@ -199,7 +200,8 @@ def _inside(course: Course) -> NDArray[np.float64]:
 
 def _failed(course: Course) -> NDArray[np.float64]:
     known = _boxed(course)
-    return _flags((_offsets(course) >= 1.0).any(axis=1), known)
+    # An estimate that is not finite is in no box.
+    return _flags(~(_offsets(course) < 1.0).all(axis=1), known)
 
 
 def _normalised(course: Course) -> NDArray[np.float64]:

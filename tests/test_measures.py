@@ -70,6 +70,19 @@ def test_what_has_no_box_is_not_inside_one() -> None:
     assert measured(PICTURE_MEASURES, bare).keys() == {"precision_20px", "median_error_px"}
 
 
+def test_an_estimate_that_is_none_counts_as_wrong() -> None:
+    """Where the truth is known an estimate that is not finite misses it; medians that are not finite are absent."""
+    off = np.array([[0.0, 0.0], [NAN, NAN], [NAN, NAN]])
+    truths, errors = np.full((3, 2), 100.0), np.array([0.0, np.inf, np.inf])
+    run = Course(truths + off, truths, errors, errors > 60.0, np.full((3, 2), 30.0))
+    assert measured((HIT_RATE, *PICTURE_MEASURES), run) == {
+        "hit_rate": pytest.approx(1 / 3),
+        "inside_share": pytest.approx(1 / 3),
+        "precision_20px": pytest.approx(1 / 3),
+        "frames_to_failure": 1,
+    }
+
+
 def test_a_pose_by_hand() -> None:
     """Errors of 2, 10, 12 and 20 degrees, of which the last counts as lost."""
     errors = np.array([2.0, 10.0, 12.0, 20.0])

@@ -35,7 +35,8 @@ class Outcome:
 
     Attributes:
         success: Whether the measure that decides is high enough; None where it is not known.
-        mean_error: Over the frames whose truth is known, in the experiment's unit; None where there are none.
+        mean_error: Over the frames whose truth is known, in the experiment's unit; None where there are none, or an
+            estimate is not finite.
         lost_frames: How many frames were lost; None where the experiment has no notion of lost.
         first_lost_frame: The first of them, or None.
         labelled_frames: Frames whose truth is known.
@@ -215,6 +216,7 @@ class _Folding:
         """Judge the finished run."""
         estimates = np.concatenate(self._estimates)
         errors = experiment.error(estimates, known.positions)
+        errors = np.where(np.isnan(errors) & np.isfinite(known.positions).all(axis=1), np.inf, errors)
         lost = experiment.lost(errors, known.sizes, parameters) if experiment.lost else None
         scale = experiment.scale
         course = Course(scale * estimates, scale * known.positions, errors, lost, known.extents)

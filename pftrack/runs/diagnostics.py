@@ -27,7 +27,8 @@ class Diagnostics:
         truth: The true position; None where it is unknown.
         extent: Width and height of the true box, px; None where it is unknown, or there is none.
         observation: What was seen of a signal; None for pictures.
-        error: Distance of the estimate from the truth; None where the truth is unknown.
+        error: Distance of the estimate from the truth, inf for an estimate that is not finite; None where the truth is
+            unknown.
         lost: Whether that counts as lost; None where the truth is unknown.
         hidden: Whether the target is known to be out of sight.
         searching: Whether the tracker has lost the target by its own account; None for one that always follows.

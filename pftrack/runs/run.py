@@ -9,6 +9,7 @@ and repeats the few steps from there, to the same numbers. A change of a paramet
 past is the past, and a change to it makes a `branch`.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from statistics import median
 from time import perf_counter
@@ -348,6 +349,8 @@ class Run:
         if frame.target is None:
             return None, None
         error = float(self.experiment.error(state.estimate, frame.target.position))
+        if math.isnan(error):  # of an estimate that is none: as wrong as can be, and not unknown
+            error = math.inf
         judged = self.experiment.lost
         return error, bool(judged(error, frame.target.size, parameters)) if judged else None
 

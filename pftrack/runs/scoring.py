@@ -21,7 +21,7 @@ class Verdict:
 
     Attributes:
         labelled_frames: Frames whose truth is known.
-        mean_error: Over those, in the experiment's unit; None where there are none.
+        mean_error: Over those, in the experiment's unit; None where there are none, or an estimate is not finite.
         success: Whether the measure that decides is high enough; None where it is not known.
         success_measure: Name of that measure, a share; None where it is not known.
         lost_frames: How many of them were lost; None where there are none, or no notion of lost.
@@ -45,7 +45,7 @@ def judge(course: Course, decisive: Measure, allowed_share: float) -> Verdict:
         allowed_share: Share of the frames with known truth, 0..1, that may miss in a success.
     """
     known = course.errors[~np.isnan(course.errors)]
-    mean_error = float(known.mean()) if len(known) else None
+    mean_error = float(known.mean()) if len(known) and np.isfinite(known).all() else None
     success = succeeded(decisive, course, allowed_share)
     name = None if success is None else decisive.name
     if course.lost is None or not len(known):

@@ -16,6 +16,7 @@ from pftrack.parameters import Value, declarations, flat
 from pftrack.runs import batch
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
+from pftrack.runs.scoring import reductions
 from pftrack.sources.source import History
 from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, each_tracker, named
 
@@ -174,9 +175,13 @@ def _a_batch_agrees(experiment: Experiment) -> None:
             where = f"than a live run with the tracker {tracker}, seed {seed}"
             same = outcome.estimates_sha256 == live.estimates_sha256
             demand(same, f"a batch comes to other estimates {where}")
-            verdict = live.summary().verdict
-            for name in ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames"):
-                pair = getattr(outcome, name), getattr(verdict, name)
+            summary = live.summary()
+            names = ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames")
+            of_batch = {**{name: getattr(outcome, name) for name in names}, **outcome.measures, **outcome.reductions}
+            kept = reductions(experiment.declared(tracker), live.diagnostics[1:])
+            of_live = {**{name: getattr(summary.verdict, name) for name in names}, **summary.measures, **kept}
+            for name in of_batch | of_live:
+                pair = of_batch.get(name), of_live.get(name)
                 demand(pair[0] == pair[1], f"a batch comes to another {name} {where}: {pair[0]} for {pair[1]}")
 
 

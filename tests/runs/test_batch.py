@@ -1,17 +1,31 @@
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from pftrack.experiment import Setup
 from pftrack.experiments import find
+from pftrack.frame import Frame
 from pftrack.parameters import ParameterError, Value
 from pftrack.runs import batch, scoring
 from pftrack.runs.run import Change, Run
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
 BALL = find("ball")
+
+
+class Silent:
+    """A state that knows no place, beside all that the one within knows."""
+
+    estimate = np.full(2, np.nan)
+
+    def __init__(self, state: Any) -> None:
+        self.within = state
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.within, name)
 
 
 def live(tracker: str, seed: int, values: Mapping[str, Value], frames: int = 60) -> Run:
@@ -83,6 +97,31 @@ def test_an_experiment_without_pictures_runs_too() -> None:
     assert exact.success is None
     assert exact.mean_error is not None
     assert sampled.mean_error != exact.mean_error
+
+
+def test_an_estimate_that_is_none_is_no_success() -> None:
+    """A tracker that comes to NaN beside a known truth has lost its target, live and in a batch alike."""
+    tracker = BALL.trackers["condensation"]
+
+    def lost_for_words(state: Any, frame: Frame, parameters: Any, rng: Any) -> Any:
+        made = tracker.step(state.within if isinstance(state, Silent) else state, frame, parameters, rng)
+        return Silent(made) if frame.index >= 4 else made
+
+    def fold(*given: Any) -> Any:
+        done = tracker.fold(*given)  # type: ignore[misc] # this one has it
+        estimates = done.estimates.copy()
+        estimates[3:] = np.nan
+        return replace(done, estimates=estimates)
+
+    found = []
+    for changed in (replace(tracker, step=lost_for_words, fold=None), replace(tracker, fold=fold)):
+        ball = replace(BALL, trackers={"condensation": changed}, default_tracker="condensation")
+        ((outcome,),) = batch.outcomes(ball, ball.simulate(), values={}, trackers=["condensation"], seeds=[1], frames=8)
+        assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (8, 4, 4)
+        assert (outcome.success, outcome.mean_error) == (False, None)
+        assert outcome.measures["frames_to_failure"] == 4
+        found.append(dict(outcome.measures))
+    assert found[0] == found[1]
 
 
 def test_values_at_odds_are_refused() -> None:

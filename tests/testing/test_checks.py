@@ -175,15 +175,15 @@ def jealous_trackers() -> Experiment:
     return replace(SOUND, trackers={**SOUND.trackers, "jealous": other})
 
 
-def wrong_fold() -> Experiment:
-    ball = find("ball")
-    tracker = ball.trackers["condensation"]
+def folding(alter: Callable[[Any], dict[str, Any]]) -> Experiment:
+    """Return an experiment whose tracker alters what it says of many frames at once."""
+    tracker = BALL.trackers["h-spf"]
 
     def fold(*given: Any) -> Any:
         done = tracker.fold(*given)  # type: ignore[misc] # this one has it
-        return done and replace(done, estimates=done.estimates + 1e-9)
+        return done and replace(done, **alter(done))
 
-    return replace(ball, trackers={"condensation": replace(tracker, fold=fold)}, default_tracker="condensation")
+    return replace(BALL, trackers={"h-spf": replace(tracker, fold=fold)}, default_tracker="h-spf")
 
 
 def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> Any:
@@ -258,7 +258,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: replace(SOUND, id="unlisted"),
         "another process cannot compute the run: .*no experiment 'unlisted'",
     ),
-    "a batch comes to the numbers of live runs": (wrong_fold, "a batch comes to other estimates than a live run"),
+    "a batch comes to the numbers of live runs": (
+        lambda: folding(lambda done: {"estimates": done.estimates + 1e-9}),
+        "a batch comes to other estimates than a live run",
+    ),
     "any tracker takes over from any other": (
         jealous_trackers,
         r"the estimate of frame \d is \(nan,\) after the tracker changed",
@@ -332,6 +335,12 @@ def test_each_check_can_fail(name: str, monkeypatch: pytest.MonkeyPatch) -> None
         monkeypatch.setitem(EXPERIMENTS._known, experiment.id, experiment)
     with pytest.raises(CheckError, match=sentence):
         checks_of(experiment)[name]()
+
+
+def test_a_batch_that_keeps_less_than_a_live_run_is_found() -> None:
+    """What a sweep keeps of a tracker's series is compared too: a fold may leave one out."""
+    with pytest.raises(CheckError, match=r"another observation_share than a live run .*: None for 0"):
+        checks_of(folding(lambda _: {"series": {}}))["a batch comes to the numbers of live runs"]()
 
 
 def bodies(covariance: Any) -> Ellipsoids:
