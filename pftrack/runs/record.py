@@ -238,7 +238,7 @@ def _truth(kind: TruthKind, rows: Mapping[int, tuple[float, ...]]) -> Truth | No
     """Return the truth of a recipe, held to what a file of its kind may say."""
     form = kind.form
     for frame, values in rows.items():
-        if len(values) != len(form.columns) - 1 or not all(abs(value) <= form.largest for value in values):
+        if not form.allows(values):
             raise ParameterError(f"footage.truth.{frame}", values, f"a {form.one} of {form.unit}")
     return kind.table(rows) if rows else None
 

@@ -8,7 +8,7 @@ empty, is a frame without truth: it counts neither for the tracker nor against i
 
 import csv
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -34,16 +34,36 @@ LARGEST_FRAME = 10_000_000
 
 
 class Form(NamedTuple):
-    """What a file has: its columns, what the values are called, the largest of them, and their unit."""
+    """What a table has.
+
+    Attributes:
+        columns: Their names, that of the frame's number first.
+        one: What the values of a frame are called.
+        several: The same for several frames.
+        largest: That a value may be, in either direction.
+        unit: Of the values.
+        positive: Columns whose values must be above 0.
+    """
 
     columns: tuple[str, ...]
     one: str
     several: str
     largest: float
     unit: str
+    positive: tuple[str, ...] = ()
+
+    def allows(self, values: Sequence[float]) -> bool:
+        """Return whether these may be the values of a frame."""
+        if len(values) != len(self.columns) - 1 or not all(abs(value) <= self.largest for value in values):
+            return False
+        return all(value > 0 for value in self.lengths(values))
+
+    def lengths(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Return those of a frame's values that must be above 0."""
+        return tuple(values[self.columns.index(name) - 1] for name in self.positive)
 
 
-BOX_FORM = Form(("frame", "x", "y", "w", "h"), "box", "boxes", 100_000.0, "px")
+BOX_FORM = Form(("frame", "x", "y", "w", "h"), "box", "boxes", 100_000.0, "px", positive=("w", "h"))
 
 
 class TruthError(ValueError):
@@ -105,11 +125,7 @@ def read_truth(path: Path) -> TruthTable:
         TruthError: The file is missing, is no such table, or a line of it is wrong.
     """
     rows, warnings = read_table(path, BOX_FORM)
-    boxes = {}
-    for frame, (line, (x, y, w, h)) in rows.items():
-        if w <= 0 or h <= 0:
-            raise TruthError(f"{path.name}, line {line}: w and h must be above 0, got {w:g} and {h:g}")
-        boxes[frame] = (x, y, w, h)
+    boxes = {frame: (x, y, w, h) for frame, (x, y, w, h) in rows.items()}
     return TruthTable(MappingProxyType(boxes), warnings)
 
 
@@ -123,12 +139,9 @@ class TruthKind(NamedTuple):
 
 BOXES = TruthKind(BOX_FORM, read_truth, TruthTable)
 
-Rows = dict[int, tuple[int, list[float]]]
-"""Number of the line, and the values, by frame."""
 
-
-def read_table(path: Path, form: Form) -> tuple[Rows, tuple[str, ...]]:
-    """Read a file of this form: number of the line and values by frame, and warnings, one sentence each.
+def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[str, ...]]:
+    """Read a file of this form: values by frame, and warnings, one sentence each.
 
     Raises:
         TruthError: The file is missing, is no such table, or a line of it is wrong.
@@ -147,9 +160,9 @@ def read_table(path: Path, form: Form) -> tuple[Rows, tuple[str, ...]]:
         raise TruthError(f"{name} is not comma-separated text with the columns {', '.join(form.columns)}") from None
 
 
-def _table(name: str, file: TextIO, form: Form) -> tuple[Rows, tuple[str, ...]]:
+def _table(name: str, file: TextIO, form: Form) -> tuple[dict[int, list[float]], tuple[str, ...]]:
     wanted = form.columns
-    found: Rows = {}
+    found: dict[int, list[float]] = {}
     seen: set[int] = set()
     repeated = 0
     rows = csv.reader(file)
@@ -164,6 +177,9 @@ def _table(name: str, file: TextIO, form: Form) -> tuple[Rows, tuple[str, ...]]:
         values = None
         if texts[wanted[1]]:
             values = [_number(place, column, texts[column], form) for column in wanted[1:]]
+            if not form.allows(values):
+                got = " and ".join(f"{length:g}" for length in form.lengths(values))
+                raise TruthError(f"{place}: {' and '.join(form.positive)} must be above 0, got {got}")
         if frame in seen:
             if not several:
                 raise TruthError(f"{place}: frame {frame} is listed twice; one {form.one} a frame")
@@ -171,7 +187,7 @@ def _table(name: str, file: TextIO, form: Form) -> tuple[Rows, tuple[str, ...]]:
             continue
         seen.add(frame)
         if values is not None:
-            found[frame] = (line, values)
+            found[frame] = values
     if not seen:
         raise TruthError(f"{name} lists no frames")
     left_out = f"{name} has several objects; further {form.several} of the same frames were left out ({repeated})"

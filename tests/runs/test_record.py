@@ -138,7 +138,7 @@ def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[
         load(_rewritten(tmp_path / "a.pft", **changes))
 
 
-@pytest.mark.parametrize("row", [[1, 2, float("nan"), 4], [1, 2, 1e300, 4], [1, 2, 3]])
+@pytest.mark.parametrize("row", [[1, 2, float("nan"), 4], [1, 2, 1e300, 4], [1, 2, 3], [1, 2, 0, 4]])
 def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[float]) -> None:
     """The truth in a saved run is held to what is asked of a table."""
     truth = BALL.truth.table({0: (1, 2, 30, 40)})

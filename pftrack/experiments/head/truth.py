@@ -58,7 +58,7 @@ def read_poses(path: Path) -> PoseTable:
         TruthError: The file is missing, is no such table, or a line of it is wrong.
     """
     rows, warnings = read_table(path, POSE_FORM)
-    poses = {frame: (yaw, pitch, roll) for frame, (_, (yaw, pitch, roll)) in rows.items()}
+    poses = {frame: (yaw, pitch, roll) for frame, (yaw, pitch, roll) in rows.items()}
     return PoseTable(MappingProxyType(poses), warnings)
 
 
