@@ -12,7 +12,7 @@ from numbers import Real
 
 import numpy as np
 
-from pftrack.drawing import Drawing, Primitive
+from pftrack.drawing import Drawing, Mesh, Primitive
 
 __all__ = ["faults", "without_faults"]
 
@@ -36,7 +36,9 @@ SHAPES: Mapping[str, tuple[int | None, ...]] = {
 
 PICTURE = (None, None, 3)
 NUMBERS = ("size", "width", "length", "opacity", "sigmas")
-ARRAY_KINDS = "fiub"
+TEXTS = ("text", "layer")
+WHOLE_KINDS = "iu"
+ARRAY_KINDS = "f" + WHOLE_KINDS + "b"
 """NumPy's letters for numbers that are real, whole, whole and not negative, and truths."""
 
 
@@ -64,21 +66,33 @@ def without_faults(drawing: Drawing) -> Drawing:
 
 def _fault(item: Primitive) -> str:
     """Return what is wrong with a primitive, or nothing."""
-    clauses = (_fault_of_field(field.name, getattr(item, field.name)) for field in fields(item))
-    return next(filter(None, clauses), "")
+    clauses = [_fault_of_field(field.name, getattr(item, field.name)) for field in fields(item)]
+    return next(filter(None, clauses), _fault_of_faces(item) if isinstance(item, Mesh) else "")
 
 
 def _fault_of_field(name: str, value: object) -> str:
     if name == "image_rgb":
-        return "" if _is_picture(value) else f"{name} must be (height, width, 3) bytes, got {_shown(value)}"
-    if name in SHAPES:
-        return "" if _is_array(value, SHAPES[name]) else f"{name} must be an array {_shape(name)}, got {_shown(value)}"
-    if isinstance(value, np.ndarray):  # of a mesh, which has looked at its shape
-        return "" if value.dtype.kind in ARRAY_KINDS else f"{name} must hold numbers, got {value.dtype}"
-    if name == "colour":
-        return "" if _is_colour(value) else f"colour must be three numbers from 0 to 255, got {_shown(value)}"
-    if name in NUMBERS and not _is_number(value):
-        return f"{name} must be a finite number that is not negative, got {_shown(value)}"
+        holds, wanted = _is_picture(value), "(height, width, 3) bytes"
+    elif name in SHAPES:
+        holds, wanted = _is_array(value, SHAPES[name]), f"an array {_shape(name)}"
+    elif isinstance(value, np.ndarray):  # of a mesh, which has looked at its shape
+        holds, wanted = value.dtype.kind in ARRAY_KINDS, "numbers"
+    elif name == "colour":
+        holds, wanted = _is_colour(value), "three numbers from 0 to 255"
+    elif name in NUMBERS:
+        holds, wanted = _is_number(value), "a finite number that is not negative"
+    else:
+        holds, wanted = name not in TEXTS or isinstance(value, str), "a text"
+    return "" if holds else f"{name} must be {wanted}, got {_shown(value)}"
+
+
+def _fault_of_faces(mesh: Mesh) -> str:
+    """Return what is wrong with the faces of a mesh whose arrays have their shapes, or nothing."""
+    count = len(mesh.vertices)
+    if mesh.faces.dtype.kind not in WHOLE_KINDS:
+        return f"faces must hold whole numbers, got {mesh.faces.dtype}"
+    if mesh.faces.size and not 0 <= mesh.faces.min() <= mesh.faces.max() < count:
+        return f"faces must name vertices 0 to {count - 1}, got {mesh.faces.min()} to {mesh.faces.max()}"
     return ""
 
 

@@ -23,6 +23,14 @@ BROKEN: dict[str, tuple[Primitive, str]] = {
     "a size that is a tuple": (replace(CLOUD, size=(2.0,)), r"size must be a finite number .*, got \(2.0,\)"),
     "a width of minus one": (replace(DISC, width=-1.0), "width must be a finite number that is not negative, got -1.0"),
     "an endless opacity": (replace(SOLID, opacity=np.inf), "opacity must be a finite number .*, got inf"),
+    "faces of vertices that are not there": (
+        replace(SOLID, faces=np.array([[0, 1, 3]], np.int32)),
+        "faces must name vertices 0 to 2, got 0 to 3",
+    ),
+    "faces before the first vertex": (replace(SOLID, faces=np.array([[0, 1, -1]])), "got -1 to 1"),
+    "faces of no vertices": (replace(SOLID, vertices=np.zeros((0, 3), np.float32)), "faces must name vertices"),
+    "faces between vertices": (replace(SOLID, faces=np.zeros((1, 3))), "faces must hold whole numbers, got float64"),
+    "a label that is a number": (replace(LABEL, text=7), "text must be a text, got 7"),
     "a list of places": (replace(CLOUD, positions=[[0.0, 0.0, 0.0]]), r"positions must be an array \(n, 3\), got \[\["),
     "places in the plane": (
         replace(CLOUD, positions=np.zeros((5, 2), np.float32)),

@@ -262,6 +262,7 @@ def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any
 
 
 def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
+    from pftrack.faults import without_faults
     from pftrack.film import FilmWriter
     from pftrack.rendering import render_beside
     from pftrack.runs.scoring import reductions
@@ -271,9 +272,8 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
         tick = stack.enter_context(progress(f"{run.experiment.id}, {run.tracker}"))
         for step in islice(run, frames):
             if film is not None:
-                film.write(
-                    render_beside(run.experiment.draw(step, run.diagnostics), layers=run.experiment.shown_layers)
-                )
+                drawing = without_faults(run.experiment.draw(step, run.diagnostics))
+                film.write(render_beside(drawing, layers=run.experiment.shown_layers))
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
     said = run.experiment.report(run.diagnostics) if run.experiment.report else {}

@@ -8,13 +8,16 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pftrack import __version__
 from pftrack.cli.app import main
+from pftrack.drawing import Drawing, Text
 from pftrack.experiments import EXPERIMENTS, find
 from tests.cli.commands import FRAMES, Call, refused
 
@@ -507,6 +510,21 @@ def test_bench_without_a_checkout_says_where_benchmarks_are(call: Call, monkeypa
     """The installed package has no benchmarks, and says so."""
     monkeypatch.setattr("pftrack.cli.checks.__file__", "/somewhere/else/pftrack/cli_checks.py")
     refused(call("bench"), 1, "the benchmarks come with the source")
+
+
+def test_a_film_leaves_out_what_cannot_be_shown(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A drawing with a fault, as an experiment of another package may make, does not end the run: as on the page."""
+    sine = find("sine")
+
+    def draw(*given: Any) -> Drawing:
+        drawn = sine.draw(*given)
+        return replace(drawn, primitives={**drawn.primitives, "name": Text(np.zeros(3), 7, (0, 0, 0), "estimate")})  # type: ignore[arg-type]
+
+    monkeypatch.setitem(EXPERIMENTS._known, "sine", replace(sine, draw=draw))
+    film = tmp_path / "a.mp4"
+    status, _, err = call("run", "sine", "--frames", 3, "--video-out", film)
+    assert status == 0, err
+    assert film.stat().st_size > 0
 
 
 @pytest.mark.parametrize("again", [False, True], ids=["run", "replay"])
