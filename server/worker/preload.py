@@ -52,7 +52,8 @@ def _warm() -> None:
     for name in sorted(ready(names) if cache_folder() else names):
         with contextlib.nullcontext() if name in EXPERIMENTS.own else contextlib.suppress(Exception):
             for tracker, values in cases(EXPERIMENTS[name]):
-                png(render(run_case(EXPERIMENTS[name], tracker, values)))
+                drawing = run_case(EXPERIMENTS[name], tracker, values)
+            png(render(drawing))
 
 
 _warm()

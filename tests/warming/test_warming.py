@@ -9,11 +9,22 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from pftrack.compiled import compiled
+from pftrack.trackers.ball.loop import loop_with
 from pftrack.warming import Progress, Warming, memory
 
 ROOT = Path(__file__).parents[2]
+
+
+@compiled
+def silent(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], packed: tuple[float, ...]) -> NDArray[np.float64]:
+    """Return the log likelihoods (N,) of a likelihood that says nothing."""
+    return np.zeros(states.shape[0])
+
 
 PRETENDING = """
 import json, sys, time
@@ -120,6 +131,16 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
         memory.machine, "computed_on", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
     )
     assert memory.ready(["one", "two"]) == frozenset()
+
+
+def test_a_loop_around_a_likelihood_of_elsewhere_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What another package compiles, with a loop of ours around it, is not waited for by anybody else."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    memory.remember("one")
+    loop_with(silent)
+    assert memory.ready(["one"]) == {"one"}
 
 
 def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
