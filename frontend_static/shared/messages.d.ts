@@ -130,7 +130,7 @@ export interface Columns {
 export interface ComparisonPublic {
   first: string;
   second: string;
-  measure: "success" | "error";
+  measure: string;
   test: "chi-square" | "fisher" | "rank-sum";
   level: number;
   correction: "none" | "holm";

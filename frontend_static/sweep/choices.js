@@ -18,13 +18,8 @@ const SHOWS = [
   { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
   { value: "error", words: "Error", hint: "Mean error of the successful runs" },
   { value: "measure", words: "Measure", hint: "Mean over all runs of a measure as benchmarks define it" },
-  { value: "difference", words: "Difference", hint: "One method's rate or error less another's" },
+  { value: "difference", words: "Difference", hint: "One method's rate, error or measure less another's" },
   { value: "significance", words: "Significance", hint: "Where a test tells two methods apart" },
-];
-/** @type {Option<View["measure"]>[]} */
-const MEASURES = [
-  { value: "success", words: "by success" },
-  { value: "error", words: "by error" },
 ];
 /** @type {Option<View["test"]>[]} */
 const TESTS = [
@@ -51,7 +46,8 @@ function switches(store) {
   const isSeveral = trackers.length > 1;
   const isOpen = { success: judged, error: true, measure: measures.length > 0, difference: isSeveral, significance: isSeveral };
   const open = SHOWS.filter(({ value }) => isOpen[value]);
-  return [segments("Quantity", open, store.view.show, (show) => store.show({ show })), store.measure && whichMeasure(store, store.measure)];
+  const { view, measure } = store;
+  return [segments("Quantity", open, view.show, (show) => store.show({ show })), view.show === "measure" && measure && whichMeasure(store, measure)];
 }
 
 /**
@@ -77,7 +73,7 @@ function versus(store) {
     select("First method", methods, view.first, (first) => store.show({ first })),
     " against ",
     select("Second method", methods, view.second, (second) => store.show({ second })),
-    sweep.judged && select("Of what", MEASURES, view.measure, (measure) => store.show({ measure })),
+    comparedBy(store),
     view.show === "significance" && [
       view.measure === "success" && select("Test", TESTS, view.test, (test) => store.show({ test })),
       select("Level", LEVELS, String(view.level), (level) => store.show({ level: Number(level) })),
@@ -89,6 +85,19 @@ function versus(store) {
       ),
     ],
   );
+}
+
+/** @param {SweepStore} store */
+function comparedBy(store) {
+  const { view, known: sweep, measure } = store;
+  const options = [
+    ...(sweep.judged ? [{ value: "success", words: "success" }] : []),
+    { value: "error", words: "error" },
+    ...sweep.measures.map(({ name, title }) => ({ value: name, words: title })),
+  ];
+  if (options.length < 2) return null;
+  const list = select("Compared by", options, view.measure, (by) => store.show({ measure: by }));
+  return h("span", { title: measure?.description }, " by ", list);
 }
 
 /** @param {SweepStore} store */

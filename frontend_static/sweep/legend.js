@@ -38,11 +38,12 @@ function amounts({ quantity, measure, known }, cells) {
 
 /** @param {SweepStore} store */
 function comparison(store) {
-  const { view, known } = store;
+  const { view, known, quantity, measure } = store;
   const [first, second] = [view.first, view.second].map((id) => store.shortOf(id));
   if (view.show === "difference") {
     const { most, words } = differenceEnd(store);
-    const unit = view.measure === "error" && known.unit ? ` ${known.unit}` : "";
+    const name = measure?.unit ?? (quantity === "error" ? known.unit : "");
+    const unit = name && ` ${name}`;
     return scale("Difference", gradient((share) => diverging(-share), -1), `${first} better by ${short(most)}${unit}${words}`, `${second} better`);
   }
   return [

@@ -23,11 +23,11 @@ export function errorEnd({ maps }) {
 /**
  * What is written at the ends of the differences' scale, which is the same to both sides.
  *
- * @param {{view: {measure: "success"|"error"}, comparison: Pick<ComparisonPublic, "difference">|null}} store
+ * @param {{quantity: SweepStore["quantity"], measure?: Pick<MeasurePublic, "how">, comparison: Pick<ComparisonPublic, "difference">|null}} store
  * @returns {End}
  */
-export function differenceEnd({ view, comparison }) {
-  if (view.measure === "success") return { most: 1, words: "" };
+export function differenceEnd({ quantity, measure, comparison }) {
+  if (isShareOf(quantity, measure)) return { most: 1, words: "" };
   return endOf((comparison?.difference ?? []).map((value) => value && Math.abs(value)));
 }
 
@@ -84,7 +84,7 @@ function quantityOf({ quantity, measure }, cells, map) {
  * @returns {(index: number) => Look}
  */
 export function comparisonLook(store, cells) {
-  const { comparison, view } = store;
+  const { comparison, view, quantity, measure } = store;
   const maps = cells.maps.filter(({ tracker }) => tracker === view.first || tracker === view.second);
   const { most } = differenceEnd(store);
   return (index) => {
@@ -97,7 +97,7 @@ export function comparisonLook(store, cells) {
     }
     const value = comparison.difference[index];
     if (value === null) return { ...there, colour: null };
-    return { ...there, colour: diverging(value / most), text: signed(value, view.measure) };
+    return { ...there, colour: diverging(value / most), text: signed(value, isShareOf(quantity, measure)) };
   };
 }
 
@@ -138,11 +138,21 @@ export function short(value) {
 }
 
 /**
- * @param {number} value
- * @param {"success"|"error"} measure
+ * Whether what is shown is a share of the runs or of their frames.
+ *
+ * @param {SweepStore["quantity"]} quantity
+ * @param {Pick<MeasurePublic, "how">} [measure]
  */
-function signed(value, measure) {
-  const text = measure === "success" ? share2(Math.abs(value)) : short(Math.abs(value));
+function isShareOf(quantity, measure) {
+  return measure === undefined ? quantity === "success" : measure.how === "share";
+}
+
+/**
+ * @param {number} value
+ * @param {boolean} isShare
+ */
+function signed(value, isShare) {
+  const text = isShare ? share2(Math.abs(value)) : short(Math.abs(value));
   return Number(text) === 0 ? "0" : `${value > 0 ? "+" : "−"}${text}`;
 }
 

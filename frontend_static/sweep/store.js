@@ -122,15 +122,17 @@ export class SweepStore extends Topics {
     this.tell("connection");
   }
 
-  /** What is shown of single methods, or of what two are compared. */
+  /** What is shown of single methods, or what two are compared by. */
   get quantity() {
-    if (this.view.show === "measure") return "measure";
+    if (this.measure !== undefined) return "measure";
     return this.view.show === "error" || (this.compares && this.view.measure === "error") ? "error" : "success";
   }
 
-  /** The measure that is shown, if one is. */
+  /** The measure that is shown, or by which two methods are compared, if one is. */
   get measure() {
-    return this.view.show === "measure" ? this.known.measures.find(({ name }) => name === this.view.of) : undefined;
+    const { show, of, measure } = this.view;
+    const shown = show === "measure" ? of : this.compares && measure;
+    return this.known.measures.find(({ name }) => name === shown);
   }
 
   /** Whether the maps show one method against another. */
@@ -181,7 +183,6 @@ export class SweepStore extends Topics {
     if (!ids.includes(view.first)) view.first = ids[0];
     if (!ids.includes(view.second) || view.second === view.first) view.second = ids.find((id) => id !== view.first) ?? ids[0];
     this.#completeMeasure();
-    if (!judged) view.measure = "error";
     if (!judged && view.show === "success") view.show = "error";
     if (ids.length < 2 && ["difference", "significance"].includes(view.show)) view.show = judged ? "success" : "error";
   }
@@ -190,6 +191,8 @@ export class SweepStore extends Topics {
     const { view, known } = this;
     if (!known.measures.some(({ name }) => name === view.of)) view.of = known.measures[0]?.name ?? "";
     if (known.measures.length === 0 && view.show === "measure") view.show = "success";
+    const names = [...(known.judged ? ["success"] : []), "error", ...known.measures.map(({ name }) => name)];
+    if (!names.includes(view.measure)) view.measure = names[0];
   }
 
   /** @param {Cells} message */

@@ -6,7 +6,7 @@
  * @typedef {object} View
  * @property {"success"|"error"|"measure"|"difference"|"significance"} show
  * @property {string} of Name of the measure that is shown.
- * @property {"success"|"error"} measure Of which two methods are compared.
+ * @property {string} measure What two methods are compared by: "success", "error", or a measure by its name.
  * @property {string} x Name of the axis across.
  * @property {string} y Name of the axis up.
  * @property {string} first
@@ -37,7 +37,7 @@ export function viewOf(query) {
   return {
     show: among("show", ["success", "error", "measure", "difference", "significance"]),
     of: query.get("of") ?? USUAL.of,
-    measure: among("measure", ["success", "error"]),
+    measure: query.get("measure") || USUAL.measure,
     x: query.get("x") ?? USUAL.x,
     y: query.get("y") ?? USUAL.y,
     first: query.get("first") ?? USUAL.first,

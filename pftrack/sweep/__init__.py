@@ -10,7 +10,15 @@ In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_r
 """
 
 from pftrack.sweep.axis import MOST_RUNS, Axis, parse_axis
-from pftrack.sweep.cells import CellMap, Code, Significance, cells, error_significance, significance
+from pftrack.sweep.cells import (
+    CellMap,
+    Code,
+    Significance,
+    cells,
+    error_significance,
+    measure_significance,
+    significance,
+)
 from pftrack.sweep.counts import Counts, columns, count
 from pftrack.sweep.driver import Estimate, Progress, carry_out, estimate
 from pftrack.sweep.errors import SweepError, SweepStopped
@@ -41,6 +49,7 @@ __all__ = [
     "csv_pieces",
     "error_significance",
     "estimate",
+    "measure_significance",
     "parse_axis",
     "partial_of",
     "read_chunk",

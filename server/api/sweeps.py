@@ -12,7 +12,7 @@ from server.schemas.messages import SessionPublic
 from server.schemas.sweeps import EstimateRequest, OpenRequest, SweepCreate
 from server.sweeps.examples import example
 from server.sweeps.opening import opened
-from server.sweeps.views import CellsPublic, Correction, EstimatePublic, Measure, RowsPublic, SweepPublic, Test
+from server.sweeps.views import CellsPublic, Correction, EstimatePublic, RowsPublic, SweepPublic, Test
 
 __all__ = ["router"]
 
@@ -21,6 +21,9 @@ router = APIRouter(tags=["sweeps"])
 MOST_ROWS = 500
 Axis = Annotated[str | None, Query(max_length=64, description="Name of an axis; `none` pools all values.")]
 Method = Annotated[str | None, Query(max_length=64, description="Name of a method of the sweep.")]
+Compared = Annotated[
+    str, Query(max_length=64, description="What two methods are compared by: `success`, `error`, or a measure's name.")
+]
 Place = Annotated[int, Query(ge=0, le=2_000_000)]
 
 
@@ -81,7 +84,7 @@ async def show_cells(
     y: Axis = None,
     first: Method = None,
     second: Method = None,
-    measure: Measure = "success",
+    measure: Compared = "success",
     test: Test = "chi-square",
     level: Annotated[float, Query(gt=0, lt=1)] = 0.01,
     correction: Correction = "none",

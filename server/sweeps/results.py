@@ -7,11 +7,21 @@ import threading
 from pathlib import Path
 from typing import Any, Literal
 
-from pftrack.sweep import Plan, Result, cells, error_significance, read_result, rows_of, significance
+from pftrack.measures import Measure
+from pftrack.sweep import (
+    Plan,
+    Result,
+    cells,
+    error_significance,
+    measure_significance,
+    read_result,
+    rows_of,
+    significance,
+)
 from server.errors import NotFoundError, RefusedError
 from server.schemas.sweep_answers import NO_AXIS, VERDICTS, cells_view, numbers
 from server.sweeps.tally import Pair, Tally
-from server.sweeps.views import CellsPublic, ComparisonPublic, Correction, Measure, RowPublic, RowsPublic, Test
+from server.sweeps.views import CellsPublic, ComparisonPublic, Correction, RowPublic, RowsPublic, Test
 
 __all__ = ["Results"]
 
@@ -53,30 +63,36 @@ class Results:
             return self._views[pair]
 
     def compare(
-        self, x: str | None, y: str | None, first: str, second: str, measure: Measure, test: Test, level: float,
+        self, x: str | None, y: str | None, first: str, second: str, measure: str, test: Test, level: float,
         correction: Correction,
     ) -> ComparisonPublic:  # fmt: skip
         """Return two methods against each other, cell by cell.
 
         Raises:
-            RefusedError: There is no such axis or method.
+            RefusedError: There is no such axis, method or measure.
         """
         pair = self._pair(x, y)
+        declared = self._measure(measure)
         for field, name in (("first", first), ("second", second)):
             self._check_tracker(name, field)
         with self._lock:
             maps = cells(self._tally.counted(pair))
             result = self._tally.result()
         one, other = maps[first], maps[second]
-        if measure == "success":
-            counted: Literal["chi-square", "fisher"] = "fisher" if test == "fisher" else "chi-square"
-            used: Test = counted
-            found = significance(one, other, level=level, correction=correction, test=counted)
-            difference = one.rate - other.rate
-        else:
-            used = "rank-sum"
+        used: Test = "rank-sum"
+        if declared is not None:
+            found = measure_significance(result, declared, first, second, *pair, level=level, correction=correction)
+            difference = one.measures[measure] - other.measures[measure]
+            if declared.better == "lower":
+                difference = -difference
+        elif measure == "error":
             found = error_significance(result, first, second, *pair, level=level, correction=correction)
             difference = other.mean_error - one.mean_error
+        else:
+            counted: Literal["chi-square", "fisher"] = "fisher" if test == "fisher" else "chi-square"
+            used = counted
+            found = significance(one, other, level=level, correction=correction, test=counted)
+            difference = one.rate - other.rate
         return ComparisonPublic(
             first=first,
             second=second,
@@ -172,6 +188,19 @@ class Results:
         if across is not None and across == down:
             raise RefusedError(f"A map needs two different axes, got {across} twice.", field="y", value=down)
         return across, down
+
+    def _measure(self, name: str) -> Measure | None:
+        """Return the measure of a name; None for success and error, which are none."""
+        measures = {measure.name: measure for measure in self._plan.wiring.run_measures}
+        if name in {"success", "error"}:
+            return None
+        if name not in measures:
+            known = ", ".join(("success", "error", *measures))
+            raise RefusedError(
+                f"measure must be one that the sweep has ({known}), got {name}.",
+                field="measure", bound=f"one of {known}", value=name,
+            )  # fmt: skip
+        return measures[name]
 
     def _check_tracker(self, name: str, field: str) -> None:
         if name not in self._plan.trackers:

@@ -15,7 +15,6 @@ __all__ = [
     "Correction",
     "EstimatePublic",
     "MapPublic",
-    "Measure",
     "RowPublic",
     "RowsPublic",
     "State",
@@ -25,7 +24,6 @@ __all__ = [
 ]
 
 State = Literal["running", "stopped", "done"]
-Measure = Literal["success", "error"]
 Test = Literal["chi-square", "fisher", "rank-sum"]
 Correction = Literal["none", "holm"]
 Verdict = Literal["first", "second", "none", "untested"]
@@ -123,13 +121,14 @@ class MapPublic(BaseModel):
 class ComparisonPublic(BaseModel):
     """Two methods against each other, cell by cell.
 
-    `difference` is positive where the first is better: that of the success rates, or of the mean errors of successful
-    runs. `verdict` is the outcome of the test; "untested" where its conditions of use do not hold.
+    `measure` is "success", "error" or the name of one of the sweep's measures. `difference` is positive where the first
+    is better: that of the success rates, of the mean errors of successful runs, or of a measure's means over all runs.
+    `verdict` is the outcome of the test; "untested" where its conditions of use do not hold.
     """
 
     first: str
     second: str
-    measure: Measure
+    measure: str
     test: Test
     level: float
     correction: Correction

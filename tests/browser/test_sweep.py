@@ -194,6 +194,23 @@ def test_a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> Non
     sweep.until(lambda: sweep.colours("h-spf") != shown, "another measure is another map")
 
 
+def test_two_methods_are_compared_by_a_measure(sweep: SweepPage, page: Any) -> None:
+    """Difference and significance are of any measure that the sweep has, beside the maps of that measure."""
+    page.click(".segments button:has-text('Difference')")
+    page.select_option("select[aria-label='Compared by']", "median_error_px")
+    words = "Median error, mean of all runs"
+    sweep.until(lambda: words in page.inner_text(".sweep-legend"), "the legend says so")
+    sweep.until(lambda: "px" in page.locator(".legend-key", has_text="Difference").inner_text(), "it has its unit")
+    assert page.locator("select[aria-label='Which measure']").count() == 0
+    page.click(".segments button:has-text('Significance')")
+    sweep.until(lambda: "not significant" in page.inner_text("[data-part=maps]"), "the verdicts are counted")
+    assert page.locator("select[aria-label='Test']").count() == 0
+    page.reload()
+    by = page.locator("select[aria-label='Compared by']")
+    sweep.until(lambda: by.count() == 1 and by.input_value() == "median_error_px", "a link shows the same")
+    sweep.until(lambda: words in page.inner_text(".sweep-legend"), "in the legend as well")
+
+
 @pytest.mark.parametrize("width", [1280, 800])
 def test_errors_stand_beside_their_field(page: Any, width: int, complaints: Complaints) -> None:
     """What is wrong in the form is said beside the field, before and without starting anything."""

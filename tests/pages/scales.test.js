@@ -49,7 +49,7 @@ describe("the colours of a map", () => {
 });
 
 describe("the ends of a scale", () => {
-  const store = (error) => ({ cells: { maps: [{ error }] }, view: { measure: "error" }, comparison: { difference: error } });
+  const store = (error) => ({ cells: { maps: [{ error }] }, quantity: "error", comparison: { difference: error } });
 
   it("are round and not moved by a few outliers", () => {
     assert.deepEqual(errorEnd(store([1, 2, null, 2.8]).cells), { most: 3, words: "" });
@@ -63,6 +63,9 @@ describe("the ends of a scale", () => {
 
   it("are the same to both sides of a difference", () => {
     assert.equal(differenceEnd(store([-4.2, 1, null])).most, 5);
+    const by = (how) => differenceEnd({ ...store([-0.2, 0.1]), quantity: "measure", measure: { how } }).most;
+    assert.deepEqual([by("share"), by("median")], [1, 0.2]);
+    assert.equal(differenceEnd({ ...store([0.1]), quantity: "success" }).most, 1);
   });
 });
 

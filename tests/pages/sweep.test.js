@@ -52,6 +52,7 @@ describe("what of a sweep is shown", () => {
   });
 
   it("is the usual where an address says what there is not", () => {
+    assert.equal(viewOf(new URLSearchParams("measure=inside_share")).measure, "inside_share");
     const view = viewOf(new URLSearchParams("show=colours&measure=&level=x&correction=all&test=rank-sum"));
     assert.deepEqual(view, viewOf(new URLSearchParams()));
   });

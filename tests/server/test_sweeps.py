@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.sweep import cells, read_result, significance
+from pftrack.sweep import cells, measure_significance, read_result, significance
 from server.settings import Settings
 from tests.server.host import Server, error_of, running, steer, wait_for
 from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, show, until_state
@@ -166,12 +166,27 @@ class TestLooking:
         by_error = client.get(f"{url}/cells", params={**query, "measure": "error"}).json()["comparison"]
         assert by_error["test"] == "rank-sum"
 
+    @pytest.mark.parametrize("name", ["inside_share", "median_error_px"])
+    def test_comparison_by_a_measure(self, client: httpx.Client, url: str, result: Any, name: str) -> None:
+        """Methods are compared by any measure that the sweep has; what is positive is better for the first."""
+        query = {"first": "h-spf", "second": "pc-pf", "level": 0.2, "measure": name}
+        shown = client.get(f"{url}/cells", params=query).json()["comparison"]
+        axes = "occlusion_width_px", "distracter_radius_px"
+        measure = result.plan.wiring.measure_named(name)
+        expected = measure_significance(result, measure, "h-spf", "pc-pf", *axes, level=0.2)
+        assert (shown["measure"], shown["test"]) == (name, "rank-sum")
+        assert shown["verdict"] == [["untested", "none", "first", "second"][code] for code in expected.codes.ravel()]
+        means = cells(result, *axes)
+        apart = (means["h-spf"].measures[name] - means["pc-pf"].measures[name]).ravel()
+        assert shown["difference"] == pytest.approx(apart if name == "inside_share" else -apart, rel=1e-5, abs=1e-9)
+
     @pytest.mark.parametrize(
         ("path", "query", "field"),
         [
             ("cells", {"x": "seed"}, "x"),
             ("cells", {"x": "occlusion_width_px", "y": "occlusion_width_px"}, "y"),
             ("cells", {"first": "h-spf", "second": "apf"}, "second"),
+            ("cells", {"first": "h-spf", "second": "pc-pf", "measure": "beauty"}, "measure"),
             ("cells", {"level": 2}, "level"),
             ("cells", {"correction": "hope"}, "correction"),
             ("rows", {"i": 3}, "i"),
