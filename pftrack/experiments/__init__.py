@@ -10,10 +10,10 @@ else (command line, server, sweeps) finds an experiment through `find` or `EXPER
 """
 
 from pftrack.experiment import Experiment, Preset, Setup, Step
-from pftrack.experiments.registry import Plugin, Registry
+from pftrack.experiments.registry import NAME, Plugin, Registry
 from pftrack.plot import Plot, Reading
 
-__all__ = ["EXPERIMENTS", "Experiment", "Plot", "Plugin", "Preset", "Reading", "Setup", "Step", "find"]
+__all__ = ["EXPERIMENTS", "NAME", "Experiment", "Plot", "Plugin", "Preset", "Reading", "Setup", "Step", "find"]
 
 EXPERIMENTS = Registry(
     {name: f"pftrack.experiments.{name}.experiment:EXPERIMENT" for name in ("ball", "head", "prism", "sine")}

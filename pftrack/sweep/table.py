@@ -29,7 +29,7 @@ from pftrack.series import Reduction
 from pftrack.sweep.chunks import Chunk, Piece
 from pftrack.sweep.plan import Plan
 
-__all__ = ["TIMING", "compute", "conformed", "schema"]
+__all__ = ["FIXED", "TIMING", "compute", "conformed", "schema"]
 
 TIMING = "step_ms"
 """The column that is measured, not computed: it is no part of what is reproducible."""
@@ -42,6 +42,13 @@ OUTCOME = (
     ("labelled_frames", pa.int32()),
 )
 
+WHICH = (("tracker", pa.string()), ("trial", pa.int32()), ("seed", pa.int64()))
+
+WITNESS = (("estimates_sha256", pa.binary(32)), ("problem", pa.string()))
+
+FIXED = ("run", TIMING, *(name for name, _ in (*WHICH, *OUTCOME, *WITNESS)))
+"""Names of the columns that every table has: no axis, measure or reduction may be called so."""
+
 REDUCED = {"mean": pa.float64(), "share": pa.float64(), "count": pa.int32()}
 
 Results = Sequence[Outcome | None]
@@ -50,11 +57,9 @@ Results = Sequence[Outcome | None]
 def schema(plan: Plan) -> pa.Schema:
     """Return the columns of a plan's rows."""
     axes = [(axis.name, _kind(axis.values[0])) for axis in plan.axes]
-    which = [("tracker", pa.string()), ("trial", pa.int32()), ("seed", pa.int64())]
-    witness = [("estimates_sha256", pa.binary(32)), ("problem", pa.string())]
     scores = [(measure.name, pa.float64()) for measure in plan.wiring.run_measures]
     kept = [(reduction.name, REDUCED[reduction.how]) for reduction in reductions(plan)]
-    return pa.schema([("run", pa.int64()), *axes, *which, *OUTCOME, *scores, *kept, (TIMING, pa.float64()), *witness])
+    return pa.schema([("run", pa.int64()), *axes, *WHICH, *OUTCOME, *scores, *kept, (TIMING, pa.float64()), *WITNESS])
 
 
 def reductions(plan: Plan) -> list[Reduction]:

@@ -5,12 +5,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
 from pftrack.experiment import Experiment
-from pftrack.experiments import find
+from pftrack.experiments import NAME, find
 from pftrack.parameters import Declaration, ParameterError, Parameters, declarations, revise
 from pftrack.plot import Plot
 from pftrack.runs.run import Change
 from pftrack.series import SeriesShape
 from pftrack.sweep import Axis, Plan, SweepError
+from pftrack.sweep.table import FIXED
 from pftrack.testing.check import Check, CheckError, begun, demand, named
 
 __all__ = ["checks"]
@@ -68,6 +69,7 @@ def _says_what_it_is(experiment: Experiment) -> None:
     )
     for name, tracker in experiment.trackers.items():
         demand(tracker.id == name, f"the tracker under the name {name!r} has the id {tracker.id!r}")
+        _demand_name(name, "tracker")
         demand(tracker.title, f"the tracker {name} must have a title")
         _demand_end(tracker.description, ".", f"the description of the tracker {name}")
 
@@ -132,6 +134,10 @@ def _declares_measures(experiment: Experiment) -> None:
     for measure in experiment.run_measures:
         demand(measure.title, f"the measure {measure.name} must have a title")
         _demand_end(measure.description, ".", f"the description of the measure {measure.name}")
+    reductions = [reduction.name for series in experiment.declared() for reduction in series.reductions]
+    parameters = [declared.name for declared in declarations(type(experiment.simulate().parameters))]
+    columns = [*FIXED, *parameters, *(measure.name for measure in experiment.run_measures), *reductions]
+    _demand_unique(columns, "columns of a sweep (parameters, measures and reductions)")
     decisive = experiment.measure_named(experiment.simulate().success)
     demand(decisive.how == "share", f"success is decided by a share, and {decisive.name} is a {decisive.how}")
 
@@ -141,6 +147,7 @@ def _presets_run(experiment: Experiment) -> None:
     _demand_unique((preset.name for preset in experiment.presets), "presets")
     known = {declared.name for declared in declarations(type(experiment.simulate().parameters))}
     for preset in experiment.presets:
+        _demand_name(preset.name, "preset")
         demand(preset.title, f"the preset {preset.name} must have a title")
         if preset.watch:
             _demand_end(preset.watch, ".", f"what to look at in the preset {preset.name}")
@@ -198,6 +205,12 @@ def _demand_parts(plot: Plot) -> None:
 
 def _demand_end(text: str, end: str, what: str) -> None:
     demand(text.endswith(end), f"{what} must be a sentence that ends in {end!r}, got {text!r}")
+
+
+def _demand_name(name: str, what: str) -> None:
+    """Go on if a name can be part of addresses and of file names."""
+    allowed = "at most 64 lower-case letters, digits, hyphens and underscores"
+    demand(NAME.fullmatch(name), f"the name of a {what} must be {allowed}, got {name!r}")
 
 
 def _demand_unique(names: Iterable[str], what: str) -> None:

@@ -122,15 +122,18 @@ def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
 
 
 def _other_values(experiment: Experiment, tracker: str) -> Iterator[tuple[str, Value]]:
-    """Yield live numbers that a tracker reads, each a step away from its default."""
+    """Yield live numbers that a tracker reads, each a step away from its default, or at one of its bounds."""
     parameters = experiment.simulate().parameters
     values = flat(parameters)
     for declared in declarations(type(parameters)):
         read = not declared.trackers or tracker in declared.trackers
-        if declared.live and read and declared.kind in {"integer", "number"} and declared.step and declared.maximum:
-            kind = int if declared.kind == "integer" else float
-            up = float(values[declared.name]) + declared.step
-            yield declared.name, kind(up if up <= declared.maximum else up - 2 * declared.step)
+        low, high, step = declared.minimum, declared.maximum, declared.step
+        if declared.live and read and declared.kind in {"integer", "number"} and low is not None and high is not None:
+            kind, value = (int if declared.kind == "integer" else float), float(values[declared.name])
+            for other in (value + (step or 0.0), value - (step or 0.0), high, low):
+                if low <= other <= high and other != value:
+                    yield declared.name, kind(other)
+                    break
 
 
 def _a_saved_run_agrees(experiment: Experiment, tracker: str) -> None:

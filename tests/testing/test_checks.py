@@ -337,6 +337,51 @@ def test_each_check_can_fail(name: str, monkeypatch: pytest.MonkeyPatch) -> None
         checks_of(experiment)[name]()
 
 
+def named(name: str) -> Experiment:
+    kalman = replace(KALMAN, id=name)
+    return replace(SOUND, trackers={name: kalman}, default_tracker=name)
+
+
+@pytest.mark.parametrize(
+    ("check", "make", "sentence"),
+    [
+        ("it says what it is", lambda: named("Kalman 1/2"), r"the name of a tracker must be .*, got 'Kalman 1/2'"),
+        (
+            "its presets run",
+            lambda: replace(SOUND, presets=(Preset("../works", "works", "kalman"),)),
+            r"the name of a preset must be .*, got '\.\./works'",
+        ),
+        (
+            "its measures are declared whole",
+            lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="sample_count"),)),
+            "columns of a sweep .* must have names of their own, got twice sample_count",
+        ),
+        (
+            "its measures are declared whole",
+            lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="seed"),)),
+            "got twice seed",
+        ),
+    ],
+)
+def test_names_are_held_to_where_they_stand(check: str, make: Callable[[], Experiment], sentence: str) -> None:
+    """Names become parts of addresses and files, and columns of a sweep, where two of one name would be one."""
+    with pytest.raises(CheckError, match=sentence):
+        checks_of(make())[check]()
+
+
+class Coarse(SineParameters):
+    """A number that one step takes out of its bounds, whichever way."""
+
+    observation_noise_sd: float = parameter(
+        0.1, "Observation noise", "Noise on what is seen.", ge=0.05, le=0.5, step=1, group="Signal"
+    )
+
+
+def test_a_coarse_step_is_no_fault() -> None:
+    """A branch is tried with a value within the bounds, however large the step is."""
+    checks_of(declaring(Coarse))["a branch shares the past and comes to the same numbers"]()
+
+
 def test_a_batch_that_keeps_less_than_a_live_run_is_found() -> None:
     """What a sweep keeps of a tracker's series is compared too: a fold may leave one out."""
     with pytest.raises(CheckError, match=r"another observation_share than a live run .*: None for 0"):
