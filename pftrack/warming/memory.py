@@ -1,8 +1,9 @@
 """Which experiments have been compiled on this machine: a folder beside Numba's cache remembers.
 
 It is named by everything that what is compiled depends on, so that after a change, or an update of a library, nothing
-is remembered; an experiment is then called again, which takes a second if everything is there after all. Each
-experiment is an empty file in it: several processes compile at once, and none may forget what another remembers.
+is remembered; an experiment is then called again, which takes a second if everything is there after all. What other
+packages compile is not looked at: after a change of theirs their own sessions compile it. Each experiment is an empty
+file in the folder: several processes compile at once, and none may forget what another remembers.
 """
 
 import hashlib
@@ -17,9 +18,6 @@ from pathlib import Path
 from pftrack import machine
 
 __all__ = ["cache_folder", "existing", "ready", "remember", "writable"]
-
-PACKAGE = "pftrack"
-"""Functions of other packages are compiled by their own sessions when these change."""
 
 KEPT = 8
 """Memories of other versions and checkouts that are left alone."""
@@ -62,16 +60,19 @@ def _folder() -> Path | None:
 
 
 def _everything() -> str:
-    """Return a hash of all that compiled code depends on: the functions themselves, the compiler and its target."""
-    from pftrack.compiled import FUNCTIONS, mark_of
-    from pftrack.experiments import EXPERIMENTS
+    """Return a hash of all that compiled code depends on: our source, the compiler and its target.
 
-    dict(EXPERIMENTS)  # which imports them, and with them all functions
-    ours = [it.py_func for it in FUNCTIONS if it.py_func.__module__.startswith(f"{PACKAGE}.")]
-    made = {f"{it.__module__}.{it.__qualname__} {mark_of(it).hex()}" for it in ours}
+    All of the source, since a process that has imported more than another must come to the same.
+    """
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256(str(sys.implementation.cache_tag).encode())
     on = machine.computed_on()
-    depends = [str(sys.implementation.cache_tag), *(on[name] for name in ("target", "numba", "llvmlite", "numpy"))]
-    return hashlib.sha256("\n".join([*depends, *sorted(made)]).encode()).hexdigest()[:16]
+    for name in ("target", "numba", "llvmlite", "numpy"):
+        digest.update(f"{name} {on[name]}\n".encode())
+    for path in sorted(package.rglob("*.py")):
+        digest.update(f"{path.relative_to(package)}\n".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def existing(place: Path) -> Path:

@@ -133,10 +133,8 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert memory.ready(["one", "two"]) == frozenset()
 
 
-def test_a_loop_around_a_likelihood_of_elsewhere_changes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What another package compiles, with a loop of ours around it, is not waited for by anybody else."""
+def test_what_else_a_process_has_imported_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that has compiled more than others finds what these remember."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     memory.remember("one")
     loop_with(silent)

@@ -196,7 +196,6 @@ def loop_with(log_likelihood: LogLikelihood) -> Callable[..., Loop]:
     """
     own = FunctionType(_loop.__code__, {**globals(), _log_likelihood.__name__: log_likelihood}, _loop.__name__)
     own.__annotations__ = _loop.__annotations__
-    own.__module__ = log_likelihood.__module__
     own.__qualname__ = "loop_" + f"{log_likelihood.__module__}_{log_likelihood.__qualname__}".replace(".", "_")
     return compiled(own)
 
