@@ -3,10 +3,12 @@
 import asyncio
 import contextlib
 import socket
+import time
 from typing import Any
 
 import httpx
 import pytest
+import uvicorn
 
 from server import connections
 from server.middleware.body_limit import BodyLimit
@@ -41,6 +43,95 @@ def test_a_connection_without_a_request_ends(start_server: Any, monkeypatch: pyt
                     monkeypatch.setattr(connections, "HEAD_S", 0.3)
                 raw.sendall(said)
                 assert is_closed(raw)
+
+
+@pytest.mark.parametrize("said", [b"half a body", b"\r\n"])
+def test_what_comes_after_an_early_answer_keeps_no_connection(
+    start_server: Any, monkeypatch: pytest.MonkeyPatch, said: bytes
+) -> None:
+    """Neither a body that nobody reads nor empty lines put off the end."""
+    with start_server(token=TOKEN) as (server, _):
+        with socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw:
+            length = 1_000_000 if said.strip() else 0
+            monkeypatch.setattr(connections, "HEAD_S", 1.0)
+            raw.sendall(b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % length)
+            assert raw.recv(4000).startswith(b"HTTP/1.1 401")
+            with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+                for _ in range(5):
+                    raw.sendall(said)
+                    time.sleep(0.3)
+            wait_for(lambda: is_closed(raw))
+
+
+def test_a_head_has_a_longest_length(server: Server) -> None:
+    """Whoever sends headers without end is cut off, and not only when time is up."""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw:
+        raw.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n")
+        with pytest.raises((BrokenPipeError, ConnectionResetError)):
+            for number in range(10_000):
+                raw.sendall(b"x-%d: %s\r\n" % (number, b"x" * 1000))
+
+
+UPGRADE = (
+    b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+
+
+async def generous(scope: Any, receive: Any, send: Any) -> None:
+    """Send more than any buffer holds."""
+    part = bytes(1 << 20)
+    if scope["type"] == "lifespan":
+        return
+    if scope["type"] == "http":
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        for _ in range(200):
+            await send({"type": "http.response.body", "body": part, "more_body": True})
+        return
+    await send({"type": "websocket.accept"})
+    while True:
+        await send({"type": "websocket.send", "bytes": part})
+
+
+@pytest.mark.parametrize(
+    "request_of", [b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", UPGRADE], ids=["answer", "stream"]
+)
+def test_who_takes_nothing_is_given_up(monkeypatch: pytest.MonkeyPatch, request_of: bytes) -> None:
+    """It would hold its connection for good; whoever takes a little all the time is served."""
+    monkeypatch.setattr(connections, "TAKING_S", 0.5)
+
+    async def narrow(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        raw = socket.socket()
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        raw.connect(("127.0.0.1", port))
+        reader, writer = await asyncio.open_connection(sock=raw, limit=1)
+        writer.write(request_of)
+        return reader, writer
+
+    async def act() -> None:
+        listening = socket.create_server(("127.0.0.1", 0))
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+        server = uvicorn.Server(connections.configuration(generous, lifespan="off"))
+        serving = asyncio.create_task(server.serve(sockets=[listening]))
+        ends = [await narrow(listening.getsockname()[1]) for _ in range(2)]
+        _, (slow, _) = ends
+        open_connections = server.server_state.connections
+        async with asyncio.timeout(30):
+            most = 0
+            while not (most == 2 and len(open_connections) == 1):
+                most = max(most, len(open_connections))
+                assert await slow.read(1 << 20)
+                await asyncio.sleep(0.02)
+        for _ in range(100):
+            assert await slow.read(1 << 20)
+            await asyncio.sleep(0.02)
+        assert len(open_connections) == 1
+        for _, writer in ends:
+            writer.transport.abort()
+        server.should_exit = True
+        await serving
+
+    run(act())
 
 
 def test_silent_connections_make_room(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
