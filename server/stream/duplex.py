@@ -4,11 +4,15 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterable, Callable
 
+import structlog
 from fastapi import WebSocket, WebSocketDisconnect
 
 __all__ = ["GONE", "converse"]
 
+log = structlog.get_logger(__name__)
+
 GONE = 4404
+FAILED = 1011
 UNKNOWN_WORD = 1003
 SLOWEST_LISTENER_S = 30.0
 
@@ -24,19 +28,30 @@ async def converse(
         hear: Called with what the page says; raises a ValueError if that is nothing for this stream.
         farewell: Why it ended.
     """
-    telling = asyncio.ensure_future(_tell(websocket, messages, farewell))
+    directions = [
+        asyncio.ensure_future(each) for each in (_tell(websocket, messages, farewell), _listen(websocket, hear))
+    ]
     try:
-        await _listen(websocket, hear)
+        await asyncio.wait(directions, return_when=asyncio.FIRST_COMPLETED)
     finally:
-        telling.cancel()
-        await asyncio.gather(telling, return_exceptions=True)
+        for each in directions:
+            each.cancel()
+        await asyncio.gather(*directions, return_exceptions=True)
 
 
 async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], farewell: str) -> None:
-    async for message in messages:
-        # A peer that takes nothing for so long is gone, whatever its TCP connection pretends.
-        async with asyncio.timeout(SLOWEST_LISTENER_S):
-            await (websocket.send_text(message) if isinstance(message, str) else websocket.send_bytes(message))
+    try:
+        async for message in messages:
+            # A peer that takes nothing for so long is gone, whatever its TCP connection pretends.
+            async with asyncio.timeout(SLOWEST_LISTENER_S):
+                await (websocket.send_text(message) if isinstance(message, str) else websocket.send_bytes(message))
+    except (TimeoutError, WebSocketDisconnect):
+        return
+    except Exception:
+        # A page that hears nothing more would wait for ever; sent away, it comes back and is told what is wrong.
+        log.exception("a stream failed", path=websocket.url.path)
+        await websocket.close(FAILED, "The server made a mistake; it is written down in its log.")
+        return
     await websocket.close(GONE, farewell)
 
 

@@ -1,17 +1,20 @@
 """The stream: hello first, then everything that happens, to everybody who listens."""
 
+import asyncio
 import json
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 import httpx
 import pytest
+from starlette.datastructures import URL
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from server.schemas.messages import Frame
-from server.stream import listeners
+from server.stream import duplex, listeners
+from tests.server.apart import run
 from tests.server.host import Server, steer, wait_for
 
 
@@ -167,6 +170,37 @@ def test_a_browser_that_vanishes(server: Server, client: httpx.Client, session: 
         wait_for(lambda: server.manager.get(session["id"]).visitors == 1)
         until(stays, at(20))
     wait_for(lambda: server.manager.get(session["id"]).visitors == 0)
+
+
+def test_a_stream_that_fails_is_closed() -> None:
+    """A page that would hear nothing more is sent away, so that it comes back and is told what is wrong."""
+    closed: list[int] = []
+
+    async def fail() -> AsyncIterator[str]:
+        yield "hello"
+        raise OSError("no such file")
+
+    class Page:
+        """A page that says nothing."""
+
+        url = URL("ws://localhost/stream")
+
+        async def send_text(self, text: str) -> None:
+            assert text == "hello"
+
+        async def receive(self) -> None:
+            await asyncio.Event().wait()
+
+        async def close(self, code: int, reason: str) -> None:
+            assert "no such file" not in reason
+            closed.append(code)
+
+    async def act() -> None:
+        page: Any = Page()
+        await asyncio.wait_for(duplex.converse(page, fail(), lambda text: None, "farewell"), 10)
+
+    run(act())
+    assert closed == [1011]
 
 
 def test_a_full_queue_is_a_new_hello() -> None:
