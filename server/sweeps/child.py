@@ -71,6 +71,8 @@ class Child:
 
     async def stop(self) -> None:
         """Ask it to end, and kill it if it does not."""
+        if self._process.returncode is not None:
+            return  # its number may be another process's by now
         # The driver alone: it lets its workers finish what they are at.
         with contextlib.suppress(ProcessLookupError):
             os.kill(self._process.pid, signal.SIGTERM)

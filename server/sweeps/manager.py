@@ -93,7 +93,7 @@ class Sweeps:
         problem = None
         try:
             within_limits(plan, self._settings)
-            self._check_room(plan)
+            await self._check_room(plan)
         except ApiError as error:
             problem = str(error)
         return EstimatePublic(
@@ -124,7 +124,7 @@ class Sweeps:
             return await self._create(body, plan)
 
     async def _create(self, body: SweepCreate, plan: Plan) -> Sweep:
-        self._check_room(plan)
+        await self._check_room(plan)
         row = {
             "id": new_name(),
             "title": body.title or default_title(plan),
@@ -185,18 +185,18 @@ class Sweeps:
 
     # ------------------------------------------------------------ room
 
-    def _check_room(self, plan: Plan) -> None:
+    async def _check_room(self, plan: Plan) -> None:
         settings = self._settings
         if len(self._sweeps) >= settings.max_sweeps:
             raise UnavailableError(f"The server keeps at most {settings.max_sweeps} sweeps; delete one first.")
         self._check_places()
-        wanted, used = plan.runs * BYTES_A_RUN, self._used_bytes()
+        wanted, used = plan.runs * BYTES_A_RUN, await asyncio.to_thread(self._used_bytes, self.all)
         if used + wanted > settings.max_sweeps_bytes:
             raise UnavailableError(
                 f"The sweep may need {_mebibytes(wanted)}; of the {_mebibytes(settings.max_sweeps_bytes)} for all "
                 f"sweeps {_mebibytes(used)} are in use. Delete one first, or ask for fewer runs."
             )
-        self._store.room.check(wanted)
+        await asyncio.to_thread(self._store.room.check, wanted)
 
     def _check_places(self) -> None:
         running = sum(sweep.state == "running" for sweep in self._sweeps.values())
@@ -205,10 +205,11 @@ class Sweeps:
             what = "1 sweep" if most == 1 else f"{most} sweeps"
             raise UnavailableError(f"The server computes at most {what} at a time; wait, or cancel one.")
 
-    def _used_bytes(self) -> int:
+    def _used_bytes(self, sweeps: list[Sweep]) -> int:
+        """Return how much room sweeps take; this looks at each of their files."""
         return sum(
             self._store.files.sweep_bytes(sweep.id) if sweep.state != "running" else sweep.plan.runs * BYTES_A_RUN
-            for sweep in self._sweeps.values()
+            for sweep in sweeps
         )
 
     # ------------------------------------------------------------ time

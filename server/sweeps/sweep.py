@@ -5,7 +5,6 @@ there.
 """
 
 import asyncio
-import contextlib
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable
@@ -200,7 +199,7 @@ class Sweep:
                 await self._glance()
                 if time.monotonic() - written > WRITE_EVERY_S:
                     written = time.monotonic()
-                    await self._keep(self)
+                    await self._write()
             status, answer = end.result()
             await self._glance()
         finally:
@@ -231,8 +230,14 @@ class Sweep:
     async def _become(self, state: State, message: str | None) -> None:
         self.state, self.message = state, message
         self._wake()
-        with contextlib.suppress(Exception):
+        await self._write()
+
+    async def _write(self) -> None:
+        """Keep how far it is; if that fails, the next time may do better, and the files say it as well."""
+        try:
             await self._keep(self)
+        except Exception:
+            log.exception("how far a sweep is could not be stored", sweep=self.id)
 
     # ------------------------------------------------------------ listeners
 

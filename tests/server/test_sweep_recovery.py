@@ -1,5 +1,6 @@
 """Sweeps whose process, server or disk fails in the middle: shown as stopped with the reason, resumed, nothing lost."""
 
+import errno
 import io
 import os
 import signal
@@ -14,6 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from pftrack.sweep import read_result
+from server.sweeps import sweep as sweep_of_the_server
 from tests.browser.host import Server as Served
 from tests.server.host import Server, error_of, wait_for
 from tests.server.sweeping import LONG, LONG_RUNS, RUNS, begin_sweep, show, until_some, until_state
@@ -132,6 +134,19 @@ def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.Monk
         (tmp_path / "full").unlink()
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
         assert until_some(client, sweep["id"], stopped["done"] + 1) > stopped["done"]
+
+
+def test_a_database_that_takes_nothing(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sweep whose progress cannot be stored is computed to its end all the same, and says so."""
+
+    def refuse(values: dict[str, Any]) -> None:
+        raise OSError(errno.ENOSPC, f"no room for {len(values)} values")
+
+    monkeypatch.setattr(sweep_of_the_server, "WRITE_EVERY_S", 0.0)
+    with start_server(sweep_jobs=1) as (server, client):
+        sweep = begin_sweep(client)
+        monkeypatch.setattr(server.app.state.services.store, "save_sweep", refuse)
+        assert until_state(client, sweep["id"], "done")["done"] == RUNS
 
 
 def test_resumed_by_two_at_once(start_server: Any) -> None:
