@@ -3,12 +3,13 @@
 All methods block, for a few milliseconds; the web process calls them in threads.
 """
 
+import sqlite3
 from collections.abc import Iterable
 from typing import Any, TypeVar
 
 import structlog
 from sqlalchemy import CursorResult, delete, func, inspect, select, text
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.orm import sessionmaker
 from sqlalchemy.sql.expression import SQLColumnExpression
 
@@ -25,7 +26,7 @@ __all__ = ["Store"]
 log = structlog.get_logger(__name__)
 
 Row = TypeVar("Row", UploadRow, RunRow, SessionRow, SweepRow)
-# What reading a row raises whose content is not of its column's type.
+# What reading a row may raise whose content is not of its column's type; see `_is_damage`.
 DAMAGED = (ValueError, TypeError, DBAPIError)
 
 
@@ -185,6 +186,8 @@ class Store:
                 row = database.get(kind, name)
                 return None if row is None else _sound(row)
         except DAMAGED as error:
+            if not _is_damage(error):
+                raise
             self._complain(kind, name, error)
             raise DamagedError("What is stored of this is damaged; it can only be deleted.") from None
 
@@ -194,7 +197,9 @@ class Store:
         try:
             with self._begin() as database:
                 return [_sound(row) for row in database.scalars(query)]
-        except DAMAGED:
+        except DAMAGED as error:
+            if not _is_damage(error):
+                raise
             with self._begin() as database:
                 names = list(database.scalars(select(kind.id).order_by(place)))
             return [row for row in (self._readable(kind, name) for name in names) if row is not None]
@@ -218,6 +223,17 @@ class Store:
                 return done.rowcount > 0
 
         return self.room.write(remove)
+
+
+def _is_damage(error: Exception) -> bool:
+    """Tell whether what is stored is to blame for an error, and not a database that is busy, away or without files."""
+    if not isinstance(error, DBAPIError):
+        return True
+    if isinstance(error.orig, sqlite3.Error):
+        # Text that does not decode is refused by Python, which has no code for it.
+        code = getattr(error.orig, "sqlite_errorcode", None)
+        return code is None or code & 0xFF == sqlite3.SQLITE_CORRUPT
+    return isinstance(error, DataError)
 
 
 def _sound(row: Row) -> Row:

@@ -7,6 +7,7 @@ from typing import Any
 
 import httpx
 import pytest
+from sqlalchemy.exc import OperationalError
 
 from server.settings import Settings
 from server.store import Store
@@ -168,3 +169,19 @@ def begin_with(client: httpx.Client, recipe: dict[str, Any], upload: str) -> dic
     assert answer.status_code == 201, answer.text
     started: dict[str, Any] = answer.json()
     return started
+
+
+def test_a_busy_database_is_not_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What could not be read for a moment is not called damaged, which would have somebody delete it."""
+    busy = sqlite3.OperationalError("database is locked")
+    busy.sqlite_errorcode = sqlite3.SQLITE_BUSY
+    store = Store(Settings(data_dir=tmp_path))
+
+    def refuse() -> None:
+        raise OperationalError("SELECT", {}, busy)
+
+    monkeypatch.setattr(store, "_begin", refuse)
+    for read in (lambda: store.run("0123456789abcdef"), store.runs):
+        with pytest.raises(OperationalError):
+            read()
+    store.close()
