@@ -39,13 +39,14 @@ class ChildTasks:
     gone: Callable[[], Awaitable[object]] = _never
 
     async def check(self) -> None:
-        """Make sure that processes can be made; this waits for no other task.
+        """Make sure that processes can be made; this waits for no other task, but one after the other.
 
         Raises:
             RefusedError: They die.
             UnavailableError: They do not answer.
         """
-        _result(await self._answer(functions.nothing, ()))
+        async with self.queues.check.place():
+            _result(await self._answer(functions.nothing, ()))
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function of `server.tasks.functions`.

@@ -73,11 +73,13 @@ class Queues:
     """The queues of a server.
 
     Attributes:
+        check: For what makes sure that work can be done; it waits for no other work.
         light: For what takes a moment.
         heavy: For what may take minutes.
     """
 
     def __init__(self) -> None:
+        self.check = Queue(1)
         self.light = Queue(LIGHT_AT_ONCE)
         self.heavy = Queue(HEAVY_AT_ONCE)
 
