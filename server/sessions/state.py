@@ -36,7 +36,7 @@ class SessionState:
 
     Attributes:
         spec: Everything that is kept of the session.
-        state: What it is doing.
+        phase: What it is doing.
         message: Why it is in this state, where there is something to say.
         playing: Whether the run goes on by itself.
         dirty: Whether something that people made has changed since the spec was last stored.

@@ -86,8 +86,8 @@ def last_of(goal: Goal | None) -> int | None:
 
 def branch_views(spec: SessionSpec) -> list[BranchPublic]:
     """Return the branches as the page lists them, in the colours of the scene: active one, second run, the others."""
-    config = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.second))
-    colours = {name: hexadecimal(BRANCHES[place % len(BRANCHES)]) for place, name in enumerate(config)}
+    order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.second))
+    colours = {name: hexadecimal(BRANCHES[place % len(BRANCHES)]) for place, name in enumerate(order)}
     return [
         BranchPublic(
             id=branch.id,

@@ -239,7 +239,7 @@ class Ready:
 
     Attributes:
         card: Its shape.
-        standing: Where it stands.
+        status: Where it stands.
         rows: Diagnostics of the frames computed.
     """
 
@@ -253,8 +253,8 @@ class Progress:
     """Frames were computed or another one is shown.
 
     Attributes:
-        standing: Where the run stands now.
-        rows: Diagnostics of the frames computed since the last event, in config.
+        status: Where the run stands now.
+        rows: Diagnostics of the frames computed since the last event, in order.
         drawing: The newest drawing for the scene, where a credit was left for it.
         flat: The newest drawing for flat views, where a credit was left for it.
     """

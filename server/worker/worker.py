@@ -304,7 +304,7 @@ class Worker:
                 self._due = min(self._due, time.monotonic() + self._period)
             case Restart(seed=seed):
                 self._tree.restart(seed)
-                self._anew()
+                self._restarted()
             case Change(values=values, branch=branch):
                 return self._change(values, branch)
             case Branch(branch=branch, frame=frame, values=values):
@@ -340,20 +340,20 @@ class Worker:
         before = self._tree.status(playing=False, speed=0).restarts
         self._tree.change(values, branch)
         if self._tree.status(playing=False, speed=0).restarts != before:
-            self._anew()
+            self._restarted()
             return 0
         return self._tree.run.position + 1
 
     def _activate(self, command: Activate, number: int) -> None:
         self._flush()
-        anew = self._tree.activate(command.branch, command.recipe)
+        again = self._tree.activate(command.branch, command.recipe)
         self._playing = False
-        if anew:
+        if again:
             # The web process may never have had them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
             self._go(command.goal, number)
 
-    def _anew(self) -> None:
+    def _restarted(self) -> None:
         """Report the rows of a run that has just been restarted."""
         self._rows = self._tree.rows(0)
         self._due = time.monotonic()
