@@ -121,13 +121,13 @@ class Manager:
             UnavailableError: The house is full.
             Exception: Whatever refused the spec.
         """
+        self._make_room()
+        await asyncio.to_thread(self._store.room.check)
         if len(self._sessions) >= self._settings.max_stored_sessions:
             raise UnavailableError(
                 f"The server keeps at most {self._settings.max_stored_sessions} sessions, the suspended ones included; "
                 "end one first."
             )
-        self._make_room()
-        await asyncio.to_thread(self._store.room.check)
         session = self._session(spec)
         self._sessions[spec.id] = session
         try:
@@ -135,8 +135,8 @@ class Manager:
             await self.keep(positions=False)
             await session.opened(OPENING_S)
         except BaseException:
-            del self._sessions[spec.id]
-            await session.close("The session could not be started.")
+            with contextlib.suppress(Exception):
+                await self.end(session)
             raise
         return session
 
@@ -196,6 +196,9 @@ class Manager:
         began = time.perf_counter()
         if session.spec.upload:
             await asyncio.to_thread(index_of, self._store, self._settings, session.spec.upload)
+        # Again, and with nothing awaited before the place is taken: others may have come meanwhile.
+        if not session.live:
+            self._make_room()
         await session.start()
         session.left = time.monotonic()
         self.started += 1
@@ -256,7 +259,10 @@ class Manager:
                 session.check(after_gap=after_gap)
                 if session.visitors:
                     session.left = now
-                elif session.worker is not None and now - session.left > self._settings.idle_seconds:
+                # A command under way may wait for a worker that hangs, which only this round ends.
+                elif (
+                    session.is_free and session.worker is not None and now - session.left > self._settings.idle_seconds
+                ):
                     message = "Nobody was here for a while; the session goes on where it was."
                     await self._attempt(session.suspend(message))
             seldom = number % POSITIONS_EVERY == 0

@@ -52,6 +52,8 @@ class SceneFeed:
         async with self._opening:
             if self._viewer is None:
                 self._viewer = await asyncio.to_thread(self._made, info, in_force)
+                # What was told while it was made is not in it.
+                self._start()
             return self._viewer.endpoint
 
     @contextmanager

@@ -6,19 +6,19 @@ one at a time.
 
 import asyncio
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pftrack.parameters import ParameterError
 from pftrack.random import LARGEST_SEED
-from pftrack.runs.run import EndOfRun, PastError
-from server.errors import ApiError, ConflictError, shape
+from server.errors import ConflictError
 from server.flat.feed import DrawingFeed
 from server.schemas import messages
 from server.schemas.messages import Phase
 from server.schemas.panel import InForce
 from server.schemas.sessions import Changed
 from server.schemas.spec import Bookmark, SessionSpec
+from server.sessions.panel_commands import PanelCommands
 from server.sessions.scene_feed import SceneFeed
 from server.sessions.state import SessionState
 from server.sessions.worker_handle import WorkerHandle
@@ -50,18 +50,20 @@ class Session:
         self, spec: SessionSpec, settings: Settings, config_of: ConfigOf, *, phase: Phase = "suspended"
     ) -> None:
         self.state = SessionState(spec, phase, self._tell_panel)
+        self._door = asyncio.Lock()
+        self._panel = PanelCommands(self._door, self.change, self.transport, self._tell_refusal)
         self.drawing_feed = DrawingFeed(lambda: self._credit("flat"))
         self.scene_feed = SceneFeed(
-            credit=lambda: self._credit("scene"), on_values=self._queue, on_transport=self._steer
+            credit=lambda: self._credit("scene"),
+            on_values=self._panel.change,
+            on_transport=self._panel.steer,
         )
         self.left = time.monotonic()
         self._settings = settings
         self._config_of = config_of
         self._worker: WorkerHandle | None = None
         self._starting: WorkerHandle | None = None
-        self._door = asyncio.Lock()
-        self._pending: dict[str, Any] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._is_closed = False
 
     # ------------------------------------------------------------ what it is
 
@@ -96,6 +98,11 @@ class Session:
         return self._worker
 
     @property
+    def is_free(self) -> bool:
+        """Whether no command is under way that the next one has to wait for."""
+        return not self._door.locked()
+
+    @property
     def card(self) -> protocol.SessionInfo:
         """The properties that do not change while it lives."""
         if self.state.card is None:
@@ -112,9 +119,12 @@ class Session:
         """Start a worker that makes the run as the spec has it; it may then still be on its way to where it was.
 
         Raises:
+            ConflictError: It was ended while this waited.
             Exception: Whatever refused the spec.
         """
         async with self._door:
+            if self._is_closed:
+                raise ConflictError("The session was ended.")
             if self._worker is not None:
                 return
             self.state.become("starting")
@@ -147,6 +157,7 @@ class Session:
 
     async def close(self, message: str) -> None:
         """End it for good, or for this server's life."""
+        self._is_closed = True
         # Before the door opens, so that whoever waits inside for the worker is sent away.
         await self._hang_up()
         async with self._door:
@@ -154,8 +165,7 @@ class Session:
             self.state.become("ended", message)
             self.listeners.close()
             self.drawing_feed.close()
-        for task in list(self._tasks):
-            task.cancel()
+        self._panel.close()
         await self.scene_feed.close()
 
     def check(self, *, after_gap: bool) -> None:
@@ -292,37 +302,11 @@ class Session:
         if len(self.spec.branches) >= self._settings.max_branches:
             raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
 
-    # ------------------------------------------------------------ what the scene's panel asks
+    # ------------------------------------------------------------ what the scene's panel hears
 
-    def _queue(self, values: dict[str, Any]) -> None:
-        """Gather the panel's changes, the newest of each, while one is on its way."""
-        idle = not self._pending
-        self._pending.update(values)
-        if idle:
-            self._later(self._send_pending())
-
-    async def _send_pending(self) -> None:
-        async with self._door:
-            values, self._pending = self._pending, {}
-        await self._answered(self.change(values))
-
-    def _steer(self, command: dict[str, Any]) -> None:
-        self._later(self._answered(self.transport(**command)))
-
-    async def _answered(self, command: Coroutine[Any, Any, object]) -> None:
-        """Carry out a command of the panel, and tell page and panel if it is refused."""
-        try:
-            await command
-        except (ParameterError, EndOfRun, PastError, ApiError) as error:
-            known = {name: getattr(error, name, None) for name in ("field", "bound", "value")}
-            detail = shape(str(error), **known)
-            self.listeners.emit(messages.Refused(**detail))
-            self.scene_feed.refuse(detail["message"])
-
-    def _later(self, command: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.ensure_future(command)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+    def _tell_refusal(self, detail: dict[str, Any]) -> None:
+        self.listeners.emit(messages.Refused(**detail))
+        self.scene_feed.refuse(detail["message"])
 
     def _tell_panel(self) -> None:
         self.scene_feed.tell(self._in_force())

@@ -56,13 +56,13 @@ def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session
     loop = found.scene_feed._loop
     with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
         hear(stream)
-        loop.call_soon_threadsafe(found._queue, {"sample_count": 150})
+        loop.call_soon_threadsafe(found._panel.change, {"sample_count": 150})
         echo = until(stream, lambda m: m["type"] == "parameters")[-1]
         assert echo["values"] == {"sample_count": 150}
-        loop.call_soon_threadsafe(found._queue, {"sample_count": -3})
+        loop.call_soon_threadsafe(found._panel.change, {"sample_count": -3})
         refused = until(stream, lambda m: m["type"] == "refused")[-1]
         assert (refused["field"], refused["value"]) == ("sample_count", -3)
-        loop.call_soon_threadsafe(found._steer, {"action": "speed", "speed": 2.0})
+        loop.call_soon_threadsafe(found._panel.steer, {"action": "speed", "speed": 2.0})
         until(stream, lambda m: m["type"] == "position" and m["speed"] == 2.0)
 
 
@@ -70,7 +70,7 @@ def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: 
     """Of the many values of a drag the newest counts, and one frame has one change."""
     found = server.manager.get(session["id"])
     for count in range(100, 160):
-        found.scene_feed._loop.call_soon_threadsafe(found._queue, {"sample_count": count})
+        found.scene_feed._loop.call_soon_threadsafe(found._panel.change, {"sample_count": count})
     wait_for(lambda: found.spec.values["sample_count"] == 159)
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
         {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}}

@@ -115,6 +115,29 @@ def test_one_viewer_for_all(act: Any) -> None:
     act(scene)
 
 
+def test_what_changes_while_the_viewer_is_made_is_shown(act: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Making it takes a while; its panel does not stay at what was in force when that began."""
+    made = threading.Event()
+
+    class Late(Puppet):
+        def __init__(self, *arguments: Any, **requests: Any) -> None:
+            made.wait(5)
+            super().__init__(*arguments, **requests)
+
+    monkeypatch.setattr(server.viewer, "Viewer", Late)
+
+    async def scene(theatre: Theatre) -> None:
+        opening = asyncio.create_task(theatre.open())
+        await asyncio.sleep(0.02)
+        theatre.scene_feed.tell(InForce({"n": 2}, "apf", 7))
+        made.set()
+        puppet = await opening
+        await theatre.scene_feed.close()
+        assert puppet.told == [("in force", InForce({"n": 2}, "apf", 7))]
+
+    act(scene)
+
+
 def test_only_the_newest_values_wait(act: Any) -> None:
     """While the panel is slow, only the newest values wait for it, and no refusal is lost."""
 

@@ -1,0 +1,115 @@
+"""The manager: places that are taken at the same moment, and sessions that end while they begin."""
+
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import httpx
+import pytest
+
+from server.sessions.session import Session
+from server.sessions.worker_handle import WorkerLostError
+from tests.server.host import Server, begin, error_of, wait_for
+
+
+class Gate:
+    """Where sessions wait to be compiled until it is opened."""
+
+    def __init__(self, server: Server) -> None:
+        self._server = server
+        self._event = asyncio.Event()
+        self.waiting = 0
+        server.manager._wait_for = self._wait
+
+    async def _wait(self, name: str) -> None:
+        del name
+        self.waiting += 1
+        await self._event.wait()
+
+    def open(self) -> None:
+        async def act() -> None:
+            self._event.set()
+
+        self._server.run(act())
+
+
+def test_places_are_taken_once(start_server: Any) -> None:
+    """Of several that come at the same moment as many get a place as there are."""
+    with start_server(max_sessions=1) as (server, client), ThreadPoolExecutor(3) as pool:
+        gate = Gate(server)
+        asked = [pool.submit(client.post, "/api/v1/sessions", json={"experiment": "ball"}) for _ in range(3)]
+        wait_for(lambda: gate.waiting == 3)
+        gate.open()
+        assert sorted(each.result().status_code for each in asked) == [201, 503, 503]
+        assert len(client.get("/api/v1/sessions").json()) == 1
+
+
+def test_ended_while_it_waits_to_go_on(start_server: Any) -> None:
+    """A session that is ended while it is about to be resumed gets no worker that nobody would ever end."""
+    with start_server() as (server, client), ThreadPoolExecutor(1) as pool:
+        session = begin(client)["id"]
+        found = server.manager.get(session)
+        server.run(found.suspend("Nobody is here."))
+        gate = Gate(server)
+        resumed = pool.submit(client.post, f"/api/v1/sessions/{session}/resume")
+        wait_for(lambda: gate.waiting == 1)
+        assert client.delete(f"/api/v1/sessions/{session}").status_code == 204
+        gate.open()
+        error_of(resumed.result(), 409)
+        assert found.worker is None
+        assert found.phase == "ended"
+
+
+def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A session whose worker ends on its first way does not come back when the server does."""
+
+    async def lost(self: Session, patience_s: float) -> None:
+        del self, patience_s
+        raise WorkerLostError("The worker ended.")
+
+    monkeypatch.setattr(Session, "opened", lost)
+    with start_server() as (server, client):
+        error_of(client.post("/api/v1/sessions", json={"experiment": "ball"}), 503)
+        assert client.get("/api/v1/sessions").json() == []
+        assert server.app.state.services.store.sessions() == []
+
+
+def test_a_command_that_hangs_does_not_stop_the_rounds(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody is there, and a command waits for a worker that may hang: only the rounds would end that."""
+    looked = []
+    check = Session.check
+
+    def counted(self: Session, *, after_gap: bool) -> None:
+        looked.append(self)
+        check(self, after_gap=after_gap)
+
+    with start_server(idle_seconds=0.1) as (server, client):
+        found = server.manager.get(begin(client)["id"])
+        server.run(found._door.acquire())
+        monkeypatch.setattr(Session, "check", counted)
+        wait_for(lambda: len(looked) >= 3)
+        assert found.worker is not None
+        server.uvicorn.loop.call_soon_threadsafe(found._door.release)
+        wait_for(lambda: found.phase == "suspended")
+
+
+def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -> None:
+    """Anybody may ask whether the server is ready; each question takes a process, so never more than one at a time."""
+    tasks = server.app.state.services.tasks
+    busy = most = 0
+    answer = type(tasks)._answer
+
+    async def counted(self: Any, *arguments: Any) -> Any:
+        nonlocal busy, most
+        busy += 1
+        most = max(most, busy)
+        try:
+            return await answer(self, *arguments)
+        finally:
+            busy -= 1
+
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(8) as pool:
+        patch.setattr(type(tasks), "_answer", counted)
+        asked = [pool.submit(client.get, "/readyz") for _ in range(8)]
+        assert all(each.result().status_code == 200 for each in asked)
+    assert most == 1

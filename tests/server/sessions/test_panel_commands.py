@@ -1,0 +1,58 @@
+"""Panel commands: what waits goes together, and whatever goes wrong is told."""
+
+import asyncio
+from typing import Any
+
+import pytest
+
+from pftrack.sources.sequence import SourceError
+from server.sessions.panel_commands import PanelCommands
+from tests.server.apart import run
+
+
+def test_what_waits_goes_together() -> None:
+    """While another command is under way the newest value of each parameter waits."""
+    sent: list[dict[str, Any]] = []
+
+    async def act() -> None:
+        door = asyncio.Lock()
+
+        async def change(values: dict[str, Any]) -> None:
+            sent.append(values)
+
+        commands = PanelCommands(door, change, change, lambda detail: None)
+        async with door:
+            for number in range(3):
+                commands.change({"n": number})
+            commands.change({"m": 1})
+            await asyncio.sleep(0)
+        await asyncio.sleep(0.01)
+
+    run(act())
+    assert sent == [{"n": 2, "m": 1}]
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (SourceError("picture 7 cannot be read"), "picture 7 cannot be read"),
+        (OSError(5, "input/output error", "/somewhere/secret"), "could not read or write"),
+        (RuntimeError("a mistake"), "made a mistake"),
+    ],
+)
+def test_whatever_goes_wrong_is_told(error: Exception, said: str) -> None:
+    """Nobody waits for the answer: without this the control would stay where it was put, and nobody would know why."""
+    told: list[dict[str, Any]] = []
+
+    async def act() -> None:
+        async def refuse(**command: Any) -> None:
+            del command
+            raise error
+
+        commands = PanelCommands(asyncio.Lock(), refuse, refuse, told.append)
+        commands.steer({"action": "restart"})
+        await asyncio.sleep(0.01)
+
+    run(act())
+    assert said in told[0]["message"]
+    assert "secret" not in told[0]["message"]
