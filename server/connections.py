@@ -1,9 +1,9 @@
 """Connections: one that says nothing, or takes nothing, does not keep others out.
 
-Whoever connects has some seconds to send the head of a request, which has a longest length, and whoever was answered has
-some to send the next. When the process has nearly as many connections as it may have files, those that have been silent
-for longest make room. A browser that takes nothing of what it asked for is given up. Bodies have a limit of their own in
-`server.middleware.body_limit`.
+Whoever connects has some seconds to send the head of a request, which has a longest length, and whoever was answered
+has some to send the next. When the process has nearly as many connections as it may have files, those that have been
+silent for longest make room. A browser that takes nothing of what it asked for is given up. Bodies have a limit of
+their own in `server.middleware.body_limit`.
 """
 
 import asyncio
