@@ -18,6 +18,8 @@ const UPLOAD = /^#upload\/(.+)$/;
 
 /** @type {import("../shared/messages.js").ExperimentPublic[]|null} */
 let experiments = null;
+/** @type {TargetForm|null} */
+let form = null;
 
 part("tools").append(h("a", { class: "link", href: REFERENCES }, "References"), themeButton());
 new DropZone(part("drop"), {
@@ -89,21 +91,36 @@ async function section(name, list) {
 
 /** With an upload in the address, ask what shall be followed in it; so a reload keeps the place. */
 async function target() {
-  const id = UPLOAD.exec(location.hash)?.[1];
-  const form = part("target");
+  const id = uploadOfAddress();
+  const place = part("target");
+  leaveForm();
   if (!id) {
     show(false);
-    fill(form);
+    fill(place);
     return;
   }
   try {
     const upload = await api.upload(decodeURIComponent(id));
-    new TargetForm(form, upload, experiments ?? [], leave);
+    if (id !== uploadOfAddress() || experiments === null) return;
+    leaveForm();
+    form = new TargetForm(place, upload, experiments, leave);
     show(true);
   } catch (error) {
+    if (id !== uploadOfAddress()) return;
     toast(messageOf(error), { kind: "error" });
     leave();
   }
+}
+
+/** Whoever goes back leaves a form that may still search thousands of pictures. */
+function leaveForm() {
+  form?.leave();
+  form = null;
+}
+
+/** The upload that the address names, as it stands there. */
+function uploadOfAddress() {
+  return UPLOAD.exec(location.hash)?.[1];
 }
 
 function leave() {

@@ -64,13 +64,15 @@ export function statusOf(error) {
 export async function request(method, path, body, signal) {
   const headers = { accept: "application/json", ...(body !== undefined && { "content-type": "application/json" }) };
   const options = { method, headers, ...(signal && { signal }), ...(body !== undefined && { body: JSON.stringify(body) }) };
-  let response;
+  let status;
+  let text;
   try {
-    response = await fetch(ROOT + path, options);
+    const response = await fetch(ROOT + path, options);
+    [status, text] = [response.status, await response.text()];
   } catch {
     throw new ApiError(0, { message: "The server does not answer" });
   }
-  return read(response.status, await response.text());
+  return read(status, text);
 }
 
 /**

@@ -1,6 +1,7 @@
 /** What is compiled once after an installation or an update: how far it is, for as long as it lasts. */
 
 import { api, statusOf } from "./api.js";
+import { after } from "./timing.js";
 
 /** @import { CompilationPublic } from "./messages.js" */
 
@@ -19,7 +20,7 @@ export async function followCompiling(tell, signal) {
     if (signal?.aborted) return;
     tell(compilation);
     if (compilation.finished) return;
-    await pause();
+    await after(EVERY_MS, signal);
   }
 }
 
@@ -30,19 +31,18 @@ export async function followCompiling(tell, signal) {
  * @param {string} experiment
  * @param {() => Promise<Answer>} act
  * @param {(sentence: string) => void} tell What to show meanwhile; empty when there is nothing more to wait for.
- * @param {AbortSignal} signal Ends the waiting.
+ * @param {AbortSignal} signal Ends the waiting; then nothing more is done.
  * @returns {Promise<Answer>}
  */
 export async function whenCompiled(experiment, act, tell, signal) {
-  for (;;) {
-    try {
-      return await act();
-    } catch (error) {
-      if (statusOf(error) !== UNAVAILABLE || signal.aborted) throw error;
-      const compilation = await api.compilation();
-      if (compilation.finished || compilation.ready.includes(experiment)) throw error;
-      await followUntil(experiment, tell, signal);
-    }
+  try {
+    return await act();
+  } catch (error) {
+    if (statusOf(error) !== UNAVAILABLE || signal.aborted) throw error;
+    // It may have been ready since; what the server refuses then, it refuses for another reason.
+    await followUntil(experiment, tell, signal);
+    if (signal.aborted) throw error;
+    return act();
   }
 }
 
@@ -52,11 +52,12 @@ export async function whenCompiled(experiment, act, tell, signal) {
  * @param {AbortSignal} signal
  */
 async function followUntil(experiment, tell, signal) {
-  while (!signal.aborted) {
-    const compilation = await api.compilation();
-    if (compilation.finished || compilation.ready.includes(experiment)) break;
-    tell(inSentenceCase(compilation.sentence));
-    await pause();
+  for (;;) {
+    const { finished, ready, sentence } = await api.compilation();
+    if (signal.aborted) return;
+    if (finished || ready.includes(experiment)) break;
+    tell(inSentenceCase(sentence));
+    await after(EVERY_MS, signal);
   }
   tell("");
 }
@@ -64,11 +65,4 @@ async function followUntil(experiment, tell, signal) {
 /** @param {string} sentence */
 export function inSentenceCase(sentence) {
   return sentence.slice(0, 1).toUpperCase() + sentence.slice(1);
-}
-
-/** @returns {Promise<void>} */
-function pause() {
-  return new Promise((resolve) => {
-    setTimeout(resolve, EVERY_MS);
-  });
 }

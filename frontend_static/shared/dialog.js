@@ -26,7 +26,12 @@ export function openDialog(title, body, { wide = false } = {}) {
     ),
     body(close),
   );
-  element.addEventListener("close", () => element.remove());
+  element.addEventListener("close", () => {
+    // What is said in it outlives it.
+    const said = element.querySelector(".toasts");
+    if (said) document.body.append(said);
+    element.remove();
+  });
   element.addEventListener("pointerdown", (event) => {
     if (event.target === element) close();
   });

@@ -19,8 +19,9 @@ export function linkTo(body) {
  * @param {NewSession|SweepCreate|{experiment: string}} body
  */
 export function encode(body) {
-  const raw = String.fromCharCode(...new TextEncoder().encode(JSON.stringify(body)));
-  return btoa(raw).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+  // Letter by letter: a run whose parameters were changed thousands of times has more than a call takes arguments.
+  const raw = Array.from(new TextEncoder().encode(JSON.stringify(body)), (code) => String.fromCharCode(code));
+  return btoa(raw.join("")).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
 /**

@@ -5,12 +5,12 @@ import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
 
 const NEWS_MS = 5000;
-/** Where they lie one above the other. */
+
+/** Where they lie one above the other: within a dialog, where one is open, since all else is dim and out of reach then. */
 function stackOfPage() {
-  const there = document.querySelector(".toasts");
-  if (there) return there;
-  const stack = h("div", { class: "toasts", role: "status", "aria-live": "polite" });
-  document.body.append(stack);
+  const stack = document.querySelector(".toasts") ?? h("div", { class: "toasts", role: "status", "aria-live": "polite" });
+  const place = document.querySelector("dialog[open]") ?? document.body;
+  if (stack.parentElement !== place) place.append(stack);
   return stack;
 }
 

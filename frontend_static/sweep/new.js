@@ -42,8 +42,13 @@ async function begin() {
  * @param {SweepCreate} plan
  */
 function show(experiments, experiment, plan) {
+  let wanted = experiment.id;
   const form = new PlanForm(experiments, experiment, plan, async (id) => {
+    wanted = id;
     const [other, example] = await Promise.all([api.experiment(id), sweeps.example(id)]);
+    // Of two that were chosen quickly the answers may come in the other order.
+    if (wanted !== id) return;
+    form.leave();
     show(experiments, other, example);
     root.querySelector("select")?.focus();
   });

@@ -62,6 +62,11 @@ export class PlanForm {
     return [this.#form, this.#size.element];
   }
 
+  /** Ask nothing more: another form takes its place. */
+  leave() {
+    this.#size.leave();
+  }
+
   #changed() {
     this.#size.changed();
   }
@@ -137,7 +142,14 @@ export class PlanForm {
   #chooser(experiments, choose) {
     const options = experiments.map(({ id, title }) => h("option", { value: id, selected: id === this.#experiment.id }, title));
     const chooser = h("select", { "aria-label": "Experiment", data: { field: "experiment" } }, options);
-    chooser.addEventListener("change", () => choose(chooser.value).catch((error) => toast(messageOf(error), { kind: "error" })));
+    chooser.addEventListener("change", async () => {
+      try {
+        await choose(chooser.value);
+      } catch (error) {
+        chooser.value = this.#experiment.id;
+        toast(messageOf(error), { kind: "error" });
+      }
+    });
     return chooser;
   }
 

@@ -55,6 +55,11 @@ export class SizeCard {
     later(() => this.#look(true, signal), MEASURE_AFTER_MS, signal);
   }
 
+  /** Ask nothing more. */
+  leave() {
+    this.#outdated.abort();
+  }
+
   async start() {
     this.#button.disabled = true;
     this.#renew();

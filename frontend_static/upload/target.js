@@ -52,17 +52,19 @@ export class TargetForm {
     this.#able = experiments.filter((experiment) => experiment.accepts_video);
     this.#experiment = h("select", { id: "target-experiment" }, this.#able.map(({ id, title }) => h("option", { value: id }, title)));
     this.#start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
-    const leave = () => {
-      this.#target?.leave();
-      this.#suitability?.leave();
-      cancel();
-    };
-    fill(root, this.#form(leave));
+    fill(root, this.#form(cancel));
     this.#listen();
     if (this.#able.length === 0) return;
     this.#choose(this.#able.find(({ finds }) => finds === null) ?? this.#able[0]);
     this.#target?.focus();
     this.#propose();
+  }
+
+  /** Look for nothing any more, and wait for no answer. */
+  leave() {
+    this.#isTouched = true;
+    this.#target?.leave();
+    this.#suitability?.leave();
   }
 
   /** @param {ExperimentPublic} experiment */
@@ -109,8 +111,8 @@ export class TargetForm {
     this.#tracker.addEventListener("change", () => this.#describe());
   }
 
-  /** @param {() => void} leave */
-  #form(leave) {
+  /** @param {() => void} cancel */
+  #form(cancel) {
     const { name, frames, width, height, frame_rate_hz: rate, warnings } = this.#upload;
     return h(
       "form",
@@ -135,7 +137,7 @@ export class TargetForm {
         this.#about,
         this.#truth,
         this.#wrong,
-        h("footer", {}, h("button", { type: "button", on: { click: leave } }, "Cancel"), this.#go),
+        h("footer", {}, h("button", { type: "button", on: { click: cancel } }, "Cancel"), this.#go),
       ),
     );
   }

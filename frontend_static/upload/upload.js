@@ -5,7 +5,7 @@ import { fill, h, setText } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
 import { after } from "../shared/timing.js";
-import { attempt } from "../shared/toast.js";
+import { attempt, toast } from "../shared/toast.js";
 import { progressWords } from "../shared/progress.js";
 
 /** @import { OnProgress, Transfer } from "../shared/api.js" */
@@ -25,6 +25,8 @@ export class DropZone {
   #on;
   #zone = h("div", { class: "drop" });
   #picker = h("input", { type: "file", multiple: true, class: "visually-hidden", id: "file-picker", accept: "video/*,image/*,.pft" });
+  /** Whether files are on their way, which others would push out of sight. */
+  #isBusy = false;
   /** How many elements deep within the page something is dragged. */
   #depth = 0;
 
@@ -77,6 +79,10 @@ export class DropZone {
   /** @param {File[]} files */
   async #take(files) {
     if (files.length === 0) return;
+    if (this.#isBusy) {
+      toast("Other files are on their way; wait for them, or stop them first");
+      return;
+    }
     const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft");
     if (isRun) await this.#send(files, api.importRun, "Computing the run", (answer) => this.#imported(files[0].name, answer));
     else await this.#send(files, api.sendUpload, "Checking every frame", this.#on.uploaded);
@@ -109,14 +115,17 @@ export class DropZone {
     });
     const stop = h("button", { type: "button", on: { click: () => transfer.stop() } }, "Stop");
     fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, stop);
+    this.#isBusy = true;
     try {
       const answer = await transfer.done;
+      this.#isBusy = false;
       this.#invite();
       received(answer);
     } catch (error) {
       if (statusOf(error) === -1) this.#invite();
       else this.#refuse(name, messageOf(error));
     } finally {
+      this.#isBusy = false;
       ended.abort();
     }
   }

@@ -20,6 +20,12 @@ describe("a link that holds a run", () => {
     }
   });
 
+  it("holds a run whose parameters were changed thousands of times", () => {
+    const timeline = Array.from({ length: 10_000 }, (_, frame) => ({ frame, values: { occlusion_width_px: frame / 7 } }));
+    const long = { ...recipe, timeline };
+    assert.deepEqual(decode(encode(long)), long);
+  });
+
   it("refuses what holds no run", () => {
     for (const wrong of ["", "#", "#%%%", `#${encode([1])}`, `#${encode(null)}`, `#${encode({ seed: 1 })}`]) {
       assert.throws(() => decode(wrong), undefined, wrong);

@@ -102,7 +102,7 @@ export class FoundTarget {
   }
 
   /**
-   * Mark the target anew.
+   * Take another mark in place of the one that is shown.
    *
    * @param {Mark} mark Of the kind that is found.
    */

@@ -63,7 +63,7 @@ export class MarkedTarget {
   leave() {}
 
   /**
-   * Mark the target anew.
+   * Take another mark in place of the one that is shown.
    *
    * @param {Mark} mark Of a kind that the experiment takes.
    */
