@@ -17,6 +17,7 @@ import structlog
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Plan, begin, partial_of
 from server.errors import ConflictError
+from server.log import Seldom
 from server.schemas.measures import MeasurePublic
 from server.schemas.sweep_answers import axis_view, fixed_views
 from server.settings import Settings
@@ -73,6 +74,7 @@ class Sweep:
         self._began = 0.0
         self._past: deque[tuple[float, int]] = deque()
         self._listeners: Listeners[SweepListener] = Listeners()
+        self._seldom = Seldom(__name__, every_s=60.0)
 
     # ------------------------------------------------------------ what it is
 
@@ -236,8 +238,8 @@ class Sweep:
         """Keep how far it is; if that fails, the next time may do better, and the files say it as well."""
         try:
             await self._keep(self)
-        except Exception:
-            log.exception("how far a sweep is could not be stored", sweep=self.id)
+        except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
+            self._seldom.warn("how far a sweep is could not be stored", sweep=self.id, error=repr(error))
 
     # ------------------------------------------------------------ listeners
 

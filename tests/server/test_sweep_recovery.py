@@ -137,16 +137,19 @@ def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_database_that_takes_nothing(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A sweep whose progress cannot be stored is computed to its end all the same, and says so."""
+    """A sweep whose progress cannot be stored is followed all the same, and can be cancelled."""
+    refused: list[dict[str, Any]] = []
 
     def refuse(values: dict[str, Any]) -> None:
-        raise OSError(errno.ENOSPC, f"no room for {len(values)} values")
+        refused.append(values)
+        raise OSError(errno.ENOSPC, "no room")
 
     monkeypatch.setattr(sweep_of_the_server, "WRITE_EVERY_S", 0.0)
     with start_server(sweep_jobs=1) as (server, client):
-        sweep = begin_sweep(client)
+        sweep = begin_sweep(client, **LONG)
         monkeypatch.setattr(server.app.state.services.store, "save_sweep", refuse)
-        assert until_state(client, sweep["id"], "done")["done"] == RUNS
+        wait_for(lambda: len(refused) > 1, 60)
+        assert client.post(f"/api/v1/sweeps/{sweep['id']}/cancel").json()["state"] == "stopped"
 
 
 def test_resumed_by_two_at_once(start_server: Any) -> None:
