@@ -46,14 +46,14 @@ class Target:
         position: (d,) centre; (u, v) in px of the picture with u the column and v the row; or the signal's value; or
             the pose of a solid, (theta_x, theta_y, theta_z) in rad.
         size: Longer side of the box around it, px; 0 for a signal.
-        hidden: Whether it is known to be out of sight.
+        hidden: Whether it is known to be out of sight; None for what cannot be, such as a signal.
         landmarks: Its points, if it is a solid that is tracked by them.
         extent: Width and height of the box around it, px; None for a target without one, such as a signal or a pose.
     """
 
     position: NDArray[np.float64]
     size: float = 0.0
-    hidden: bool = False
+    hidden: bool | None = False
     landmarks: Landmarks | None = None
     extent: tuple[float, float] | None = None
 

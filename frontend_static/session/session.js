@@ -63,7 +63,8 @@ function header() {
   const about = h(
     "button",
     { type: "button", class: "quiet", title: "About this experiment, and how to cite it", on: { click: () => experiment && aboutDialog(experiment) } },
-    "About",
+    icon("about"),
+    h("span", { class: "wide-only" }, "About"),
   );
   const tools = [
     tool("branch", "Branch", "Branch from this frame (N)", view.actions.branch),

@@ -80,4 +80,4 @@ class SignalSource:
     def _target(self, index: int, parameters: SignalParameters) -> Target:
         angle = 2 * np.pi * index / self.period_frames
         value = np.sin(angle) if parameters.waveform == "sine" else np.cos(angle)
-        return Target(np.full(parameters.dimension, value))
+        return Target(np.full(parameters.dimension, value), hidden=None)

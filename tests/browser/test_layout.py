@@ -133,6 +133,9 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     rows = "document.querySelector('.scrubber').dataset.rows"
     shown = watch()
     shown.until(lambda: "ess proposal bands" in shown.page.evaluate(rows), "particles have all rows")
+    shown = watch(experiment="sine")
+    shown.press("ArrowRight")
+    shown.until(lambda: "error" in shown.page.evaluate(rows) and "bands" not in shown.page.evaluate(rows), "no bands")
     shown = watch(tracker="kalman")
     shown.until(lambda: shown.page.evaluate(rows) == "flags error sigma bands changes", "no row of particles")
     legend = shown.page.locator(".legend")
@@ -140,6 +143,20 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     shown.until(lambda: "particles" not in legend.inner_text(), "the legend names what is drawn")
     assert "estimate" in legend.inner_text()
     assert "second run" not in legend.inner_text()
+
+
+def test_on_a_phone_the_title_has_a_line_of_its_own(watch: Watch) -> None:
+    """Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them."""
+    shown = watch()
+    shown.page.set_viewport_size({"width": 390, "height": 800})
+    title, brand = box(shown.page, ".top h1"), box(shown.page, ".top .brand")
+    assert title["width"] > 350
+    assert title["y"] >= brand["y"] + brand["height"]
+    buttons = [button.bounding_box() for button in shown.page.locator(".top button").all()]
+    assert all(button["y"] + button["height"] <= title["y"] + 1 for button in buttons)
+    inner = "[...document.querySelectorAll('.top button')].every((button) => button.scrollWidth <= button.clientWidth)"
+    assert shown.page.evaluate(inner)
+    assert shown.page.evaluate(OVERFLOW) <= 0
 
 
 def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:
