@@ -24,6 +24,7 @@ from pftrack.parameters import ParameterError
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import FrameSequence, open_sequence
+from pftrack.suitability import Suitability
 from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, named
 from pftrack.testing.marks import at_first
 from pftrack.testing.repeatability import demand_equal
@@ -81,6 +82,7 @@ def _a_film_is_tracked(experiment: Experiment) -> None:
             mark = known or experiment.mark(at_first(kind, sequence.size))
             setup = _wired(experiment, sequence, mark, start, sure=known is not None)
             if setup is not None:
+                _demand_suitability(experiment, setup, sequence, f"a recording with a {kind.name()}")
                 # What one tracker makes of a kind of mark the others make as well, and some are slow.
                 trackers = list(experiment.trackers) if place == 0 else [experiment.default_tracker]
                 _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
@@ -107,6 +109,23 @@ def _wired(
         raise CheckError(
             f"{what} in a film of the scene must be taken or refused by a ValueError, got {said}"
         ) from error
+
+
+def _demand_suitability(experiment: Experiment, setup: Setup, sequence: FrameSequence, what: str) -> None:
+    """Go on if the experiment can say how suitable a target is, where it says so at all."""
+    if experiment.suits is None or setup.footage is None:
+        return
+    try:
+        found = experiment.suits(sequence, setup.footage, setup.parameters)
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}"
+        raise CheckError(f"the experiment must look how suitable {what} is without an error, got {said}") from error
+    demand(isinstance(found, Suitability), f"what comes of looking at {what} must be a Suitability, got {found!r:.60}")
+    demand(0.0 <= found.value <= 1.0, f"the suitability of {what} must lie between 0 and 1, got {found.value}")
+    for text in (found.remark, *found.advice):
+        demand(
+            text and not text.endswith("."), f"what is said of {what} must be clauses without full stops, got {text!r}"
+        )
 
 
 def _demand_tracked(

@@ -21,6 +21,7 @@ from pftrack.marks import Editor, Handle, Mark
 from pftrack.measures import PICTURE_MEASURES
 from pftrack.parameters import parameter
 from pftrack.sources.signal import SignalSource
+from pftrack.suitability import Suitability
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
 from pftrack.world import World
 from tests.installing import environment, install
@@ -367,6 +368,21 @@ def test_names_are_held_to_where_they_stand(check: str, make: Callable[[], Exper
     """Names become parts of addresses and files, and columns of a sweep, where two of one name would be one."""
     with pytest.raises(CheckError, match=sentence):
         checks_of(make())[check]()
+
+
+@pytest.mark.parametrize(
+    ("suits", "sentence"),
+    [
+        (refusing, "must look how suitable a recording with a box is without an error, got ValueError: too dark"),
+        (lambda *_: 0.5, "must be a Suitability, got 0.5"),
+        (lambda *_: Suitability(math.nan, "fine"), "must lie between 0 and 1, got nan"),
+        (lambda *_: Suitability(0.5, "Fine."), r"must be clauses without full stops, got 'Fine\.'"),
+    ],
+)
+def test_what_an_experiment_says_of_a_target_is_looked_at(suits: Any, sentence: str) -> None:
+    """Where it can tell how suitable a target is, it does so without an error, by a number from 0 to 1 and clauses."""
+    with pytest.raises(CheckError, match=sentence):
+        checks_of(replace(BALL, suits=suits))["a film of its scene is tracked from a mark"]()
 
 
 class Coarse(SineParameters):
