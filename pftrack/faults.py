@@ -1,8 +1,8 @@
 """Faults of drawings: what no viewer can show, because a field does not hold what its primitive says.
 
-Experiments of other packages draw, too, and types are not enforced while a program runs. One number that is none, or
-a tuple where a number should be, would make a whole frame unreadable for a page. So what is drawn is looked through
-before it travels; what has a fault is left out, and the caption says so.
+Experiments of other packages draw, too, and types are not enforced while a program runs. One NaN, or a tuple where a
+number should be, would make a whole frame unreadable for a page. So a drawing is looked through before it travels; a
+primitive that has a fault is left out, and the caption says so.
 """
 
 import math

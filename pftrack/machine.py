@@ -1,4 +1,4 @@
-"""What of a machine could decide about a run's numbers, and how it is kept from doing so.
+"""Settings that keep a run's numbers from depending on the machine, and a description of the machine for its file.
 
 A run is to come to the same bits on every x86-64 processor with AVX2 (and FMA, which came with it: from 2013 on). Three
 libraries would choose their instructions by the processor that they meet:

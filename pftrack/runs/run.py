@@ -349,7 +349,7 @@ class Run:
         if frame.target is None:
             return None, None
         error = float(self.experiment.error(state.estimate, frame.target.position))
-        if math.isnan(error):  # of an estimate that is none: as wrong as can be, and not unknown
+        if math.isnan(error):  # of an estimate that is not finite: NaN would count as an unknown truth
             error = math.inf
         judged = self.experiment.lost
         return error, bool(judged(error, frame.target.size, parameters)) if judged else None

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+from pftrack.measures import HIT_RATE
 from pftrack.parameters import Value
 from pftrack.runs.scoring import Verdict
 from pftrack.runs.timeline import Change
@@ -44,8 +45,7 @@ class Summary:
     @property
     def hit_rate(self) -> float | None:
         """Share of the frames with known truth that were not lost; None where there are none."""
-        lost, labelled = self.verdict.lost_frames, self.verdict.labelled_frames
-        return None if lost is None else 1.0 - lost / labelled
+        return self.measures.get(HIT_RATE.name)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values by name."""

@@ -122,6 +122,10 @@ def _demand_suitability(experiment: Experiment, setup: Setup, sequence: FrameSeq
         raise CheckError(f"the experiment must look how suitable {what} is without an error, got {said}") from error
     demand(isinstance(found, Suitability), f"what comes of looking at {what} must be a Suitability, got {found!r:.60}")
     demand(0.0 <= found.value <= 1.0, f"the suitability of {what} must lie between 0 and 1, got {found.value}")
+    places = found.likelihood
+    if places is not None:
+        shares = places.ndim == 2 and bool(((places >= 0.0) & (places <= 1.0)).all())
+        demand(shares, f"the likelihood of {what} must be (height, width) numbers from 0 to 1, got {places.shape}")
     for text in (found.remark, *found.advice):
         demand(
             text and not text.endswith("."), f"what is said of {what} must be clauses without full stops, got {text!r}"

@@ -376,6 +376,10 @@ def test_names_are_held_to_where_they_stand(check: str, make: Callable[[], Exper
         (refusing, "must look how suitable a recording with a box is without an error, got ValueError: too dark"),
         (lambda *_: 0.5, "must be a Suitability, got 0.5"),
         (lambda *_: Suitability(math.nan, "fine"), "must lie between 0 and 1, got nan"),
+        (
+            lambda *_: Suitability(0.5, "fine", likelihood=np.full((3, 4), math.nan)),
+            r"must be \(height, width\) numbers from 0 to 1, got \(3, 4\)",
+        ),
         (lambda *_: Suitability(0.5, "Fine."), r"must be clauses without full stops, got 'Fine\.'"),
     ],
 )

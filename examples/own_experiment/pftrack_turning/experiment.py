@@ -52,7 +52,7 @@ def draw(step: Step, _past: Sequence[Diagnostics], other: Diagnostics | None = N
 
 
 def arrows(state: Bank) -> Mesh:
-    """Return a triangle for each hypothesis: where it is, whither it goes, and the more opaque the more probable."""
+    """Return a triangle for each hypothesis, at its place and along its way, the more opaque the more probable."""
     x, y, vx, vy = np.array([part.mean for part in state.parts]).T[:, :, None]
     corners = x + 1j * y + np.exp(1j * np.arctan2(vy, vx)) * state.radius_px * np.array([3, -1 + 1j, -1 - 1j])
     vertices = at_height(np.stack([corners.real, corners.imag], axis=-1).reshape(-1, 2), 2.0)
