@@ -145,6 +145,21 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     assert "second run" not in legend.inner_text()
 
 
+def test_names_are_written_out_where_there_is_room(watch: Watch) -> None:
+    """On a wide screen the features of a face have words for names, and all plots keep one axis of frames."""
+    shown = watch(experiment="head", frames=20)
+    names = """[...(window.Bokeh?.index ?? [])].flatMap(({ model }) =>
+        [...(model.left?.[0]?.major_label_overrides?.values() ?? [])])"""
+    borders = "[...new Set([...(window.Bokeh?.index ?? [])].map(({ model }) => model.min_border_left))].length"
+    shown.until(lambda: "rlc" in shown.page.evaluate(names), "short names")
+    shown.page.set_viewport_size({"width": 1920, "height": 900})
+    shown.until(lambda: "right eye, outer corner" in shown.page.evaluate(names), "the names are written out")
+    assert shown.page.evaluate(borders) == 1
+    assert shown.page.evaluate(OVERFLOW) <= 0
+    shown.page.set_viewport_size({"width": 1280, "height": 800})
+    shown.until(lambda: "rlc" in shown.page.evaluate(names), "short names again")
+
+
 def test_on_a_phone_the_title_has_a_line_of_its_own(watch: Watch) -> None:
     """Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them."""
     shown = watch()

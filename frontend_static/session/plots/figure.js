@@ -13,12 +13,15 @@ import { Shades } from "./shades.js";
 /** @typedef {{desired_num_ticks: number}|{ticks: number[]}} Ticks How many, or where they are. */
 
 const BORDER = 38;
+const ROOMY_BORDER = 150;
 
 export class Figure {
   /** How many rows it has, one above the other. */
   rows = 1;
   /** Whether the numbers of the frames stand below it. */
   showsFrames = false;
+  /** Whether there is room for names that are written out. */
+  isRoomy = false;
   #bokeh;
   #here;
   /** @type {Shades[]} */
@@ -138,7 +141,8 @@ export class Figure {
     const { model } = this;
     this.ink = ink;
     // One width of border for all, so that a frame lies at one place in all of them.
-    model.min_border_left = sparkline ? 2 : BORDER;
+    const border = this.isRoomy ? ROOMY_BORDER : BORDER;
+    model.min_border_left = sparkline ? 2 : border;
     model.min_border_right = sparkline ? 2 : 8;
     model.xaxis.visible = !sparkline && this.showsFrames;
     model.yaxis.visible = !sparkline;

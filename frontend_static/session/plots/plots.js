@@ -20,6 +20,8 @@ import { KINDS } from "./kinds/kinds.js";
 const REDRAW_MS = 100;
 /** In a narrower session the plots are a row of sparklines. */
 const WIDE_PX = 1000;
+/** From this width on the plots have room for names that are written out. */
+const ROOMY_PX = 350;
 const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
 
 /**
@@ -85,7 +87,9 @@ function keepDrawn(root, { store, signal }, axis, panels) {
     for (const plot of inSight) plot.draw(store);
   }, REDRAW_MS, signal);
   const view = root.closest(".session-view") ?? root;
-  let isNarrow = view.clientWidth < WIDE_PX;
+  const isLong = panels.some(({ plot }) => plot.rowTitles.length > 0);
+  const shape = () => ({ isNarrow: view.clientWidth < WIDE_PX, isRoomy: isLong && root.clientWidth >= ROOMY_PX });
+  let { isNarrow, isRoomy } = shape();
   let last = lastOf(panels);
   const dress = () => {
     const ink = tokens(...INKS, ...samplers(store.known).map(({ colour }) => colour));
@@ -93,6 +97,7 @@ function keepDrawn(root, { store, signal }, axis, panels) {
     for (const each of panels) {
       // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
       each.plot.figure.showsFrames = each === last || each.plot.rows > 1;
+      each.plot.figure.isRoomy = isRoomy;
       each.plot.dress(ink, isNarrow);
     }
   };
@@ -101,8 +106,9 @@ function keepDrawn(root, { store, signal }, axis, panels) {
   onTheme(dress, signal);
   dress();
   const sizes = new ResizeObserver(() => {
-    if (view.clientWidth < WIDE_PX === isNarrow) return;
-    isNarrow = !isNarrow;
+    const now = shape();
+    if (now.isNarrow === isNarrow && now.isRoomy === isRoomy) return;
+    ({ isNarrow, isRoomy } = now);
     dress();
   });
   sizes.observe(view);

@@ -9,6 +9,7 @@ import { key } from "./samplers.js";
 /** @import { Row } from "../../history.js" */
 /** @import { Store } from "../../store.js" */
 /** @import { BokehApi, Range, Renderer } from "../bokeh_api.js" */
+/** @import { Ink } from "../figure.js" */
 
 /** Within its row a line leaves this free above and below. */
 const FREE = 0.12;
@@ -55,7 +56,6 @@ export class FeaturesPlot extends Plot {
     super.build(Bokeh, frames, { ticks: features.map((_, place) => place + 0.5) });
     const { model, range } = this.figure;
     const [yaxis] = model.yaxes;
-    yaxis.major_label_overrides = new Map(features.map((name, place) => [place + 0.5, name]));
     yaxis.major_tick_out = 0;
     model.ygrid.ticker = new Bokeh.FixedTicker({ ticks: features.map((_, place) => place) });
     [range.start, range.end] = [features.length, 0];
@@ -67,6 +67,18 @@ export class FeaturesPlot extends Plot {
     // Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
     const missed = (/** @type {Row} */ row, /** @type {number} */ place) => Number.isNaN(seen(row, place)) && valueOf(row, plot.recognised, place) === 0;
     this.figure.shade("lost", 0.16, missed, features.length);
+  }
+
+  /**
+   * Name the rows, in words where there is room for them.
+   *
+   * @param {Ink} ink
+   * @param {boolean} sparkline
+   */
+  dress(ink, sparkline) {
+    super.dress(ink, sparkline);
+    const words = this.figure.isRoomy ? new Map(this.rowTitles) : new Map();
+    this.figure.model.yaxes[0].major_label_overrides = new Map(this.features.map((name, place) => [place + 0.5, words.get(name) ?? name]));
   }
 
   /** @param {Store} store */
