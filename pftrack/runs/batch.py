@@ -103,8 +103,9 @@ def outcomes(
         ParameterError: A value is unknown, out of bounds or at odds with another.
     """
     parameters = revise(setup.parameters, values)
-    noisy = setup.open_source(seeds[0], parameters).noisy
-    groups = [[seed] for seed in seeds] if noisy else [list(seeds)]
+    source = setup.open_source(seeds[0], parameters)
+    frames = min(frames, source.frame_count or frames)
+    groups = [[seed] for seed in seeds] if source.noisy else [list(seeds)]
     known: dict[tuple[int, str], Outcome] = {}
     for group in groups:
         known |= _folded(experiment, setup, parameters, trackers, group, frames)
@@ -131,7 +132,7 @@ def _folded(
         (seed, name): _begun(experiment.trackers[name], source, parameters, seed) for seed in seeds for name in names
     }
     blocks: list[Block] = []
-    for block in _blocks(source, parameters, min(frames, source.frame_count or frames)) if runs else ():
+    for block in _blocks(source, parameters, frames) if runs else ():
         for key in list(runs):
             if not runs[key].take(block, parameters):
                 del runs[key]

@@ -8,9 +8,11 @@ import pytest
 from pftrack.experiment import Setup
 from pftrack.experiments import find
 from pftrack.frame import Frame
+from pftrack.marks import Box
 from pftrack.parameters import ParameterError, Value
 from pftrack.runs import batch, scoring
 from pftrack.runs.run import Change, Run
+from tests.experiments.heads import Pictures, pictures
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
 BALL = find("ball")
@@ -97,6 +99,19 @@ def test_an_experiment_without_pictures_runs_too() -> None:
     assert exact.success is None
     assert exact.mean_error is not None
     assert sampled.mean_error != exact.mean_error
+
+
+def test_a_short_recording_ends_earlier_for_every_tracker() -> None:
+    """Where a recording has fewer frames than were asked for, a tracker that takes them one by one ends with it too."""
+    setup = BALL.on_video(Pictures(pictures(5, width=160)), Box.of(40, 30, 30, 40))  # type: ignore[misc] # it takes them
+    trackers = ["h-spf", "kalman"]
+    assert BALL.trackers["kalman"].fold is None
+    (row,) = batch.outcomes(BALL, setup, values={}, trackers=trackers, seeds=[1], frames=60)
+    for tracker, outcome in zip(trackers, row, strict=True):
+        run = Run(BALL, setup, tracker=tracker, seed=1)
+        run.finish()
+        assert run.frames == 5
+        assert outcome.estimates_sha256 == run.estimates_sha256
 
 
 def test_an_estimate_that_is_none_is_no_success() -> None:
