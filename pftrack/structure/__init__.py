@@ -7,8 +7,11 @@ factors: motion, two rows a frame, and shape, three numbers a point. The members
 - `factorization`: the factors by singular values, and the map that makes cameras of them;
 - `variational`: the factors by variational Bayes, each position weighed by its own noise;
 - `online_variational`: the same frame by frame, over a sliding window and with forgetting;
+- `recursive`: the project's own way frame by frame, the joint covariance of all points with each frame's pinhole
+  integrated out, from a prior or from the first frames (`first_window`);
+- `growing`: from the mean of other bodies to the body's own shape, as far as its predictions are better;
 - `alignment`: how far a reconstruction is from the truth;
 - `scenes`: tracks of simulated bodies.
 
-The free energy of the variational methods, and their passes, are in `passes`.
+The passes of the variational methods and their free energy are in `passes`, a view's camera in `cameras`.
 """

@@ -15,54 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
+from pftrack.structure.positive import inverted
 
-__all__ = ["free_energy", "inverted", "moments", "points_given", "rows_given"]
-
-SMALLEST_PIVOT = 1e-14
-"""What is left of a precision, relative to it, at least; beyond that it is rounding."""
-
-
-@compiled
-def inverted(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> float:
-    """Write the inverse of a positive definite matrix (n, n), of which the lower half is read; return its log det."""
-    size = matrix.shape[0]
-    lower = np.zeros((size, size))
-    log_determinant = _factorised(matrix, lower)
-    # The inverse of the root, in place, and then its product with its transpose.
-    for j in range(size):
-        lower[j, j] = 1.0 / lower[j, j]
-        for i in range(j + 1, size):
-            rest = 0.0
-            for k in range(j, i):
-                rest -= lower[i, k] * lower[k, j]
-            lower[i, j] = rest / lower[i, i]
-    for i in range(size):
-        for j in range(i + 1):
-            entry = 0.0
-            for k in range(i, size):
-                entry += lower[k, i] * lower[k, j]
-            inverse[i, j] = entry
-            inverse[j, i] = entry
-    return log_determinant
-
-
-@compiled
-def _factorised(matrix: NDArray[np.float64], lower: NDArray[np.float64]) -> float:
-    """Write L (n, n) of L L^T = P, whose lower half is read, and return log det P."""
-    log_determinant = 0.0
-    for j in range(matrix.shape[0]):
-        pivot = matrix[j, j]
-        for k in range(j):
-            pivot -= lower[j, k] * lower[j, k]
-        pivot = max(pivot, SMALLEST_PIVOT * matrix[j, j])
-        log_determinant += np.log(pivot)
-        lower[j, j] = np.sqrt(pivot)
-        for i in range(j + 1, matrix.shape[0]):
-            rest = matrix[i, j]
-            for k in range(j):
-                rest -= lower[i, k] * lower[j, k]
-            lower[i, j] = rest / lower[j, j]
-    return log_determinant
+__all__ = ["free_energy", "moments", "points_given", "rows_given"]
 
 
 @compiled

@@ -1,0 +1,73 @@
+"""A shape to begin with where nothing is known of the body: from its first frames (see `recursive`)."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.geometry.rotation import nearest_rotation
+from pftrack.structure import recursive, variational
+from pftrack.structure.recursive import Recursive, Settings
+from pftrack.structure.tracks import Tracks
+from pftrack.structure.variational import Variational
+
+__all__ = ["from_window"]
+
+SPREAD = 0.15
+"""Standard deviation of the first shape's coordinates, relative to that of the points about their centre: of more the
+first frames make leaps from which there is no way back."""
+
+LEAST_STRENGTH = 1.5
+"""Of the third direction of the shape, below which it may be noise."""
+
+
+def from_window(tracks: Tracks, settings: Settings, *, iterations: int = variational.ITERATIONS) -> Recursive:
+    """Begin without a prior, by the variational factorization of the first frames; the unit is such that 1 is 1 px.
+
+    Args:
+        tracks: The first frames; positions from the principal point.
+        settings: How to go on.
+        iterations: Of the factorization.
+
+    Raises:
+        ValueError: The frames do not tell a shape: there are fewer than three, or there is no rotation or no depth.
+    """
+    found = variational.fit(tracks, iterations=iterations)
+    if not found.strengths[2] > LEAST_STRENGTH:
+        raise ValueError(
+            "expected a body that turns and points that do not lie in one plane: the depth in these frames is no more "
+            f"than noise makes (strength {found.strengths[2]:.2g}, at least {LEAST_STRENGTH:g} is needed)"
+        )
+    found = variational.metric(found)
+    if not np.isfinite(found.shape).all():
+        raise ValueError("expected cameras that determine a metric shape, got frames from which none comes")
+    best: tuple[float, Recursive] | None = None
+    for state in _mirrored(found, settings):
+        total, after = 0.0, state
+        for positions, variances in zip(tracks.positions, tracks.variances, strict=True):
+            after = recursive.step(after, positions, variances)
+            total += after.log_evidence
+        if best is None or total > best[0]:
+            best = total, after
+    if best is None:
+        raise RuntimeError("there are two mirror images")
+    return best[1]
+
+
+def _mirrored(found: Variational, settings: Settings) -> Iterator[Recursive]:
+    """Yield the beginnings with both mirror images of a metric shape."""
+    spread = SPREAD * float(np.sqrt(found.shape.var(axis=0).mean()))
+    covariance = np.broadcast_to(spread**2 * np.eye(3), (len(found.shape), 3, 3))
+    for sign in (1.0, -1.0):
+        mirror = np.array([1.0, 1.0, sign])
+        yield recursive.begin(
+            found.shape * mirror, covariance, settings, _camera(found.motion[:2] * np.append(mirror, 1.0), settings)
+        )
+
+
+def _camera(rows: NDArray[np.float64], settings: Settings) -> NDArray[np.float64]:
+    """Return the pinhole (3, 4) that is nearest to the rows (2, 4) of an orthographic camera."""
+    across, down = rows[:, :3]
+    scale = float(np.sqrt(0.5 * (np.square(across).sum() + np.square(down).sum())))
+    turn = nearest_rotation(np.array([across, down, np.cross(across, down) / scale]))
+    return np.column_stack([turn, [rows[0, 3] / scale, rows[1, 3] / scale, settings.focal_px / scale]])
