@@ -13,7 +13,8 @@ could not be confirmed is computed all the same and reported as a known negative
 - `maps`: the whole protocol of these sections, and its figures;
 - `motion`: learning the dynamics while tracking, ch. 3 section 4;
 - `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3;
-- `head`: the same on the face of a driver who turns the head, ch. 4 section 4.
+- `head`: the same on the face of a driver who turns the head, ch. 4 section 4;
+- `structure`: the shape of prism and face from their tracks, ch. 4 section 5.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,6 +26,7 @@ from pftrack.reproduce.finding import Finding
 from pftrack.reproduce.head import pose as head
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism import pose as prism
+from pftrack.reproduce.structure import shape as structure
 
 __all__ = ["RESULTS", "Finding", "reproduce"]
 
@@ -45,6 +47,8 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "prism-perspective": prism.perspective,
     "pose-filters": prism.pose_filters,
     "head": head.pose,
+    "structure": structure.prism,
+    "structure-face": structure.faces,
 }
 """All results by name: functions of a pool and of whether the whole protocol is to be run."""
 
