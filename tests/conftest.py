@@ -1,5 +1,6 @@
 """What all tests share: one browser a process, since Playwright cannot be started twice in one."""
 
+import gc
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,6 +28,12 @@ FLAGS = [
     "--disable-sync",
     "--enable-unsafe-swiftshader",
 ]
+
+
+def pytest_collection_finish() -> None:
+    """Leave what was collected alone: each full garbage collection would look through thousands of tests."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
