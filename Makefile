@@ -23,10 +23,10 @@ serve: $(VENV)/.serve-stamp  ## Install what is needed, serve the pages and prin
 	@$(BIN)/pftrack serve --host $(HOST) --port $(PORT) $(if $(DATA),--data-dir $(DATA))
 
 test: lint  ## Install what the tests need, check style, types and walls, run the fast tests
-	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 test-all: lint  ## The same with the slow tests
-	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m ""
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m ""
 
 lint: $(VENV)/.test-stamp  ## Check style, types and import walls, of the pages' scripts where Node is there
 	$(BIN)/ruff check

@@ -37,8 +37,17 @@ const LEVELS = [
  * @param {SweepStore} store
  */
 export function choices(root, store) {
-  store.on(["view"], () => fill(root, switches(store), axes(store), versus(store)));
+  store.on(["view"], () => {
+    const focused = root.contains(document.activeElement) ? nameOf(document.activeElement) : undefined;
+    fill(root, switches(store), axes(store), versus(store));
+    // The control that was used goes on to have the keyboard.
+    const again = [...root.querySelectorAll("button, select, input")].find((control) => nameOf(control) === focused);
+    if (focused && again instanceof HTMLElement) again.focus();
+  });
 }
+
+/** @param {Element|null} control */
+const nameOf = (control) => control?.getAttribute("aria-label") ?? control?.getAttribute("data-value") ?? control?.getAttribute("type");
 
 /** @param {SweepStore} store */
 function switches(store) {

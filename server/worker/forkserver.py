@@ -9,6 +9,7 @@ import tempfile
 import threading
 import types
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from multiprocessing import forkserver
 from multiprocessing.context import ForkServerProcess
 
@@ -19,6 +20,8 @@ __all__ = ["socket_folder", "spawn", "start"]
 CONTEXT = multiprocessing.get_context("forkserver")
 PRELOAD = "server.worker.preload"
 LOCK = threading.Lock()
+SPAWNING = ThreadPoolExecutor(1, thread_name_prefix="spawning")
+"""One thread for all that are to be made: until the forkserver is ready each waits, and would hold a thread."""
 
 LONGEST_FOLDER = 107 - len("/pymp-12345678/listener-12345678")
 """A Unix socket's name has at most 107 bytes, and this is what multiprocessing appends to the temporary directory."""
@@ -55,7 +58,7 @@ async def spawn(target: Callable[..., None], *arguments: object, name: str) -> F
     A socket among the arguments is duplicated into the child. When this is cancelled, the process is made first, and
     then ended: of half a request the forkserver would die, and with it every later session.
     """
-    making = asyncio.ensure_future(asyncio.to_thread(_spawn, target, arguments, name))
+    making = asyncio.get_running_loop().run_in_executor(SPAWNING, _spawn, target, arguments, name)
     try:
         return await asyncio.shield(making)
     except asyncio.CancelledError:

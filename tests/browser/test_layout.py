@@ -226,3 +226,13 @@ def test_the_switch_goes_through_light_and_dark_and_is_kept(gallery: Gallery) ->
     page.click("[data-role=theme]")
     page.emulate_media(color_scheme="light")
     gallery.until(lambda: background() != light, "dark was chosen")
+
+
+def test_the_references_are_readable_at_any_width(page: Any) -> None:
+    """The page of references has its title, and every citation within the page."""
+    page.goto("/references")
+    page.get_by_role("button", name="Copy").first.wait_for()
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 800})
+        assert page.get_by_role("heading", name="References", exact=True).is_visible()
+        assert page.evaluate(OVERFLOW) <= 0

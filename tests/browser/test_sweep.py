@@ -162,6 +162,7 @@ def test_the_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     for words in OPTIONS:
         page.locator(".segments button", has_text=words).click()
         assert page.locator(".segments [aria-pressed=true]").inner_text() == words
+        assert page.evaluate("document.activeElement.innerText") == words
     page.locator(".segments button", has_text="Significance").click()
     page.locator("[aria-label='Test']").select_option("fisher")
     page.locator("text=Holm").click()
