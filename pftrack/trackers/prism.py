@@ -13,6 +13,7 @@ from pftrack.likelihoods import points
 from pftrack.random import Stream
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.trackers.pose import methods as pose
+from pftrack.trackers.pose.calibrated import pose_and_band
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_per_feature
 from pftrack.trackers.pose.reports import measurement, reported
@@ -54,7 +55,8 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPris
         rng,
     )
     switched = pose.switched(state.belief, belief)
-    return PoseState(state.solid, belief, belief.pose, _recognised(measured), switched)
+    angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
+    return PoseState(state.solid, belief, angles, _recognised(measured), switched, calibration=calibration)
 
 
 def _solid(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], parameters: TrackedPrismParameters) -> Solid:

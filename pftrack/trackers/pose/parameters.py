@@ -151,6 +151,13 @@ class PoseTrackerParameters(Parameters):
         step=0.05,
         group=UPPER,
     )
+    pose_band: Literal["document", "calibrated"] = parameter(
+        "document",
+        "Band of the pose",
+        "Whether the angles are as sure as the document's filters say, which is far too sure, or as the points' misfit "
+        "shows; the affine camera's error is taken off the estimate where solid and camera are known.",
+        group=UPPER,
+    )
     joint_sample_count: int = joint_particles(25_000)
     lost_deg: float = parameter(
         15,

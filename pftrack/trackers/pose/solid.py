@@ -18,6 +18,9 @@ class Solid:
         focal_px: Focal length of the pinhole.
         principal_px: (2,) its principal point.
         translation_mm: (3,) where the origin of its frame was at the start, in the camera's frame.
+        pinned_mm: (F, 3) the points moved to where they were seen at the start; None if shape and camera are known.
+        depth_doubt: By which share its depth, along the line of sight of the start, may be wrong (standard deviation).
+        misfit_share: Which share of the variance with which its points do not fit it concerns its pose.
     """
 
     points_mm: NDArray[np.float64]
@@ -25,6 +28,9 @@ class Solid:
     focal_px: float
     principal_px: NDArray[np.float64]
     translation_mm: NDArray[np.float64]
+    pinned_mm: NDArray[np.float64] | None = None
+    depth_doubt: float = 0.0
+    misfit_share: float = 1.0
 
     @property
     def scale(self) -> float:

@@ -12,6 +12,7 @@ from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
 from pftrack.matrices import product
 from pftrack.trackers.pose.beliefs import Belief
+from pftrack.trackers.pose.calibrated import Calibration
 from pftrack.trackers.pose.solid import Solid
 
 __all__ = ["PoseState"]
@@ -24,11 +25,12 @@ class PoseState:
     Attributes:
         solid: What is known of the object.
         belief: In its points and its pose.
-        pose: Belief in the angles (theta_x, theta_y, theta_z), rad; wider than the belief's own while the object is
-            looked for.
+        pose: Belief in the angles (theta_x, theta_y, theta_z), rad; wider than the belief's own if its band is
+            calibrated, and while the object is looked for.
         recognised: (F,) which features the observation confirmed in this frame.
         switched: Whether a feature went over from trusting one prediction more to trusting the other.
         memory: What else a family of trackers carries along.
+        calibration: What a calibrated band remembers.
     """
 
     solid: Solid
@@ -37,6 +39,7 @@ class PoseState:
     recognised: NDArray[np.bool_]
     switched: bool = False
     memory: Any = None
+    calibration: Calibration | None = None
 
     @property
     def estimate(self) -> NDArray[np.float64]:

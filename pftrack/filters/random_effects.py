@@ -1,0 +1,94 @@
+"""How sure a fit is whose measurements have errors that nobody told it: random effects by Paule and Mandel.
+
+A model of p unknowns is fitted to m measured numbers. Each comes with a variance v_i of its own, but there is more
+error in it than that: the model's camera is too simple, its shape is not quite the object's, what is measured has
+slipped. None of this is noise that averages out over frames, so no filter that is told v_i alone can know of it. It
+shows nevertheless, in that the numbers do not fit together as well as v_i says.
+
+Let the unknown part have one variance tau^2 for all numbers, as between laboratories that measure the same quantity.
+With weights w_i = 1 / (v_i + tau^2) the residuals e of the fit obey
+
+    E[ sum_i w_i e_i^2 ] = m - p,
+
+and tau^2 is the number for which the sum is just that, or 0 if it is smaller already (R. Paule and J. Mandel 1982; for
+regressions R. DerSimonian and R. Kacker 2007). The sum is convex and falls with tau^2, and its slope is
+-sum_i w_i^2 e_i^2, since the fit minimises it: Newton's method from 0 approaches the root from one side.
+
+What a fit with other weights u comes to has then the covariance G diag(v + tau^2) G^T, G = (J^T U J)^-1 J^T U.
+
+The limit of this: an error that looks like a change of the unknowns leaves no residual, and is seen by nobody.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.matrices import multiply, solve
+
+__all__ = ["excess_variance", "fit_covariance", "fit_gain"]
+
+MOST_ROUNDS = 60
+CLOSE = 1e-6
+"""Of the sum to m - p, relative: where Newton's method ends."""
+
+
+@compiled
+def fit_gain(jacobian: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
+    """Return G, (p, m), from measurements to the unknowns of a weighted fit, and whether these are determined.
+
+    Args:
+        jacobian: (m, p).
+        weights: (m,).
+    """
+    weighted = jacobian.T.copy()
+    for k in range(weighted.shape[0]):
+        for i in range(weighted.shape[1]):
+            weighted[k, i] *= weights[i]
+    return solve(multiply(weighted, jacobian), weighted)
+
+
+@compiled
+def excess_variance(
+    residuals: NDArray[np.float64], jacobian: NDArray[np.float64], variances: NDArray[np.float64]
+) -> float:
+    """Return tau^2, the variance that measurements have beyond their own; 0 if none shows, NaN if none can be told.
+
+    Args:
+        residuals: (m,) measured less expected at any point near the fit.
+        jacobian: (m, p) derivatives of what is expected.
+        variances: (m,) of each measurement as it is known, above 0.
+    """
+    count, unknowns = jacobian.shape
+    excess = 0.0
+    for _ in range(MOST_ROUNDS):
+        weights = 1.0 / (variances + excess)
+        gain, regular = fit_gain(jacobian, weights)
+        if count <= unknowns or not regular:
+            return np.nan
+        found = multiply(gain, residuals.copy().reshape(count, 1))
+        fitted = multiply(jacobian, found)
+        squares, slope = 0.0, 0.0
+        for i in range(count):
+            square = weights[i] * (residuals[i] - fitted[i, 0]) ** 2
+            squares += square
+            slope += weights[i] * square
+        surplus = squares - (count - unknowns)
+        if not surplus > CLOSE * (count - unknowns):
+            break
+        excess += surplus / slope
+    return excess
+
+
+@compiled
+def fit_covariance(gain: NDArray[np.float64], variances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariance (p, p) of a fit by its gain (p, m), to numbers that have these variances (m,) in truth."""
+    scaled = gain.copy()
+    for k in range(gain.shape[0]):
+        for i in range(gain.shape[1]):
+            scaled[k, i] *= variances[i]
+    spread = multiply(scaled, gain.T.copy())
+    for k in range(spread.shape[0]):
+        for i in range(k):
+            spread[k, i] = 0.5 * (spread[k, i] + spread[i, k])
+            spread[i, k] = spread[k, i]
+    return spread

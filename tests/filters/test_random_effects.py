@@ -1,0 +1,48 @@
+"""The variance that measurements have beyond their own, and what a fit is then worth."""
+
+import numpy as np
+import pytest
+
+from pftrack.filters.random_effects import excess_variance, fit_covariance, fit_gain
+
+JACOBIAN = np.random.default_rng(1).standard_normal((16, 5))
+
+
+def test_numbers_that_fit_exactly_have_no_excess() -> None:
+    """What the unknowns explain leaves no residual, and no variance is made of it."""
+    assert excess_variance(JACOBIAN @ np.arange(5.0), JACOBIAN, np.full(16, 0.25)) == 0.0
+
+
+def test_the_weighted_residuals_of_the_fit_have_their_expected_sum() -> None:
+    """At the excess that is found the squared residuals, weighted, add up to measurements less unknowns."""
+    rng = np.random.default_rng(2)
+    residuals, variances = 5.0 * rng.standard_normal(16), rng.uniform(0.1, 4.0, 16)
+    excess = excess_variance(residuals, JACOBIAN, variances)
+    weights = 1.0 / (variances + excess)
+    roots = np.sqrt(weights)
+    fitted = np.linalg.lstsq(roots[:, None] * JACOBIAN, roots * residuals, rcond=None)[0]
+    assert excess > 0.0
+    assert (weights * (residuals - JACOBIAN @ fitted) ** 2).sum() == pytest.approx(11.0, rel=1e-5)
+
+
+def test_the_excess_is_right_on_average() -> None:
+    """Over many draws of errors of variance v + 9 the excess is 9."""
+    rng = np.random.default_rng(3)
+    variances = rng.uniform(0.1, 4.0, 16)
+    draws = np.sqrt(variances + 9.0) * rng.standard_normal((2000, 16))
+    assert np.mean([excess_variance(draw, JACOBIAN, variances) for draw in draws]) == pytest.approx(9.0, abs=0.4)
+
+
+def test_too_few_numbers_tell_no_excess() -> None:
+    """With as many unknowns as measurements every error is explained."""
+    assert np.isnan(excess_variance(np.ones(5), JACOBIAN[:5].copy(), np.ones(5)))
+
+
+def test_the_covariance_is_that_of_the_fit() -> None:
+    """With the weights of the variances it is (J^T W J)^-1; doubled variances double it."""
+    variances = np.random.default_rng(4).uniform(0.1, 4.0, 16)
+    gain, regular = fit_gain(JACOBIAN, 1.0 / variances)
+    covariance = fit_covariance(gain, variances)
+    assert regular
+    assert covariance == pytest.approx(np.linalg.inv(JACOBIAN.T @ (JACOBIAN / variances[:, None])), rel=1e-9)
+    assert fit_covariance(gain, 2.0 * variances) == pytest.approx(2.0 * covariance)
