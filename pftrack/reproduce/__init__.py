@@ -20,7 +20,7 @@ could not be confirmed is computed all the same and reported as a known negative
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from pftrack.reproduce import signals
+from pftrack.reproduce import calibration, signals
 from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
 from pftrack.reproduce.finding import Finding
 from pftrack.reproduce.head import pose as head
@@ -47,6 +47,7 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "prism-perspective": prism.perspective,
     "pose-filters": prism.pose_filters,
     "head": head.pose,
+    "calibration": calibration.coverage,
     "structure": structure.prism,
     "structure-face": structure.faces,
 }
