@@ -12,7 +12,7 @@ from pftrack.runs.run import Change, Run
 
 __all__ = ["cases", "run_case"]
 
-FRAMES = 4
+FRAMES = 2
 
 
 def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
@@ -28,7 +28,7 @@ def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
 
 
 def run_case(experiment: Experiment, tracker: str, values: Mapping[str, Value]) -> Drawing:
-    """Compute and draw a few frames, and return the last drawing."""
+    """Compute a start and a step, which call all that later ones do, and return the drawing."""
     timeline = (Change(0, dict(values)),) if values else ()
     run = Run(experiment, experiment.simulate(), tracker=tracker, frames=FRAMES, timeline=timeline)
     for _ in range(FRAMES - 1):
