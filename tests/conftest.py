@@ -17,7 +17,11 @@ settings.load_profile("suite")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-CHROMIUM = Path("/usr/bin/chromium")
+# The shell is the same engine without a desktop's windows, which cost a second of processor time for each page.
+CHROMIUM = next(
+    (path for path in map(Path, ("/usr/bin/chromium-headless-shell", "/usr/bin/chromium")) if path.exists()),
+    Path("/usr/bin/chromium"),
+)
 FLAGS = [
     "--headless",
     "--no-sandbox",
