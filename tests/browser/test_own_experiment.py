@@ -177,6 +177,7 @@ def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> Non
     page.locator(f"[data-experiment={NAME}] >> text=Sweep over conditions").click()
     form = View(page)
     form.until(lambda: "40 runs" in page.inner_text(".plan-size"), "the form holds five conditions, two methods")
+    page.locator("[data-field=frames] input").fill("60")
     page.click("text=Start the sweep")
     page.wait_for_url(lambda address: "/sweep/" in address and not address.split("#")[0].endswith("new"))
     form.until(lambda: page.locator(".map canvas").count() > 0, "there is a map")

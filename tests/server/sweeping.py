@@ -21,8 +21,8 @@ SMALL: dict[str, Any] = {
 RUNS = 3 * 2 * 2 * 6
 
 # Long enough to be cut off in the middle, in pieces of a second.
-LONG = {**SMALL, "trials": 400, "frames": 120, "parameters": {"sample_count": 800}}
-LONG_RUNS = 3 * 2 * 2 * 400
+LONG = {**SMALL, "trials": 160, "frames": 120, "parameters": {"sample_count": 800}}
+LONG_RUNS = 3 * 2 * 2 * 160
 
 
 def begin_sweep(client: httpx.Client, **changes: Any) -> dict[str, Any]:
