@@ -130,7 +130,7 @@ def test_a_preset_says_what_to_look_at(watch: Watch) -> None:
 
 def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     """A Kalman filter has neither particles nor proposals; a signal is neither hidden nor lost."""
-    rows = "document.querySelector('.scrubber').dataset.rows"
+    rows = "document.querySelector('.scrubber').dataset.rows ?? ''"
     shown = watch()
     shown.until(lambda: "ess proposal bands" in shown.page.evaluate(rows), "particles have all rows")
     shown = watch(experiment="sine")
