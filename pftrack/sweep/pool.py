@@ -1,24 +1,28 @@
 """The pool: processes of this machine that compute for a sweep or a study.
 
-Each is a fresh interpreter, connected by a socket of its own. So the loss of one is seen at once and costs its own task
-alone, and when the driver is lost, all of them find their sockets closed and end.
+Each is forked from a nursery and connected by a socket of its own. So the loss of one is seen at once and costs its own
+task alone, and when the driver is lost, all of them find their sockets closed and end.
 """
 
-import os
-import subprocess
 from collections.abc import Callable
 from contextlib import suppress
-from multiprocessing import Pipe
-from multiprocessing.connection import wait
+from itertools import count
+from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from pftrack.process import command, described, environment
+from pftrack.process import Nursery
 from pftrack.sweep.errors import SweepError
+from pftrack.sweep.work import one_thread
 from pftrack.sweep.workers import Done
 
-__all__ = ["LocalWorkers"]
+__all__ = ["LocalWorkers", "prepare", "work"]
 
-GRACE_S = 5.0
+_PREPARED: list[Nursery] = []
+
+
+def prepare() -> None:
+    """Fork the nursery of the next pool off this process, which has imported everything and started no thread."""
+    _PREPARED.append(Nursery.forked(work))
 
 
 class LocalWorkers:
@@ -26,9 +30,9 @@ class LocalWorkers:
 
     def __init__(self, jobs: int) -> None:
         """Start `jobs` processes."""
-        self._hands: list[_Hand] = []
-        for _ in range(jobs):
-            self._hands.append(_Hand())
+        self._nursery = _PREPARED.pop() if _PREPARED else _fresh()
+        self._numbers = count()
+        self._hands = [self._hand() for _ in range(jobs)]
 
     def welcome(self) -> int:
         """Return how many processes have nothing to do."""
@@ -41,7 +45,7 @@ class LocalWorkers:
             self._hands[place].take(number, function, arguments)
         except OSError:
             self._hands[place].end()
-            self._hands[place] = _Hand()
+            self._hands[place] = self._hand()
             self._hands[place].take(number, function, arguments)
 
     def finished(self, timeout_s: float) -> list[Done]:
@@ -61,7 +65,7 @@ class LocalWorkers:
                 failure, value = hand.connection.recv()
             except (EOFError, OSError):
                 done.append(Done(number, lost=hand.end()))
-                self._hands[place] = _Hand()
+                self._hands[place] = self._hand()
                 continue
             if failure:
                 raise SweepError(f"the computation failed: {failure}")
@@ -72,22 +76,24 @@ class LocalWorkers:
         """End all processes."""
         for hand in self._hands:
             hand.end()
+        self._nursery.close()
+
+    def _hand(self) -> "_Hand":
+        try:
+            return _Hand(self._nursery, next(self._numbers))
+        except OSError:  # the nursery itself was lost
+            self._nursery.close()
+            self._nursery = _fresh()
+            return _Hand(self._nursery, next(self._numbers))
 
 
 class _Hand:
     """One process, and the number of the task that it is busy with."""
 
-    def __init__(self) -> None:
+    def __init__(self, nursery: Nursery, number: int) -> None:
         self.task: int | None = None
-        self.connection, theirs = Pipe()
-        # In the driver's own group: whoever ends the group of a driver ends its workers.
-        self._process = subprocess.Popen(  # noqa: S603 - this very Python and a module of ours
-            command("pftrack.sweep.pool_process", str(theirs.fileno()), str(os.getpid())),
-            pass_fds=[theirs.fileno()],
-            stdin=subprocess.DEVNULL,
-            env=environment(),
-        )
-        theirs.close()
+        self._nursery, self._number = nursery, number
+        self.connection = nursery.start(number)
 
     def take(self, number: int, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
         """Send a task."""
@@ -97,9 +103,21 @@ class _Hand:
     def end(self) -> str:
         """End the process; return in words how it ended if it had already."""
         self.connection.close()
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(0.05)
-        already = self._process.poll()
-        self._process.kill()
-        self._process.wait(GRACE_S)
-        return "ended" if already is None else described(already)
+        return self._nursery.end(self._number)
+
+
+def _fresh() -> Nursery:
+    return Nursery.fresh("pftrack.sweep.pool_process")
+
+
+def work(connection: "Connection[Any, Any]") -> None:
+    """Carry out tasks until the socket is closed, as a process of the pool."""
+    one_thread()
+    with connection, suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        while True:
+            function, arguments = connection.recv()
+            try:
+                answer: tuple[str, object] = "", function(*arguments)
+            except Exception as error:  # noqa: BLE001 - the driver reports it
+                answer = f"{type(error).__name__}: {error}", None
+            connection.send(answer)

@@ -1,6 +1,7 @@
 """The child: the process that computes or measures a sweep, as the server sees it.
 
-Its standard input carries one line of JSON, a `Task`, and stays open: the child ends when this server is gone.
+It is a child of the same forkserver as the workers, in which all that is compiled is loaded. The socket to it stays
+open: the child ends when this server is gone.
 """
 
 import asyncio
@@ -8,12 +9,15 @@ import contextlib
 import json
 import os
 import signal
-from asyncio.subprocess import PIPE, Process
+import socket
+from multiprocessing.context import ForkServerProcess
 from typing import Any, Self
 
-from pftrack.process import command, end_group, environment
+from pftrack.process import end_group
 from server.errors import UnavailableError
+from server.sweeps import driver
 from server.sweeps.task import Task
+from server.worker import forkserver
 
 __all__ = ["Child", "ask"]
 
@@ -23,42 +27,40 @@ LONGEST_COMPLAINT = 4000
 
 
 class Child:
-    """One process that computes a sweep, in a group of its own with its workers."""
+    """One process that computes a sweep, in a group of its own with its workers.
 
-    def __init__(self, process: Process) -> None:
+    Attributes:
+        pid: Number of the process, and of its group.
+    """
+
+    def __init__(self, process: ForkServerProcess, talk: socket.socket, complaint: socket.socket) -> None:
+        assert process.pid is not None  # noqa: S101 - it was started
+        self.pid = process.pid
         self._process = process
-        self._answer = asyncio.ensure_future(_read(process.stdout, LONGEST_ANSWER))
-        self._complaint = asyncio.ensure_future(_read(process.stderr, LONGEST_COMPLAINT))
+        self._answer = asyncio.ensure_future(_read(talk, LONGEST_ANSWER))
+        self._complaint = asyncio.ensure_future(_read(complaint, LONGEST_COMPLAINT))
+        self._status = asyncio.ensure_future(_status(process))
 
     @classmethod
     async def start(cls, task: Task) -> Self:
         """Start one and give it its task."""
-        process = await asyncio.create_subprocess_exec(
-            *command("server.sweeps.driver"),
-            stdin=PIPE,
-            stdout=PIPE,
-            stderr=PIPE,
-            start_new_session=True,
-            env=environment(),
-        )
-        child = cls(process)
-        if process.stdin is not None:
-            process.stdin.write(task.model_dump_json().encode() + b"\n")
-        return child
-
-    @property
-    def pid(self) -> int:
-        """Number of the process, and of its group."""
-        return self._process.pid
+        talk, theirs = socket.socketpair()
+        complaint, its = socket.socketpair()
+        with theirs, its:
+            try:
+                process = await forkserver.spawn(driver.main, theirs, its, task, name="pftrack-sweep")
+            except BaseException:
+                talk.close()
+                complaint.close()
+                raise
+        return cls(process, talk, complaint)
 
     async def wait(self) -> tuple[int, dict[str, Any]]:
         """Wait for its end; return exit status (negative for a signal) and the JSON that it printed."""
-        status = await self._process.wait()
-        # Workers that outlive their driver hold its pipes open; they are of no use any more.
+        status = await asyncio.shield(self._status)
+        # Workers that outlive their driver hold its sockets open; they are of no use any more.
         self._kill()
         text, complaint = await asyncio.gather(self._answer, self._complaint)
-        if self._process.stdin is not None:
-            self._process.stdin.close()
         try:
             answer = json.loads(text.splitlines()[-1]) if text.strip() else {}
         except ValueError:
@@ -71,20 +73,22 @@ class Child:
 
     async def stop(self) -> None:
         """Ask it to end, and kill it if it does not."""
-        if self._process.returncode is not None:
+        if self._status.done():
             return  # its number may be another process's by now
         # The driver alone: it lets its workers finish what they are at.
         with contextlib.suppress(ProcessLookupError):
-            os.kill(self._process.pid, signal.SIGTERM)
+            os.kill(self.pid, signal.SIGTERM)
         try:
-            await asyncio.wait_for(self._process.wait(), GRACE_S)
+            await asyncio.wait_for(asyncio.shield(self._status), GRACE_S)
         except TimeoutError:
             self._kill()
-            await self._process.wait()
+            await asyncio.shield(self._status)
 
     def _kill(self) -> None:
         """End driver and workers, now."""
-        end_group(self._process.pid)
+        end_group(self.pid)
+        if not self._status.done():  # it may not be the leader of a group yet
+            self._process.kill()
 
 
 async def ask(task: Task, *, patience_s: float) -> dict[str, Any]:
@@ -105,9 +109,26 @@ async def ask(task: Task, *, patience_s: float) -> dict[str, Any]:
     return answer
 
 
-async def _read(stream: asyncio.StreamReader | None, most: int) -> str:
-    """Read a stream to its end, keeping only so much of the end of it."""
+async def _read(end: socket.socket, most: int) -> str:
+    """Read a socket to its end, keeping only so much of the end of it."""
+    reader, writer = await asyncio.open_unix_connection(sock=end)
     kept = b""
-    while stream is not None and (part := await stream.read(65536)):
-        kept = (kept + part)[-most:]
+    with contextlib.closing(writer), contextlib.suppress(ConnectionError):
+        while part := await reader.read(65536):
+            kept = (kept + part)[-most:]
     return kept.decode("utf-8", "replace")
+
+
+async def _status(process: ForkServerProcess) -> int:
+    """Wait for the end of a process in no thread, and return its exit status."""
+    loop, ended = asyncio.get_running_loop(), asyncio.Event()
+    loop.add_reader(process.sentinel, ended.set)
+    try:
+        await ended.wait()
+    finally:
+        loop.remove_reader(process.sentinel)
+    process.join()
+    status = process.exitcode
+    process.close()
+    assert status is not None  # noqa: S101 - it has ended
+    return status

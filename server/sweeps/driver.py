@@ -1,33 +1,46 @@
 """The driver: what runs in the process that computes a sweep, and ends with the server.
 
-Its task comes as one line of JSON on standard input, whose other end the server holds. When the server is gone, however
-it went, the pipe closes, and the sweep stops as if somebody had pressed Ctrl-C: what was computed is kept. Sweeps give
-way to sessions, which people watch.
+The server holds the other end of its socket. When the server is gone, however it went, the socket closes, and the sweep
+stops as if somebody had pressed Ctrl-C: what was computed is kept. Sweeps give way to sessions, which people watch.
 """
 
 import json
 import os
 import signal
+import socket
 import sys
 import threading
 from dataclasses import asdict
 
 from pftrack.cli.app import main as command_line
 from pftrack.process import confine
-from pftrack.sweep import Plan, estimate
-from server.sweeps.task import TASK, Measure, Report, Resume
+from pftrack.sweep import Plan, estimate, pool
+from server.sweeps.task import Measure, Report, Resume, Task
 
-__all__: list[str] = []
+__all__ = ["main"]
 
 NICENESS = 10
 
 
-def main() -> None:
-    """Carry out the task on standard input, and print its answer as JSON."""
-    task = TASK.validate_json(sys.stdin.buffer.readline())
+def main(talk: socket.socket, complaint: socket.socket, task: Task) -> None:
+    """Carry out a task, as the leader of a group of its own.
+
+    Args:
+        talk: Takes the answer, as JSON; the server closes its end when the task is of no use any more.
+        complaint: Takes what is written to standard error.
+        task: What to do.
+    """
+    from server.worker.preload import assert_preloaded  # noqa: PLC0415 - it warms all that is compiled
+
+    assert_preloaded()
+    os.setsid()
+    os.dup2(talk.fileno(), sys.stdout.fileno())
+    os.dup2(complaint.fileno(), sys.stderr.fileno())
     os.nice(NICENESS)
     confine(file_bytes=task.file_bytes)
-    threading.Thread(target=_follow, name="follow", daemon=True).start()
+    if isinstance(task, Resume):
+        pool.prepare()  # before there is a thread
+    threading.Thread(target=_follow, args=(talk,), name="follow", daemon=True).start()
     match task:
         case Measure(plan=plan, jobs=jobs):
             json.dump(asdict(estimate(Plan.from_dict(plan), jobs)), sys.stdout)
@@ -43,12 +56,8 @@ def _sweep(*arguments: str) -> None:
     command_line()
 
 
-def _follow() -> None:
-    """Stop when the server lets go of the pipe."""
-    while os.read(0, 1024):
+def _follow(talk: socket.socket) -> None:
+    """Stop when the server lets go of the socket."""
+    while talk.recv(1024):
         pass
     os.kill(os.getpid(), signal.SIGTERM)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,28 +1,29 @@
-"""Tasks: what the server has a child process do with a sweep, as one line of JSON."""
+"""Tasks: what the server has a child process do with a sweep."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
-from pydantic import BaseModel, Field, TypeAdapter
-
-__all__ = ["TASK", "Measure", "Report", "Resume", "Task"]
+__all__ = ["Measure", "Report", "Resume", "Task"]
 
 
-class Measure(BaseModel):
+@dataclass(frozen=True, kw_only=True)
+class Measure:
     """Measure how long a plan takes.
 
     Attributes:
         plan: As JSON values.
         jobs: Processes that would compute it.
+        file_bytes: Length of any file that it writes.
     """
 
-    kind: Literal["measure"] = "measure"
     plan: dict[str, Any]
     jobs: int
     file_bytes: int = 0
 
 
-class Resume(BaseModel):
+@dataclass(frozen=True, kw_only=True)
+class Resume:
     """Go on with a sweep that was begun.
 
     Attributes:
@@ -31,13 +32,13 @@ class Resume(BaseModel):
         file_bytes: Length of any file that they write.
     """
 
-    kind: Literal["resume"] = "resume"
     out: Path
     jobs: int
     file_bytes: int
 
 
-class Report(BaseModel):
+@dataclass(frozen=True, kw_only=True)
+class Report:
     """Write the report of a sweep.
 
     Attributes:
@@ -46,11 +47,9 @@ class Report(BaseModel):
         file_bytes: Length of any file of it.
     """
 
-    kind: Literal["report"] = "report"
     result: Path
     folder: Path
     file_bytes: int
 
 
 Task: TypeAlias = Measure | Resume | Report
-TASK: TypeAdapter[Task] = TypeAdapter(Annotated[Task, Field(discriminator="kind")])

@@ -1,9 +1,15 @@
 """What tests say to a server about sweeps."""
 
+import errno
+import os
+import socket
 from typing import Any
 
 import httpx
+import psutil
 
+from server.sweeps import driver
+from server.sweeps.task import Resume
 from tests.server.host import wait_for
 
 SMALL: dict[str, Any] = {
@@ -55,3 +61,24 @@ def rows(client: httpx.Client, sweep: str, **query: Any) -> dict[str, Any]:
     assert answer.status_code == 200, answer.text
     found: dict[str, Any] = answer.json()
     return found
+
+
+def drivers(server: int) -> list[psutil.Process]:
+    """The processes below a server that compute sweeps: each leads a group of its own."""
+    below = psutil.Process(server).children(recursive=True)
+    return [one for one in below if os.getpgid(one.pid) == one.pid]
+
+
+DRIVE = driver.main
+
+
+def drive_on_a_full_disk(talk: socket.socket, complaint: socket.socket, task: Resume) -> None:
+    """What a driver does whose disk is full while there is a file `full` beside its result."""
+
+    def fsync(descriptor: int) -> None:
+        if task.out.with_name("full").exists():
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write(descriptor)
+
+    write, os.fsync = os.fsync, fsync
+    DRIVE(talk, complaint, task)

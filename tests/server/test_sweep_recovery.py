@@ -15,15 +15,25 @@ import pyarrow.parquet as pq
 import pytest
 
 from pftrack.sweep import read_result
+from server.settings import Settings
+from server.sweeps import driver
 from server.sweeps import sweep as sweep_of_the_server
 from tests.browser.host import Server as Served
 from tests.server.host import Server, error_of, wait_for
-from tests.server.sweeping import LONG, LONG_RUNS, RUNS, begin_sweep, show, until_some, until_state
+from tests.server.sweeping import (
+    LONG,
+    LONG_RUNS,
+    RUNS,
+    begin_sweep,
+    drive_on_a_full_disk,
+    drivers,
+    show,
+    until_some,
+    until_state,
+)
 
-DRIVER = "server.sweeps.driver"
 
-
-def driver(server: Server, sweep: str) -> psutil.Process:
+def driver_of(server: Server, sweep: str) -> psutil.Process:
     """The process that computes a sweep."""
     return psutil.Process(server.app.state.services.sweeps.get(sweep).pid)
 
@@ -35,11 +45,15 @@ def chunks(folder: Path) -> dict[str, bytes]:
 def test_a_killed_process(start_server: Any, tmp_path: Path) -> None:
     """A sweep whose process is killed says so, keeps what was computed, and is completed when it is resumed."""
     with start_server(sweep_jobs=1) as (server, client):
-        sweep = begin_sweep(client, **{**LONG, "trials": 80})
+        sweep = begin_sweep(client, **{**LONG, "trials": 32})
         runs = sweep["runs"]
         until_some(client, sweep["id"])
-        workers = driver(server, sweep["id"]).children(recursive=True)
-        os.kill(driver(server, sweep["id"]).pid, signal.SIGKILL)
+        workers = driver_of(server, sweep["id"]).children(recursive=True)
+        for process in (driver_of(server, sweep["id"]), *workers):
+            assert os.getpgid(process.pid) == driver_of(server, sweep["id"]).pid
+            assert process.nice() == driver.NICENESS  # it gives way to what people watch
+            assert process.rlimit(psutil.RLIMIT_FSIZE)[0] == Settings().max_sweeps_bytes
+        os.kill(driver_of(server, sweep["id"]).pid, signal.SIGKILL)
         stopped = until_state(client, sweep["id"], "stopped")
         assert "killed by SIGKILL" in stopped["message"]
         assert 0 < stopped["done"] < runs
@@ -67,7 +81,7 @@ def test_cancel_stop_and_restart(start_server: Any) -> None:
         until_some(client, running["id"])
         assert client.post(f"/api/v1/sweeps/{cancelled['id']}/cancel").json()["state"] == "stopped"
         assert "cancelled" in show(client, cancelled["id"])["message"]
-        process = driver(server, running["id"])
+        process = driver_of(server, running["id"])
         partial = client.get(f"/api/v1/sweeps/{cancelled['id']}/download", params={"format": "csv"}).text
         assert len(partial.splitlines()) == show(client, cancelled["id"])["done"] + 1
     assert not process.is_running()
@@ -90,8 +104,8 @@ def test_a_killed_server(tmp_path: Path) -> None:
             sweep = begin_sweep(client, **LONG)
             until_some(client, sweep["id"])
             assert server.pid is not None
-            children = [one for one in psutil.Process(server.pid).children(recursive=True) if DRIVER in one.cmdline()]
-            assert children
+            children = [process for one in drivers(server.pid) for process in (one, *one.children(recursive=True))]
+            assert len(children) > 2  # with a nursery and those that it has started
         server.kill()
         wait_for(lambda: not any(child.is_running() for child in children), 20)
         server.start()
@@ -104,34 +118,21 @@ def test_a_killed_server(tmp_path: Path) -> None:
         server.stop()
 
 
-FULL = """
-import errno, os, pathlib
-
-def fsync(descriptor, write=os.fsync):
-    if pathlib.Path(__file__).with_name("full").exists():
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    write(descriptor)
-
-os.fsync = fsync
-"""
-"""What a child imports as it starts: to it the disk is full while there is a file of that name."""
-
-
 def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep that meets a full disk says so; with room again it is completed."""
-    (tmp_path / "sitecustomize.py").write_text(FULL)
-    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(driver, "main", drive_on_a_full_disk)
+    full = tmp_path / "data" / "sweeps" / "full"
     with start_server(sweep_jobs=1) as (_, client):
         sweep = begin_sweep(client, **LONG)
         until_some(client, sweep["id"])
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-        (tmp_path / "full").touch()
+        full.touch()
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
         stopped = until_state(client, sweep["id"], "stopped")
         assert "disk of the server is full" in stopped["message"]
         assert str(tmp_path) not in stopped["message"]
         assert stopped["done"] > 0
-        (tmp_path / "full").unlink()
+        full.unlink()
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
         assert until_some(client, sweep["id"], stopped["done"] + 1) > stopped["done"]
 
@@ -160,8 +161,8 @@ def test_resumed_by_two_at_once(start_server: Any) -> None:
         with ThreadPoolExecutor(4) as pool:
             answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
         assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
-        drivers = [one for one in psutil.Process().children(recursive=True) if DRIVER in one.cmdline()]
-        assert [one.pid for one in drivers if one.ppid() == os.getpid()] == [driver(server, sweep["id"]).pid]
+        until_some(client, sweep["id"])
+        assert drivers(os.getpid()) == [driver_of(server, sweep["id"])]
 
 
 def test_limits(start_server: Any) -> None:

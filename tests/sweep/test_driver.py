@@ -29,8 +29,9 @@ def cut(plan: Plan, out: Path, runs: int) -> None:
 
 
 def children() -> list[psutil.Process]:
-    """Processes of the pool that this process started."""
-    return [it for it in psutil.Process().children() if "pftrack.sweep.pool" in " ".join(it.cmdline())]
+    """Processes of the pool that this process started: those that its nursery has forked."""
+    nurseries = [it for it in psutil.Process().children() if "pftrack.sweep.pool_process" in it.cmdline()]
+    return [process for it in nurseries for process in it.children()]
 
 
 def test_rows_do_not_depend_on_workers_or_chunks(plan: Plan, finished: Result, tmp_path: Path) -> None:
@@ -177,15 +178,17 @@ def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path
     driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(tmp_path / "long.parquet")], stdout=subprocess.PIPE)
     assert driver.stdout is not None
     driver.stdout.readline()
-    workers = psutil.Process(driver.pid).children()
+    (nursery,) = psutil.Process(driver.pid).children()
+    while len(workers := nursery.children()) < 2:
+        time.sleep(0.02)
     spent = sum(worker.cpu_times().user for worker in workers)
     while sum(worker.cpu_times().user for worker in workers) < spent + 1.0:
         time.sleep(0.02)
     driver.kill()
     driver.wait()
     driver.stdout.close()
-    gone, alive = psutil.wait_procs(workers, timeout=30)
-    assert len(gone) == 2
+    gone, alive = psutil.wait_procs([nursery, *workers], timeout=30)
+    assert len(gone) == 3
     assert not alive
 
 
@@ -308,5 +311,24 @@ def test_workers_have_the_environment_of_one_thread() -> None:
         workers.start(1, json.loads, "{")
         with pytest.raises(SweepError, match="JSONDecodeError"):
             workers.finished(30)
+    finally:
+        workers.close()
+
+
+def test_a_lost_nursery_is_replaced() -> None:
+    """A pool whose nursery is killed gives the task back, and goes on with another."""
+    from pftrack.sweep.pool import LocalWorkers
+
+    workers = LocalWorkers(1)
+    try:
+        workers.start(0, os.getppid)
+        (done,) = workers.finished(30)
+        workers.start(1, time.sleep, 60)
+        os.kill(done.value, signal.SIGKILL)
+        (lost,) = workers.finished(30)
+        assert (lost.number, lost.lost) == (1, "lost with the process that had started it")
+        workers.start(2, os.getppid)
+        (again,) = workers.finished(30)
+        assert again.value != done.value
     finally:
         workers.close()

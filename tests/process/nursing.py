@@ -1,0 +1,51 @@
+"""A nursery of children that do what they are told, in a process without threads: pytest has some."""
+
+import json
+import os
+import signal
+import sys
+import time
+from multiprocessing.connection import Connection
+from typing import Any
+
+from pftrack.process import Nursery
+from pftrack.process.nursery import serve
+
+
+def obey(connection: "Connection[Any, Any]") -> None:
+    """Say who this is, then end as told."""
+    connection.send((os.getpid(), os.getppid(), os.getpgid(0), signal.getsignal(signal.SIGTERM) == signal.SIG_IGN))
+    match connection.recv():
+        case "exit":
+            os._exit(3)
+        case "fail":
+            raise RuntimeError("on purpose")
+        case "hang":
+            time.sleep(60)
+
+
+def endings(nursery: Nursery) -> dict[str, str]:
+    """Have children end in every way, two at a time, and return what the nursery says of them."""
+    said = {}
+    for number, how in enumerate(("exit", "fail", "return", "hang", "killed")):
+        connection, other = nursery.start(2 * number), nursery.start(2 * number + 1)
+        with connection, other:
+            process, parent, group, deaf = connection.recv()
+            assert (parent, group, deaf) == (other.recv()[1], os.getpgid(0), True)
+            if how == "killed":
+                os.kill(process, signal.SIGKILL)
+            connection.send(how)
+            if how != "hang":
+                assert connection.poll(30)  # its end is closed
+            said[how] = nursery.end(2 * number)
+        nursery.end(2 * number + 1)
+    return said
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        serve(Connection(int(sys.argv[1])), obey)
+    else:
+        forked = Nursery.forked(obey)
+        json.dump(endings(forked), sys.stdout)
+        forked.close()
