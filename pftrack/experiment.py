@@ -243,6 +243,7 @@ class Experiment:
         frames: Length of a simulated run.
         presets: Starting points that show something.
         layers: What can be drawn, in the order in which it is listed.
+        warm_frames: So many frames of a run call all functions that any further frame calls.
         worlds: What is shown beside the picture in a space of its own; every drawing has all of them, in this order.
         simulate: Wire the simulated scene.
         draw: Draw a frame.
@@ -299,6 +300,7 @@ class Experiment:
     readings: tuple[Reading, ...] = STANDARD_READINGS
     example_sweep: ExampleSweep | None = None
     worlds: tuple[World, ...] = ()
+    warm_frames: int = 2
     interface: int = 0
 
     def __post_init__(self) -> None:

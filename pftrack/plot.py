@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 PlotKind: TypeAlias = Literal[
-    "error", "sigma", "sample size", "samplers", "band", "interval", "features", "frequency", "hypotheses"
+    "error", "sigma", "sample size", "samplers", "value", "band", "interval", "features", "frequency", "hypotheses"
 ]
 ReadingKind: TypeAlias = Literal[
     "estimate",
@@ -50,6 +50,7 @@ class Plot:
     a role are "sample size", of the roles "ess" and "particles"; and "samplers", of the role "share". Kinds that read
     series by name:
 
+    - "value": one number a frame;
     - "band": one number a frame, within a band of two standard deviations, and the truth;
     - "interval": the ends of one or several intervals a frame, and the truth;
     - "hypotheses": one component of K hypotheses a frame, the more opaque the greater their weights, and the truth;

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-__all__ = ["BANDO", "BANDO_2006", "Citation", "Reference"]
+__all__ = ["BANDO", "BANDO_2006", "TOMASI", "Citation", "Reference"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,4 +128,13 @@ BANDO_2006 = Reference(
     "Switching particle filters for efficient visual tracking",
     2006,
     {"journal": "Robotics and Autonomous Systems", "volume": "54", "number": "10", "pages": "873--884"},
+)
+
+TOMASI = Reference(
+    "tomasi1992",
+    "article",
+    ("Carlo Tomasi", "Takeo Kanade"),
+    "Shape and motion from image streams under orthography: a factorization method",
+    1992,
+    {"journal": "International Journal of Computer Vision", "volume": "9", "number": "2", "pages": "137--154"},
 )

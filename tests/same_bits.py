@@ -46,7 +46,8 @@ def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
 def digest(experiment: Experiment, tracker: str, values: dict[str, Value]) -> str:
     """Hash everything that a run computes: frames, estimates, deviations, evidence and particles."""
     timeline = (Change(0, values),) if values else ()
-    run = Run(experiment, experiment.simulate(), tracker=tracker, seed=SEED, frames=FRAMES, timeline=timeline)
+    frames = max(FRAMES, experiment.warm_frames)
+    run = Run(experiment, experiment.simulate(), tracker=tracker, seed=SEED, frames=frames, timeline=timeline)
     seen = hashlib.sha256()
     for step in run:
         frame, state = step.frame, step.state

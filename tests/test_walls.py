@@ -24,6 +24,7 @@ HOMES = {
     "pftrack/sources/recording.py": "a recording with that painted over it",
     "pftrack/sources/prism.py": "a scene",
     "pftrack/sources/signal.py": "a scene",
+    "pftrack/sources/tracks/": "tracks of scenes, and of files",
     "pftrack/structure/": "mathematics in its own terms, and tracks of scenes",
     "pftrack/detection/": "finding faces",
     "pftrack/geometry/": "the face's model, beside mathematics in its own terms",

@@ -453,7 +453,7 @@ export interface Ping {
 export interface Plot {
   id: string;
   title: string;
-  kind: "error" | "sigma" | "sample size" | "samplers" | "band" | "interval" | "features" | "frequency" | "hypotheses";
+  kind: "error" | "sigma" | "sample size" | "samplers" | "value" | "band" | "interval" | "features" | "frequency" | "hypotheses";
   description: string;
   unit: string;
   series: string[];

@@ -6,7 +6,8 @@ else (command line, server, sweeps) finds an experiment through `find` or `EXPER
 - `ball`: switching particle filters on a ball behind an occluder (document 1, ch. 3);
 - `head`: the pose of a head by its features, simulated or on a recording (document 1, ch. 4);
 - `prism`: a solid's pose by adaptive sampling of its corners (document 1, ch. 4);
-- `sine`: the Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2).
+- `sine`: the Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2);
+- `structure`: the shape of a body from tracks of its points (document 1, ch. 4 section 5).
 """
 
 from pftrack.experiment import Experiment, Preset, Setup, Step
@@ -16,7 +17,10 @@ from pftrack.plot import Plot, Reading
 __all__ = ["EXPERIMENTS", "NAME", "Experiment", "Plot", "Plugin", "Preset", "Reading", "Setup", "Step", "find"]
 
 EXPERIMENTS = Registry(
-    {name: f"pftrack.experiments.{name}.experiment:EXPERIMENT" for name in ("ball", "head", "prism", "sine")}
+    {
+        name: f"pftrack.experiments.{name}.experiment:EXPERIMENT"
+        for name in ("ball", "head", "prism", "sine", "structure")
+    }
 )
 """All experiments by name, in the order in which they are shown."""
 

@@ -11,7 +11,7 @@ from pftrack.structure.recursive import Recursive, Settings
 from pftrack.structure.tracks import Tracks
 from pftrack.structure.variational import Variational
 
-__all__ = ["from_window"]
+__all__ = ["from_window", "pinhole_of"]
 
 SPREAD = 0.15
 """Standard deviation of the first shape's coordinates, relative to that of the points about their centre: of more the
@@ -20,19 +20,22 @@ first frames make leaps from which there is no way back."""
 LEAST_STRENGTH = 1.5
 """Of the third direction of the shape, below which it may be noise."""
 
+SMALLEST = 1e-12
+"""Scale of a camera that has seen nothing."""
 
-def from_window(tracks: Tracks, settings: Settings, *, iterations: int = variational.ITERATIONS) -> Recursive:
+
+def from_window(tracks: Tracks, settings: Settings, found: Variational | None = None) -> Recursive:
     """Begin without a prior, by the variational factorization of the first frames; the unit is such that 1 is 1 px.
 
     Args:
         tracks: The first frames; positions from the principal point.
         settings: How to go on.
-        iterations: Of the factorization.
+        found: Their factorization, if it is there already.
 
     Raises:
         ValueError: The frames do not tell a shape: there are fewer than three, or there is no rotation or no depth.
     """
-    found = variational.fit(tracks, iterations=iterations)
+    found = found or variational.fit(tracks)
     if not found.strengths[2] > LEAST_STRENGTH:
         raise ValueError(
             "expected a body that turns and points that do not lie in one plane: the depth in these frames is no more "
@@ -42,7 +45,7 @@ def from_window(tracks: Tracks, settings: Settings, *, iterations: int = variati
     if not np.isfinite(found.shape).all():
         raise ValueError("expected cameras that determine a metric shape, got frames from which none comes")
     best: tuple[float, Recursive] | None = None
-    for state in _mirrored(found, settings):
+    for state in _mirrored(found, settings, tracks.seen):
         total, after = 0.0, state
         for positions, variances in zip(tracks.positions, tracks.variances, strict=True):
             after = recursive.step(after, positions, variances)
@@ -54,20 +57,23 @@ def from_window(tracks: Tracks, settings: Settings, *, iterations: int = variati
     return best[1]
 
 
-def _mirrored(found: Variational, settings: Settings) -> Iterator[Recursive]:
-    """Yield the beginnings with both mirror images of a metric shape."""
+def _mirrored(found: Variational, settings: Settings, seen: NDArray[np.bool_]) -> Iterator[Recursive]:
+    """Yield the beginnings with both mirror images of a metric shape; a point that was never seen may be anywhere."""
     spread = SPREAD * float(np.sqrt(found.shape.var(axis=0).mean()))
-    covariance = np.broadcast_to(spread**2 * np.eye(3), (len(found.shape), 3, 3))
+    covariance = np.where(seen[:, None, None], spread**2 * np.eye(3), found.shape_covariances)
     for sign in (1.0, -1.0):
         mirror = np.array([1.0, 1.0, sign])
         yield recursive.begin(
-            found.shape * mirror, covariance, settings, _camera(found.motion[:2] * np.append(mirror, 1.0), settings)
+            found.shape * mirror,
+            covariance * np.outer(mirror, mirror),
+            settings,
+            pinhole_of(found.motion[:2] * np.append(mirror, 1.0), settings.focal_px),
         )
 
 
-def _camera(rows: NDArray[np.float64], settings: Settings) -> NDArray[np.float64]:
+def pinhole_of(rows: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
     """Return the pinhole (3, 4) that is nearest to the rows (2, 4) of an orthographic camera."""
     across, down = rows[:, :3]
-    scale = float(np.sqrt(0.5 * (np.square(across).sum() + np.square(down).sum())))
+    scale = max(float(np.sqrt(0.5 * (np.square(across).sum() + np.square(down).sum()))), SMALLEST)
     turn = nearest_rotation(np.array([across, down, np.cross(across, down) / scale]))
-    return np.column_stack([turn, [rows[0, 3] / scale, rows[1, 3] / scale, settings.focal_px / scale]])
+    return np.column_stack([turn, [rows[0, 3] / scale, rows[1, 3] / scale, focal_px / scale]])

@@ -23,7 +23,7 @@ from pftrack.structure.factorization import Camera, metric_transform
 from pftrack.structure.passes import free_energy, moments, points_given, rows_given
 from pftrack.structure.tracks import Tracks
 
-__all__ = ["GAMMA", "Initial", "Variational", "fit", "initial_motion", "iterated", "metric"]
+__all__ = ["GAMMA", "Initial", "Variational", "fit", "initial_motion", "iterated", "mapped", "metric", "strengths_of"]
 
 Initial: TypeAlias = Literal["svd", "zero", "random"]
 
@@ -100,7 +100,7 @@ def iterated(
         shape, spread = points_given(rows, precisions, motion, covariances)
         motion, covariances, logs = rows_given(rows, precisions, moments(shape, spread), gamma, first)
         energies[iteration] = free_energy(rows, precisions, shape, spread, motion, covariances, logs, gamma, first)
-    return Variational(shape, spread, motion, covariances, energies, _strengths(precisions, shape, motion))
+    return Variational(shape, spread, motion, covariances, energies, strengths_of(precisions, shape, motion))
 
 
 def initial_motion(
@@ -151,18 +151,18 @@ def metric(
     return replace(
         found,
         shape=product(found.shape, inverse.T),
-        shape_covariances=_mapped(found.shape_covariances, inverse),
+        shape_covariances=mapped(found.shape_covariances, inverse),
         motion=product(found.motion, transform),
-        motion_covariances=_mapped(found.motion_covariances, transform.T),
+        motion_covariances=mapped(found.motion_covariances, transform.T),
     )
 
 
-def _mapped(covariances: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def mapped(covariances: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return A P A^T of covariances (n, d, d)."""
     return np.array([product(product(matrix, one), matrix.T) for one in covariances])
 
 
-def _strengths(
+def strengths_of(
     precisions: NDArray[np.float64], shape: NDArray[np.float64], motion: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the singular values of the whitened fit relative to the greatest one of noise alone."""

@@ -22,6 +22,7 @@ UNITS = ("_px", "_mm", "_deg", "_rad", "_hz", "_s", "_ms", "_frames")
 NUMBERS = ("integer", "number")
 
 SHAPES: Mapping[str, tuple[SeriesShape, ...]] = {
+    "value": ("number",),
     "band": ("number",),
     "interval": ("interval",),
     "features": ("vector",),

@@ -12,8 +12,6 @@ from pftrack.runs.run import Change, Run
 
 __all__ = ["cases", "run_case"]
 
-FRAMES = 2
-
 
 def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
     """Yield each tracker with the defaults, then what lets other code run, with a tracker that reads it."""
@@ -28,9 +26,9 @@ def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
 
 
 def run_case(experiment: Experiment, tracker: str, values: Mapping[str, Value]) -> Drawing:
-    """Compute a start and a step, which call all that later ones do, and return the drawing."""
+    """Compute as many frames as call all that later ones do, and return the last drawing."""
     timeline = (Change(0, dict(values)),) if values else ()
-    run = Run(experiment, experiment.simulate(), tracker=tracker, frames=FRAMES, timeline=timeline)
-    for _ in range(FRAMES - 1):
-        drawing = experiment.draw(run.advance(), run.diagnostics)
-    return drawing
+    frames = experiment.warm_frames
+    run = Run(experiment, experiment.simulate(), tracker=tracker, frames=frames, timeline=timeline)
+    run.finish()
+    return experiment.draw(run.current, run.diagnostics)

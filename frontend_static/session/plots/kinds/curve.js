@@ -2,7 +2,7 @@
 
 import { number, quantity, smallestSpan } from "../../../shared/format.js";
 import { curve, isGone } from "../../history.js";
-import { numberOf, ofRole } from "../../series.js";
+import { numberOf, ofRole, valueOf } from "../../series.js";
 import { Lines } from "../lines.js";
 import { Plot, columns, made } from "./plot.js";
 
@@ -84,6 +84,25 @@ export class ErrorPlot extends CurvePlot {
   draw(store) {
     super.draw(store);
     this.figure.reach(Math.max(smallestSpan(store.known.unit), this.lines.most));
+  }
+}
+
+/** One number a frame, which may lie far from 0. */
+export class ValuePlot extends CurvePlot {
+  /** @returns {Record<string, Curve>} */
+  values() {
+    return { value: (row) => valueOf(row, this.declared.series[0]) };
+  }
+
+  /** @param {Store} store */
+  reading({ known, history }) {
+    return quantity(valueOf(history.at(known.position), this.declared.series[0]), this.declared.unit);
+  }
+
+  /** @param {Store} store */
+  draw(store) {
+    super.draw(store);
+    this.figure.enclose(this.lines.extent, smallestSpan(this.declared.unit));
   }
 }
 

@@ -1,7 +1,7 @@
 /** The kinds of plots that an experiment can declare. */
 
 import { BandPlot, IntervalPlot } from "./band.js";
-import { ErrorPlot, SampleSizePlot, SigmaPlot } from "./curve.js";
+import { ErrorPlot, SampleSizePlot, SigmaPlot, ValuePlot } from "./curve.js";
 import { FeaturesPlot } from "./features.js";
 import { FrequencyPlot } from "./frequency.js";
 import { HypothesesPlot } from "./hypotheses.js";
@@ -12,6 +12,7 @@ export const KINDS = {
   sigma: SigmaPlot,
   "sample size": SampleSizePlot,
   samplers: SamplersPlot,
+  value: ValuePlot,
   band: BandPlot,
   interval: IntervalPlot,
   features: FeaturesPlot,

@@ -1,0 +1,74 @@
+"""The experiment of a body's shape: its presets, its measures, and what is drawn."""
+
+import numpy as np
+import pytest
+
+from pftrack.drawing import Ellipse, Ellipsoids
+from pftrack.experiment import Preset
+from pftrack.experiments import find
+from pftrack.experiments.structure.truth import shape_errors
+from pftrack.runs.run import Change, Run
+from pftrack.structure.alignment import shape_error
+
+EXPERIMENT = find("structure")
+
+
+def run_of(preset: Preset, frames: int | None = None) -> Run:
+    timeline = (Change(0, preset.parameters),) if preset.parameters else ()
+    run = Run(
+        EXPERIMENT, EXPERIMENT.simulate(), tracker=preset.tracker, seed=preset.seed, frames=frames, timeline=timeline
+    )
+    run.finish()
+    return run
+
+
+@pytest.mark.parametrize("preset", EXPERIMENT.presets, ids=lambda preset: preset.name)
+def test_presets_do_what_they_say(preset: Preset) -> None:
+    """What works ends in success, what is worse or breaks does not; only mirrored depth is an error as a solid."""
+    run = run_of(preset, None if preset.title.startswith("works") else 150)
+    if preset.name == "mirror":
+        mirrored = [row.series["mirrored"] for row in run.diagnostics[30:]]
+        assert np.mean(mirrored) > 0.5
+        assert run.diagnostics[-1].series["metric_error"] > 10 * run.diagnostics[-1].error
+    else:
+        assert run.summary().verdict.success == preset.title.startswith("works")
+
+
+def test_the_error_is_the_document_s() -> None:
+    """It is eq. 4.19 in percent for a solid shape, also of many at once, and is known of a flat one."""
+    rng = np.random.default_rng(0)
+    truths, estimates = rng.standard_normal((2, 5, 9, 3))
+    found = shape_errors(estimates.reshape(5, 27), truths.reshape(5, 27))
+    wanted = [100 * shape_error(one, other) for one, other in zip(estimates, truths, strict=True)]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+    flat = truths[0] * np.array([1.0, 1.0, 0.0])
+    centred = truths[0] - truths[0].mean(axis=0)
+    across = centred[:, :2]
+    left = centred[:, 2] - across @ np.linalg.lstsq(across, centred[:, 2], rcond=None)[0]
+    assert shape_errors(flat.ravel(), truths[0].ravel()) == pytest.approx(
+        100 * np.linalg.norm(left) / np.linalg.norm(centred)
+    )
+    assert np.isnan(shape_errors(flat.ravel(), np.zeros(27)))
+
+
+def test_hidden_points_are_rings_and_ellipsoids_shrink() -> None:
+    """A point that is hidden is drawn as a ring where the shape has it; the ellipsoids are smaller later."""
+    preset = EXPERIMENT.presets[0]
+    sizes = []
+    for frames in (22, 202):
+        run = run_of(preset, frames)
+        drawing = EXPERIMENT.draw(run.current, run.diagnostics)
+        frame = run.current.frame
+        hidden = {
+            name
+            for name, seen in zip(run.current.state.body.names, frame.target.landmarks.visible, strict=True)
+            if not seen
+        }
+        rings = {name.removeprefix("hidden ") for name in drawing.primitives if name.startswith("hidden ")}
+        assert rings == hidden
+        assert isinstance(drawing.primitives[f"hidden {min(hidden)}"], Ellipse)
+        (world,) = drawing.worlds
+        ellipsoids = world.primitives["uncertainty"]
+        assert isinstance(ellipsoids, Ellipsoids)
+        sizes.append(np.trace(ellipsoids.covariances, axis1=1, axis2=2).mean())
+    assert sizes[1] < sizes[0] / 2
