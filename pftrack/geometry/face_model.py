@@ -34,6 +34,7 @@ __all__ = [
     "mean_model",
     "person",
     "place",
+    "spread_mm2",
 ]
 
 FEATURES = ("nose", "leye", "reye", "lmc", "rmc", "llc", "rlc", "lbro", "rbro", "lmou", "rmou")
@@ -155,6 +156,27 @@ def mean_model(people: int = PEOPLE, seed: int = PEOPLE_SEED) -> FaceModel:
     """
     rng = np.random.default_rng(seed)
     return average([_draw(rng) for _ in range(people)])
+
+
+@cache
+def spread_mm2() -> NDArray[np.float64]:
+    """Return how people vary about their mean, the covariance (3 F, 3 F) of all coordinates, read-only.
+
+    By the same statistics as `person`: both sides share one draw, mirrored, each point has some asymmetry of its own,
+    and all have the size in common.
+    """
+    mean, spread = _statistics()
+    count = len(FEATURES)
+    joint = np.zeros((count, 3, count, 3))
+    for place, name in enumerate(FEATURES):
+        joint[place, :, place] = np.diag(np.square(spread[place]) + ASYMMETRY_SD_MM**2)
+        if name.startswith("r"):
+            shared = np.diag(np.square(spread[place]) * (-1.0, 1.0, 1.0))
+            joint[place, :, place - 1] = joint[place - 1, :, place] = shared
+    coordinates = mean.ravel()
+    covariance = joint.reshape(3 * count, 3 * count) + SIZE_SD**2 * coordinates[:, None] * coordinates
+    covariance.flags.writeable = False
+    return covariance
 
 
 def average(models: list[FaceModel]) -> FaceModel:

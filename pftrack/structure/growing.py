@@ -24,8 +24,10 @@ from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
 from pftrack.geometry.face_model import fit_similarity
+from pftrack.matrices import product, solved
 from pftrack.structure import recursive
 from pftrack.structure.cameras import evidence, frontal, settled
+from pftrack.structure.positive import inverted
 from pftrack.structure.recursive import Recursive
 from pftrack.structure.tracks import checked_view
 
@@ -100,6 +102,28 @@ class Growing:
         return self.own.shape_covariances
 
     @property
+    def covariances(self) -> NDArray[np.float64]:
+        """(n, 3, 3) of the points of what is published, about the true shape turned, moved and scaled onto the mean.
+
+        The mean shape is off as the prior says, the own one as its belief says, and both share the latter part: so
+        the weight w leaves (1 - w)^2 of the prior's covariance and the rest of the belief's.
+        """
+        count, left = len(self.mean_shape), (1.0 - self.weight) ** 2
+        joint = self.own.covariance
+        if left > 0.0:
+            prior = np.empty_like(joint)
+            inverted(self.own.prior_precision, prior)
+            joint = left * prior + (1.0 - left) * joint
+        kept = _shape_only(self.mean_shape)
+        blocks = product(product(kept, joint), kept).reshape(count, 3, count, 3)
+        return blocks[np.arange(count), :, np.arange(count)].copy()
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes that other frames do not share, bytes."""
+        return 2048 + self.own.precision.nbytes + 3 * self.shape.nbytes
+
+    @property
     def free_energy(self) -> float:
         """The log density of the last frame under the own shape before it was taken, up to a constant."""
         return self.own.log_evidence
@@ -151,6 +175,18 @@ def step(state: Growing, positions: NDArray[np.float64], variances: NDArray[np.f
         state, own=own, mean_camera=mean_camera, probability=probability, weight=weight, advantage=advantage
     )
     return replace(fresh, shape=state.mean_shape + weight * (fresh.own_shape - state.mean_shape))
+
+
+def _shape_only(shape: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the projection (3 n, 3 n) that takes off what moves, turns or scales a shape as a whole."""
+    count, centred = len(shape), shape - shape.mean(axis=0)
+    ways = np.zeros((7, count, 3))
+    for axis, along in enumerate(np.eye(3)):
+        ways[axis, :, axis] = 1.0
+        ways[3 + axis] = np.cross(along, centred)
+    ways[6] = centred
+    whole = ways.reshape(7, 3 * count)
+    return np.eye(3 * count) - product(whole.T, solved(product(whole, whole.T), whole))
 
 
 ALMOST = 1e-12

@@ -28,8 +28,8 @@ from pftrack.trackers.pose.methods import Method
 
 __all__ = ["Course", "Drive", "Model", "Trial", "distance_mm", "drive"]
 
-Model: TypeAlias = Literal["mean", "individual"]
-"""Which face is assumed: the mean of other people, or the driver's own."""
+Model: TypeAlias = Literal["mean", "individual", "growing"]
+"""Which face is assumed: the mean of other people, the driver's own, or one that grows from the mean to that."""
 
 VIDEO_SEED = 0
 TURNED_DEG = 20.0
@@ -124,7 +124,7 @@ class _Run:
         self._parameters = revise(
             HeadTrackerParameters(),
             {
-                "face_model": "mean" if trial.model == "mean" else "personal",
+                "face_model": "personal" if trial.model == "individual" else trial.model,
                 "template_scale": EYE_DISTANCE_PX / eye_distance(landmarks.points_px),
             },
         )

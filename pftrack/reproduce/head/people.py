@@ -14,7 +14,7 @@ from pftrack.reproduce.head.course import Course, Drive, Model, Trial, drive
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.pose.methods import Method
 
-__all__ = ["people"]
+__all__ = ["errors_of", "people"]
 
 SOURCE = "specification 14.5, the median of its three drivers"
 FRAGILE = f"{SOURCE}; with the head's prediction alone its drivers are nearer to being lost than our people"
@@ -34,7 +34,7 @@ def people(pool: Pool) -> list[Finding]:
     """Compare medians over twelve people, two trials each."""
     trials = tuple(Trial(method, model, seed) for method in METHODS for model in MODELS for seed in range(TRIALS))
     drives = pool.map(drive, [Drive(person, trials) for person in PEOPLE])
-    errors = {(method, model): _errors(drives, method, model) for method in METHODS for model in MODELS}
+    errors = {(method, model): errors_of(drives, method, model) for method in METHODS for model in MODELS}
     findings = []
     for model, reference in MEDIANS.items():
         ours = float(np.median(errors["pf-asd", model]))
@@ -51,7 +51,7 @@ def people(pool: Pool) -> list[Finding]:
     return [*findings, claim(result, astray, holds=astray > 0.5, source=FRAGILE, confirmed=False)]
 
 
-def _errors(drives: Sequence[Sequence[Course]], method: Method, model: Model) -> NDArray[np.float64]:
+def errors_of(drives: Sequence[Sequence[Course]], method: Method, model: Model) -> NDArray[np.float64]:
     """Return each person's error, the mean of the trials, degrees."""
     return np.array(
         [

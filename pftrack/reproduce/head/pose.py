@@ -25,6 +25,7 @@ from pftrack.reproduce.finding import Finding, claim, compare, share
 from pftrack.reproduce.head.course import Course, Drive, Model, Trial, distance_mm, drive
 from pftrack.reproduce.head.curves import curves
 from pftrack.reproduce.head.figures import draw
+from pftrack.reproduce.head.growth import growth
 from pftrack.reproduce.head.people import people
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.pose.methods import Method
@@ -120,7 +121,15 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
     if pool.folder is not None:
         for name, figure in draw(first).items():
             figure.savefig(pool.folder / f"{name}.png", dpi=DOTS_PER_INCH)
-    return [*findings, *_table(courses), *_ratios(courses), *curves(first), *_faster(pool), *people(pool)]
+    return [
+        *findings,
+        *_table(courses),
+        *_ratios(courses),
+        *curves(first),
+        *_faster(pool),
+        *people(pool),
+        *growth(pool),
+    ]
 
 
 def _courses(pool: Pool, full: bool) -> Courses:

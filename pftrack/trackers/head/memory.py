@@ -19,6 +19,7 @@ from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.likelihoods import template
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
+from pftrack.structure.growing import Growing
 from pftrack.trackers.head.templates import template_sizes
 
 __all__ = ["SEARCH_EVERY", "FirstSight", "Form", "HeadMemory", "around", "eye_distance", "widened"]
@@ -35,6 +36,11 @@ class Form(NamedTuple):
     upper_layer: str
     focal_widths: float
     template_scale: float
+
+    @property
+    def learned_from(self) -> tuple[str, float]:
+        """By what a growing face was learned; with another of it, it begins again."""
+        return self.face_model, self.focal_widths
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,6 +82,7 @@ class HeadMemory:
         correlations: (11,) NCC of each feature at its estimated position.
         doubtful_frames: How many frames in a row were doubtful.
         lost_frames: For how many frames the face has been lost; 0 while it is tracked.
+        growth: What is known of the person's own face, if the model grows.
     """
 
     bank: TemplateBank
@@ -88,11 +95,13 @@ class HeadMemory:
     correlations: NDArray[np.float64] = field(default_factory=lambda: np.ones(len(FEATURES)))
     doubtful_frames: int = 0
     lost_frames: int = 0
+    growth: Growing | None = None
 
     @property
     def nbytes(self) -> int:
         """About how much memory it takes that other frames do not share, bytes."""
-        return sum(templates.pixels.nbytes for templates in self.bank.sets.values())
+        grown = 0 if self.growth is None else self.growth.nbytes
+        return grown + sum(templates.pixels.nbytes for templates in self.bank.sets.values())
 
     @property
     def lost(self) -> bool:

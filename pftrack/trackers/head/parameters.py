@@ -8,7 +8,7 @@ from pftrack.trackers.pose.parameters import UPPER, PoseTrackerParameters, joint
 
 __all__ = ["HeadTrackerParameters"]
 
-LOOK, LOSS = "What features look like", "A lost face"
+LOOK, LOSS, GROWTH = "What features look like", "A lost face", "Growing face model"
 
 
 class HeadTrackerParameters(PoseTrackerParameters):
@@ -16,11 +16,12 @@ class HeadTrackerParameters(PoseTrackerParameters):
 
     sample_count: int = particles_per_feature(len(FEATURE_NAMES))
     joint_sample_count: int = joint_particles(5000, "; the document's 25,000 take a tenth of a second a frame")
-    face_model: Literal["mean", "personal"] = parameter(
+    face_model: Literal["mean", "personal", "growing"] = parameter(
         "mean",
         "Face model",
-        "Whether the face is assumed to be the mean of other people or the person's own; on a recording, the mean face "
-        "stretched over the points of the first picture.",
+        "Whether the face is assumed to be the mean of other people, or the person's own (on a recording, the mean "
+        "face stretched over the points of the first picture), or one that grows from the mean to the person's own "
+        "while it is tracked.",
         group=UPPER,
     )
     focal_widths: float = parameter(
@@ -119,4 +120,19 @@ class HeadTrackerParameters(PoseTrackerParameters):
         "Find again",
         "Whether a lost face is given up and looked for again; the document does neither.",
         group=LOSS,
+    )
+    model_frozen: bool = parameter(
+        False,
+        "Freeze the model",
+        "Whether the growing face model learns no more; the frames still decide whether mean or own face is used.",
+        group=GROWTH,
+    )
+    model_memory: float = parameter(
+        1,
+        "Memory of the model",
+        "What the growing face model keeps of a well-seen point with each frame; 1 forgets nothing.",
+        ge=0.5,
+        le=1,
+        step=0.001,
+        group=GROWTH,
     )

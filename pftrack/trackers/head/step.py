@@ -21,20 +21,21 @@ from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.frame import Frame, Target
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import affine_fit, affine_projection, pinhole, pinhole_jacobian
-from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model
+from pftrack.geometry.face_model import FaceModel, fit_similarity, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.likelihoods import template
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
 from pftrack.matrices import owned, product
 from pftrack.random import Purpose, Stream
-from pftrack.series import Series
-from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, Form, HeadMemory, around, widened
+from pftrack.structure.growing import Growing
+from pftrack.trackers.head import growth as face_growth
+from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, Form, HeadMemory, around, eye_distance, widened
 from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.head.reports import head_measurement, head_series
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pinned, pose_and_band
 from pftrack.trackers.pose.methods import METHODS, Method
-from pftrack.trackers.pose.reports import measurement, reported
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.tracker import Tracker
@@ -51,11 +52,14 @@ FOUND_SD_RAD = float(np.deg2rad(10.0))
 FOUND_SPREAD = 0.05
 """Spread of the particles of a face that is found again, as a share of the distance between its eyes."""
 
-DEPTH_DOUBT = {"mean": 0.5, "personal": 0.3}
+DEPTH_DOUBT = {"mean": 0.5, "personal": 0.3, "growing": 0.5}
 """By which share the depth of a face may be wrong, by face model; it stands for all errors that grow with the turn."""
 
 MISFIT_SHARE = 0.8
 """This and the above were chosen on eight simulated people, 200 to 207, by how often their bands held the truth."""
+
+LEAST_CHANGE_MM = 0.02
+"""A growing face makes another solid only when a coordinate of it has changed by this."""
 
 FIT_ROUNDS = 12
 FIT_NOISE = np.array([0.2, 0.2, 0.2, 200.0, 200.0, 400.0])
@@ -113,7 +117,11 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     doubtful = int(recognised.sum()) < parameters.least_recognised or misfit > parameters.largest_misfit
     patience = parameters.patience_frames if parameters.find_again else 0
     memory = memory.judged(correlations, means, patience, doubtful=doubtful)
-    return replace(after, recognised=recognised, memory=_learned(memory, grey, after, templates, parameters))
+    after = replace(after, recognised=recognised)
+    if memory.growth is not None and not doubtful:
+        size_px = eye_distance(memory.sight.points_px)
+        memory = replace(memory, growth=face_growth.taught(memory.growth, after, correlations, size_px, parameters))
+    return replace(after, memory=_learned(memory, grey, after, templates, parameters))
 
 
 def _log_likelihood(
@@ -125,13 +133,17 @@ def _log_likelihood(
     return scores
 
 
-def _begun(method: Method, sight: FirstSight, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
+def _begun(
+    method: Method, sight: FirstSight, parameters: HeadTrackerParameters, rng: Stream, growth: Growing | None = None
+) -> PoseState:
+    """Begin at first sight, with what is known of the person's face from before."""
     form, points_px = _form(parameters), sight.points_px
     bank = TemplateBank.begin(sight.templates(form.template_scale))
-    model = _model(sight, form)
+    growth = growth or _growth(sight, form, parameters)
+    model = _model(sight, form, growth)
     solid, turn = _solid(sight, model, form)
     belief = pose.begin(solid, points_px, parameters, method, rng)
-    memory = HeadMemory(bank, sight, form, model, turn, around(points_px))
+    memory = HeadMemory(bank, sight, form, model, turn, around(points_px), growth=growth)
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), memory=memory)
 
 
@@ -139,23 +151,45 @@ def _formed(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     """Make solid and templates again where the parameters that they depend on have changed."""
     memory, form = _memory(state), _form(parameters)
     if form == memory.form:
-        return state
+        return _grown(state)
     if form.template_scale != memory.form.template_scale:
         bank = TemplateBank.begin(memory.sight.templates(form.template_scale))
         memory = replace(memory, bank=bank, form=memory.form._replace(template_scale=form.template_scale))
     if form == memory.form:
         return replace(state, memory=memory)
-    model = _model(memory.sight, form)
+    kept = memory.growth is not None and form.learned_from == memory.form.learned_from
+    growth = memory.growth if kept else _growth(memory.sight, form, parameters)
+    model = _model(memory.sight, form, growth)
     solid, turn = _solid(memory.sight, model, form, memory.enlarged)
-    memory = replace(memory, form=form, model=model, turn=turn)
+    memory = replace(memory, form=form, model=model, turn=turn, growth=growth)
     return replace(pose.transferred(state, solid, parameters), memory=memory)
+
+
+def _grown(state: PoseState) -> PoseState:
+    """Put what the face has grown to in the place of the face that was assumed; the belief follows it as it grows."""
+    memory = _memory(state)
+    growth = memory.growth
+    if growth is None or np.abs(growth.shape - memory.model.points_mm).max() < LEAST_CHANGE_MM:
+        return state
+    model = FaceModel(growth.shape)
+    solid, turn = _solid(memory.sight, model, memory.form, memory.enlarged)
+    return replace(state, solid=solid, memory=replace(memory, model=model, turn=turn))
 
 
 def _form(parameters: HeadTrackerParameters) -> Form:
     return Form(parameters.face_model, parameters.upper_layer, parameters.focal_widths, parameters.template_scale)
 
 
-def _model(sight: FirstSight, form: Form) -> FaceModel:
+def _growth(sight: FirstSight, form: Form, parameters: HeadTrackerParameters) -> Growing | None:
+    """Return a face that begins to grow, if one is asked for."""
+    if form.face_model != "growing":
+        return None
+    return face_growth.begun(mean_model(), form.focal_widths * sight.grey.shape[1], parameters)
+
+
+def _model(sight: FirstSight, form: Form, growth: Growing | None) -> FaceModel:
+    if growth is not None:
+        return FaceModel(growth.shape)
     return mean_model() if form.face_model == "mean" else sight.own
 
 
@@ -227,14 +261,23 @@ def _resumed(
     """Go on with a face that was found again, as seen from the front but perhaps rolled."""
     memory = _memory(state)
     moved = fit_similarity(memory.sight.points_px, points_px)
+    growth = None if memory.growth is None else face_growth.again(memory.growth)
     if not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
-        return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng)
+        return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng, growth)
     solid, turn = _solid(memory.sight, memory.model, memory.form, moved.scale)
     roll = math.atan2(moved.rotation[1, 0], moved.rotation[0, 0])
     theta = Gaussian(np.array([0.0, 0.0, roll]), FOUND_SD_RAD**2 * np.eye(3))
     spread_px = FOUND_SPREAD * memory.box[2] / 1.5
     belief = pose.begin(solid, points_px, parameters, method, rng, theta=theta, spread_px=spread_px)
-    fresh = replace(memory, turn=turn, enlarged=moved.scale, lost_frames=0, doubtful_frames=0, box=around(points_px))
+    fresh = replace(
+        memory,
+        turn=turn,
+        enlarged=moved.scale,
+        lost_frames=0,
+        doubtful_frames=0,
+        box=around(points_px),
+        growth=growth,
+    )
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), switched=True, memory=fresh)
 
 
@@ -267,20 +310,15 @@ def _grey(frame: Frame) -> NDArray[np.uint8]:
     return template.luma(frame.image_rgb)
 
 
-CORRELATION = Series("correlation", "correlation with its template", shape="vector", components=FEATURES)
-
-
 def _tracker(method: Method, title: str, description: str) -> Tracker:
-    series = reported(method, FEATURES)
-    layers = measurement(series)
     return Tracker(
         method,
         title,
         description,
         partial(start, method),
         partial(step, method),
-        series=(*series, CORRELATION),
-        measure=lambda state: {**layers(state), CORRELATION.name: tuple(_memory(state).correlations.tolist())},
+        series=head_series(method),
+        measure=head_measurement(method),
         searching=lambda state: _memory(state).lost,
     )
 

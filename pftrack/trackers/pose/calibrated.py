@@ -42,7 +42,7 @@ from pftrack.trackers.pose.beliefs import Belief
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import Solid
 
-__all__ = ["Calibration", "depth_slopes", "nearness", "pinned", "pose_and_band"]
+__all__ = ["Calibration", "depth_slopes", "nearness", "pinned", "pose_and_band", "scarcity"]
 
 PERSISTENCE = 0.8
 """Weight of the past in the variance in excess: the memory is five frames."""
@@ -90,7 +90,7 @@ def pose_and_band(
         expected, slopes = perspective.features(state, points_mm, float(solid.focal_px))
         expected, jacobian = expected + principal_px, slopes.reshape(-1, 6)
     told = np.maximum(belief.covariances.diagonal(axis1=1, axis2=2), parameters.sd_floor_px**2)
-    own = told * _scarcity(np.atleast_2d(belief.log_weights))[:, None]
+    own = told * scarcity(np.atleast_2d(belief.log_weights))[:, None]
     variances = owned(own).ravel()
     excess = excess_variance(owned(belief.means - expected - bend).ravel(), jacobian, variances)
     gain, _ = fit_gain(jacobian, 1.0 / owned(told).ravel())
@@ -217,7 +217,7 @@ def _affine(
 
 
 @compiled
-def _scarcity(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def scarcity(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return 1 / (1 - kappa), at most N, of particles (F, N): see the module."""
     features, count = log_weights.shape
     factors = np.empty(features)

@@ -1,0 +1,65 @@
+"""What is measured and shown of a face model that grows: how far it has come, how sure it is, how far from the truth.
+
+Its own series come from the tracker (`trackers.head.reports`); the distance from the true face is measured where that
+is known. Turned, moved and scaled onto the true face first, since no camera tells size or origin of a face.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pftrack.experiments.pose.series import pose_measure
+from pftrack.frame import Frame
+from pftrack.plot import Plot, Reading
+from pftrack.series import Series, SeriesValue
+from pftrack.structure.alignment import residuals
+from pftrack.trackers.head.memory import HeadMemory
+from pftrack.trackers.pose.state import PoseState
+
+__all__ = ["GROWTH_PLOTS", "GROWTH_READINGS", "SHAPE_ERROR", "head_measure"]
+
+SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driver's face", "mm")
+
+GROWTH_PLOTS = (
+    Plot(
+        "own_share",
+        "share of the own face, 0 to 1",
+        "value",
+        "How much of the person's own face is in the model; it moves as far as the evidence says that it predicts "
+        "better than the mean face.",
+        series=("own_share",),
+    ),
+    Plot(
+        "shape_error",
+        "error of the face model",
+        "value",
+        "How far the points of the face model are from the driver's face, root mean square.",
+        unit="mm",
+        series=(SHAPE_ERROR.name,),
+    ),
+    Plot(
+        "free_energy",
+        "log density of the features",
+        "value",
+        "What the own face expected of the features before it learned from them, up to a constant.",
+        series=("free_energy",),
+    ),
+)
+"""Shown beside the plots of a pose when the model grows."""
+
+GROWTH_READINGS = (
+    Reading("own face", "value", series="own_share"),
+    Reading("face model sure to", "value", unit="mm", series="shape_sd_mm"),
+    Reading("frames learned", "value", unit="frames", series="shape_frames"),
+)
+
+
+def head_measure(frame: Frame, state: PoseState) -> Mapping[str, SeriesValue]:
+    """Return the measurements of the pose, and of a face model that grows its distance from the truth."""
+    values = dict(pose_measure(frame, state))
+    memory: HeadMemory = state.memory
+    known = None if frame.target is None else frame.target.landmarks
+    if memory.growth is not None and known is not None:
+        apart = residuals(memory.growth.shape, known.model_mm, "similarity")
+        values[SHAPE_ERROR.name] = float(np.sqrt(np.square(apart).mean()))
+    return values

@@ -1,0 +1,53 @@
+"""What trackers of a head report beyond those of any solid: of the templates, and of a face model that grows."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from pftrack.geometry.face_model import FEATURES
+from pftrack.series import Series, SeriesValue
+from pftrack.trackers.head.memory import HeadMemory
+from pftrack.trackers.pose.methods import Method
+from pftrack.trackers.pose.reports import measurement, reported
+from pftrack.trackers.pose.state import PoseState
+
+__all__ = ["head_measurement", "head_series"]
+
+CORRELATION = Series("correlation", "correlation with its template", shape="vector", components=FEATURES)
+
+GROWTH = (
+    Series("own_share", "share of the person's own face in the model"),
+    Series("own_probability", "probability that the own face predicts better than the mean"),
+    Series("own_advantage", "log density by the own face less that by the mean face"),
+    Series("free_energy", "log density of the features by the own face"),
+    Series("shape_sd_mm", "standard deviation of the model's points", "mm"),
+    Series("shape_frames", "frames that the model has learned from", "frames"),
+)
+
+
+def head_series(method: Method) -> tuple[Series, ...]:
+    """Return what a tracker of a head reports."""
+    return (*reported(method, FEATURES), CORRELATION, *GROWTH)
+
+
+def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
+    """Return a function that measures these series of a state; those of a growing model only where there is one."""
+    layers = measurement(reported(method, FEATURES))
+
+    def measure(state: PoseState) -> Mapping[str, SeriesValue]:
+        memory: HeadMemory = state.memory
+        values = {**layers(state), CORRELATION.name: tuple(memory.correlations.tolist())}
+        growth = memory.growth
+        if growth is None:
+            return values
+        variances = np.trace(growth.covariances, axis1=1, axis2=2)
+        return values | {
+            "own_share": growth.weight,
+            "own_probability": growth.probability,
+            "own_advantage": growth.advantage,
+            "free_energy": growth.free_energy,
+            "shape_sd_mm": float(np.sqrt(variances.mean())),
+            "shape_frames": float(growth.own.frames),
+        }
+
+    return measure
