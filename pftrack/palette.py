@@ -43,6 +43,26 @@ OKABE_ITO: dict[str, Colour] = {
 }
 """The eight colours by their authors' names."""
 
+VIRIDIS: tuple[Colour, ...] = (
+    (68, 1, 84),
+    (72, 26, 108),
+    (71, 47, 125),
+    (65, 68, 135),
+    (57, 86, 140),
+    (49, 104, 142),
+    (42, 120, 142),
+    (35, 136, 142),
+    (31, 152, 139),
+    (34, 168, 132),
+    (53, 183, 121),
+    (84, 197, 104),
+    (122, 209, 81),
+    (165, 219, 54),
+    (210, 226, 27),
+    (253, 231, 37),
+)
+"""Map of amounts in equal steps: matplotlib's viridis, which grows evenly in lightness."""
+
 COLOURS: dict[str, Colour] = {
     "estimate": OKABE_ITO["blue"],
     "truth": OKABE_ITO["black"],
@@ -53,6 +73,8 @@ COLOURS: dict[str, Colour] = {
     "hidden": (128, 128, 128),
     "camera": (72, 72, 72),
     "paper": (255, 255, 255),
+    "sure": VIRIDIS[0],
+    "unsure": VIRIDIS[-1],
 }
 """One colour a meaning, the same in scene, plots, video and maps."""
 
@@ -96,26 +118,6 @@ DIVERGING: tuple[Themed, ...] = (
     Themed((0, 50, 79), (150, 205, 240)),
 )
 """Map of differences in equal steps: second method ahead, neither, first method ahead."""
-
-VIRIDIS: tuple[Colour, ...] = (
-    (68, 1, 84),
-    (72, 26, 108),
-    (71, 47, 125),
-    (65, 68, 135),
-    (57, 86, 140),
-    (49, 104, 142),
-    (42, 120, 142),
-    (35, 136, 142),
-    (31, 152, 139),
-    (34, 168, 132),
-    (53, 183, 121),
-    (84, 197, 104),
-    (122, 209, 81),
-    (165, 219, 54),
-    (210, 226, 27),
-    (253, 231, 37),
-)
-"""Map of amounts in equal steps: matplotlib's viridis, which grows evenly in lightness."""
 
 NEUTRALS: dict[str, Colour] = {
     "outline": (136, 136, 136),

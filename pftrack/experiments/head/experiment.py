@@ -16,6 +16,7 @@ from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, SHAPE_ERROR, head_measure
 from pftrack.experiments.head.marks import FaceBox, FacePoints
+from pftrack.experiments.head.own_face import MASK_OPACITY, MEAN_FACE, UNCERTAINTY, surface_colours
 from pftrack.experiments.head.recording import on_video
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
@@ -85,7 +86,11 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= head.surface(COLOURS["lost"], 0.1)
         primitives |= head.lines("head", COLOURS["lost"], 1.0, "head")
     else:
-        primitives |= head.surface(COLOURS["estimate"], 0.18)
+        growth = memory.growth
+        if growth is None:
+            primitives |= head.surface(COLOURS["estimate"], 0.18)
+        else:
+            primitives |= head.surface(surface_colours(growth, memory.model), MASK_OPACITY, UNCERTAINTY.name)
         primitives |= head.lines("head", COLOURS["estimate"], 2.0, "head")
     if other is not None:
         second = PlacedHead(state, np.array(other.estimate) / EXPERIMENT.scale)
@@ -278,6 +283,8 @@ EXPERIMENT = Experiment(
     layers=(
         Layer("picture"),
         Layer("head", legend=(Key("estimate", "estimate"),)),
+        UNCERTAINTY,
+        MEAN_FACE,
         Layer("particles by prediction", legend=BY_PREDICTION),
         Layer("features", legend=(Key("lost", "not recognised"),)),
         Layer("model points"),

@@ -61,10 +61,10 @@ class PlacedHead:
     theta: NDArray[np.float64]
     shift_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
 
-    def surface(self, colour: Colour, opacity: float) -> dict[str, Mesh]:
-        """Draw its surface."""
+    def surface(self, colour: Colour | NDArray[np.uint8], opacity: float, layer: str = "head") -> dict[str, Mesh]:
+        """Draw its surface, in one colour or in one for each vertex."""
         shape = front(self._memory.model)
-        return {"head": Mesh(self._drawn(shape.vertices_mm), shape.triangles, colour, opacity, "head")}
+        return {"head": Mesh(self._drawn(shape.vertices_mm), shape.triangles, colour, opacity, layer)}
 
     def lines(self, name: str, colour: Colour, width: float, layer: str, *, few: bool = False) -> dict[str, Links]:
         """Draw lines on it, broken on its far side; or a few only, for a ghost."""

@@ -21,6 +21,7 @@ from pftrack.drawing import (
     Text,
     WorldDrawing,
 )
+from pftrack.experiments.head.own_face import grown_face
 from pftrack.experiments.head.sketch import front
 from pftrack.frame import Target
 from pftrack.geometry.face_model import LINKS, FaceModel
@@ -65,6 +66,8 @@ def head_world(state: PoseState, target: Target | None) -> WorldDrawing:
     colour = COLOURS["lost" if memory.lost else "estimate"]
     turn = rotation(state.estimate) @ memory.turn
     drawn: dict[str, Primitive] = {**_surface(memory.model, colour), **_axes()}
+    if memory.growth is not None and not memory.lost:
+        drawn |= grown_face(memory.growth, memory.model)
     if not memory.lost:
         drawn["features"] = _features(state, turn)
     if target is not None:

@@ -1,0 +1,95 @@
+"""A growing face is drawn as it is: its points, colours by uncertainty, ellipsoids, and the mean face as a wire."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.drawing import Ellipsoids, Links, Mesh, Primitive
+from pftrack.experiments import find
+from pftrack.experiments.head.own_face import MEAN_FACE, UNCERTAINTY
+from pftrack.experiments.head.sketch import front
+from pftrack.geometry.face_model import FEATURES, mean_model
+from pftrack.legend import drawn_keys
+from pftrack.runs.run import Change, Run
+
+HEAD = find("head")
+VALUES = {"face_model": "growing", "person": 102, "image_width_px": 320, "feature_noise_px": 3}
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    run = Run(HEAD, HEAD.simulate(), seed=1, frames=40, timeline=(Change(0, VALUES),))
+    run.finish()
+    return run
+
+
+def worlds(run: Run, frame: int) -> dict[str, Primitive]:
+    (world,) = HEAD.draw(run.seek(frame), run.diagnostics).worlds
+    return world.primitives
+
+
+def mesh(primitives: dict[str, Primitive], name: str) -> Mesh:
+    found = primitives[name]
+    assert isinstance(found, Mesh)
+    return found
+
+
+def test_the_mean_head_becomes_the_persons(run: Run) -> None:
+    """The surface begins as that of the mean face and ends as that of the model that the tracker uses."""
+    first, last = mesh(worlds(run, 0), "surface").vertices, mesh(worlds(run, 39), "surface").vertices
+    model = run.current.state.memory.model
+    np.testing.assert_allclose(first, front(mean_model()).vertices_mm, atol=1e-4)
+    np.testing.assert_allclose(last, front(model).vertices_mm, atol=1e-4)
+    assert np.abs(last - first).max() > 1.0
+    wire = worlds(run, 39)["mean face"]
+    assert isinstance(wire, Links)
+    assert np.array_equal(wire.segments, front(mean_model()).vertices_mm.astype(np.float32)[front(mean_model()).edges])
+
+
+def test_it_is_coloured_by_how_sure_it_is(run: Run) -> None:
+    """On the picture and in the world alike; surer with time, and least sure far from what is seen."""
+    step = run.seek(39)
+    drawing = HEAD.draw(step, run.diagnostics)
+    later, before = mesh(worlds(run, 39), "surface"), mesh(worlds(run, 1), "surface")
+    assert later.layer == UNCERTAINTY.name
+    assert np.array_equal(later.colour, mesh(drawing.primitives, "head").colour)
+    assert isinstance(later.colour, np.ndarray)
+    assert isinstance(before.colour, np.ndarray)
+    # Viridis grows in green with the amount.
+    assert later.colour[:, 1].mean() < before.colour[:, 1].mean() - 20
+    apart = np.linalg.norm(later.vertices[:, None] - step.state.memory.model.points_mm, axis=2).min(axis=1)
+    assert later.colour[apart > 40, 1].mean() > later.colour[apart < 8, 1].mean() + 20
+    # Far away nothing was seen, and it stays as unsure as it was.
+    assert np.abs(later.colour[apart > 60].astype(int) - before.colour[apart > 60]).max() < 12
+
+
+def test_points_carry_their_uncertainty(run: Run) -> None:
+    """An ellipsoid for each of the eleven points, with the covariance of what is published."""
+    ellipsoids = worlds(run, 39)["model ellipsoids"]
+    assert isinstance(ellipsoids, Ellipsoids)
+    memory = run.current.state.memory
+    assert len(ellipsoids.centres) == len(FEATURES)
+    np.testing.assert_allclose(ellipsoids.centres, memory.model.points_mm, atol=1e-4)
+    np.testing.assert_allclose(ellipsoids.covariances, memory.growth.covariances, rtol=1e-4, atol=1e-4)
+
+
+def test_the_legend_says_what_the_colours_mean(run: Run) -> None:
+    """Both ends of the ramp and the wire are in it while the model grows, and none of them for a model that stays."""
+
+    def meanings(run: Run) -> set[str]:
+        keys = drawn_keys(HEAD.draw(run.current, run.diagnostics), HEAD.layers)
+        return {key.meaning for name, key in keys if name in {UNCERTAINTY.name, MEAN_FACE.name}}
+
+    assert len(meanings(run)) == 3
+    plain = Run(HEAD, HEAD.simulate(), frames=2, timeline=(Change(0, {**VALUES, "face_model": "mean"}),))
+    assert meanings(plain) == set()
+
+
+def test_a_lost_face_says_nothing_of_itself(run: Run) -> None:
+    """It has the colour of what is lost, without ellipsoids."""
+    step = run.seek(39)
+    lost = replace(step.state, memory=replace(step.state.memory, lost_frames=2))
+    (world,) = HEAD.draw(replace(step, state=lost), run.diagnostics).worlds
+    assert "model ellipsoids" not in world.primitives
+    assert mesh(world.primitives, "surface").is_uniform
