@@ -12,13 +12,13 @@ from pftrack.frame import Frame
 from pftrack.layer import Layer
 from pftrack.marks import Mark, read_mark
 from pftrack.measures import HIT_RATE, Measure
-from pftrack.parameters import Parameters, Value
+from pftrack.parameters import ParameterError, Parameters, Value
 from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.references import Citation
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage
 from pftrack.series import Series, SeriesValue, joined
-from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.sequence import FrameSequence, Kind
 from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.suitability import Suitability
@@ -27,6 +27,7 @@ from pftrack.world import World
 
 __all__ = [
     "INTERFACE",
+    "PICTURES",
     "Draw",
     "ExampleSweep",
     "Experiment",
@@ -38,6 +39,9 @@ __all__ = [
     "Step",
     "Suits",
 ]
+
+PICTURES: tuple[Kind, ...] = ("video", "gif", "images")
+"""The kinds of recording that are made of pictures."""
 
 INTERFACE = 2
 """Version of what an experiment and the library expect of each other: raised with every change that may break one."""
@@ -150,7 +154,7 @@ class OnVideo(Protocol):
         Args:
             sequence: The pictures.
             mark: The target in the picture `start`, of a kind that the experiment takes; None to have it found, where
-                that can be done.
+                that can be done, or where nothing is to be marked.
             start: Number of the picture to start at, or to look for the target from.
             truth: By number of the picture, where it is known.
 
@@ -251,11 +255,13 @@ class Experiment:
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
         on_video: Wire a recording, where the experiment takes one.
-        marks: The kinds of mark that it takes on a recording; the first is the one that an editor offers.
+        footage: The kinds of recording that it takes, of pictures by default.
+        marks: The kinds of mark that it takes on a recording; the first is the one that an editor offers. Where there
+            are none, all of a recording is followed.
         advice: What a person who marks the target should know, a sentence.
         finder: How it finds its target on a recording by itself, where it does, so that no mark is needed.
         suits: How it sees whether a target in a recording can be followed, where it can tell.
-        truth: The kind of truth that comes with a recording.
+        truth: The kind of truth that comes with a recording; None where there is none to be given.
         scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
         series: What it measures of every frame beside what its trackers report, such as distances from the truth.
         measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
@@ -285,11 +291,12 @@ class Experiment:
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     on_video: OnVideo | None = None
+    footage: tuple[Kind, ...] = PICTURES
     marks: tuple[type[Mark], ...] = ()
     advice: str = ""
     finder: Finder | None = None
     suits: Suits | None = None
-    truth: TruthKind = BOXES
+    truth: TruthKind | None = BOXES
     scale: float = 1.0
     series: tuple[Series, ...] = ()
     measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
@@ -377,6 +384,24 @@ class Experiment:
     def accepts_video(self) -> bool:
         """Whether it can run on a recording."""
         return self.on_video is not None
+
+    @property
+    def needs_mark(self) -> bool:
+        """Whether a person has to mark the target in a recording."""
+        return bool(self.marks) and self.finder is None
+
+    def check_footage(self, kind: str) -> None:
+        """Refuse a recording of a kind that it does not take.
+
+        Raises:
+            ParameterError: It takes no recordings, or others.
+        """
+        if self.on_video is None:
+            raise ParameterError("footage", kind, f"left out: {self.id} takes no recording")
+        if kind not in self.footage:
+            taken = "pictures" if set(self.footage) & set(PICTURES) else " or ".join(self.footage)
+            given = "pictures" if kind in PICTURES else kind
+            raise ParameterError("footage", given, f"{taken}: {self.id} takes no other recording")
 
     @property
     def shown_layers(self) -> dict[str, bool]:

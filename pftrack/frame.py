@@ -30,8 +30,9 @@ class Measurements:
     """Positions of F points as they were measured, with noise that is known.
 
     Attributes:
-        points_px: (F, 2) in the picture.
-        sd_px: (F,) standard deviation of each measurement.
+        points_px: (F, 2) in the picture; NaN for a point that was not measured.
+        sd_px: (F,) standard deviation of each measurement, or (F, 2) where it is not the same across and down; infinite
+            for a point that was not measured.
     """
 
     points_px: NDArray[np.float64]

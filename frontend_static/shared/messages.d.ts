@@ -236,6 +236,8 @@ export interface ExperimentDetail {
   references: CitationPublic[];
   description: string;
   accepts_video: boolean;
+  /** Kinds of recording that it takes, as an upload's kind names them */
+  footage: string[];
   /** What is tracked, one word */
   target: string;
   /** Kinds of mark that it takes in a recording, the one to offer first */
@@ -248,7 +250,7 @@ export interface ExperimentDetail {
   suits: boolean;
   /** What a person who marks the target should know */
   advice: string;
-  /** What a table of truth for a recording has */
+  /** What a table of truth for a recording has; empty if there is none */
   truth_columns: string[];
   default_tracker: string;
   frames: number;
@@ -270,6 +272,8 @@ export interface ExperimentPublic {
   references: CitationPublic[];
   description: string;
   accepts_video: boolean;
+  /** Kinds of recording that it takes, as an upload's kind names them */
+  footage: string[];
   /** What is tracked, one word */
   target: string;
   /** Kinds of mark that it takes in a recording, the one to offer first */
@@ -282,7 +286,7 @@ export interface ExperimentPublic {
   suits: boolean;
   /** What a person who marks the target should know */
   advice: string;
-  /** What a table of truth for a recording has */
+  /** What a table of truth for a recording has; empty if there is none */
   truth_columns: string[];
   default_tracker: string;
   frames: number;

@@ -76,7 +76,7 @@ def wired(
     if experiment.on_video is None:
         raise wrong_use(f"{experiment.id} is simulated and takes no --video")
     footage, changes = recipe.footage or Footage(), _mark(experiment, said) if said.marks else {}
-    if not (said.marks or footage.mark or experiment.finder):
+    if experiment.needs_mark and not (said.marks or footage.mark):
         kinds = " or ".join(f"--mark {kind.name()}:{kind.text}" for kind in experiment.marks)
         raise wrong_use(f"--video needs {kinds}: where the target is on the first frame")
     place = said.video or folder / (footage.path or footage.name)
@@ -130,7 +130,8 @@ def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:
     ((option, name, text),) = said.marks
     kinds = {kind.name(): kind for kind in experiment.marks}
     if name not in kinds:
-        raise wrong_use(f"{experiment.id} takes no mark of kind {name!r}, only {', '.join(kinds)}")
+        only = f", only {', '.join(kinds)}" if kinds else ": all of the recording is followed"
+        raise wrong_use(f"{experiment.id} takes no mark of kind {name!r}{only}")
     try:
         # It is in the pixels that a person sees of the recording today, whatever a file says of them.
         return {"mark": kinds[name].parse(text).model_dump(mode="json"), "square": None}
@@ -142,6 +143,8 @@ def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:
 
 def _truth(experiment: "Experiment", path: Path) -> dict[int, tuple[float, ...]]:
     """Return what is true of each frame that a file lists."""
+    if experiment.truth is None:
+        raise wrong_use(f"{experiment.id} takes no --truth")
     known = experiment.truth.read(path)
     for warning in known.warnings:
         note(f"pftrack: {warning}")

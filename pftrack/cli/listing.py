@@ -99,12 +99,14 @@ def show(
         table("Measures of a run", ("name", "definition", "source"), measures)
     if found.accepts_video:
         typer.echo("")
+        typer.echo(f"It takes recordings of the kinds {', '.join(found.footage)} (--video).")
+    if found.marks:
         marks = [(f"{kind.name()}:{kind.text}", kind.title, kind.instruction) for kind in found.marks]
         table("Marks on a recording", ("--mark", "title", "how"), marks)
         missing = "is found by itself if it is not marked" if found.finder else "has to be marked"
-        typer.echo(
-            f"The {found.target} {missing}. A table of truth has the columns {', '.join(found.truth.form.columns)}."
-        )
+        typer.echo(f"The {found.target} {missing}.")
+    if found.accepts_video and found.truth is not None:
+        typer.echo(f"A table of truth has the columns {', '.join(found.truth.form.columns)}.")
 
 
 def _sources(experiment: "Experiment") -> str:
@@ -119,6 +121,7 @@ def _about(experiment: "Experiment") -> dict[str, object]:
         "references": [citation.as_dict() for citation in experiment.references],
         "description": experiment.description,
         "accepts_video": experiment.accepts_video,
+        "footage": list(experiment.footage) if experiment.accepts_video else [],
         "default_tracker": experiment.default_tracker,
         "frames": experiment.frames,
         "measures": [measure.as_dict() for measure in experiment.run_measures],

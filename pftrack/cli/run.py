@@ -44,7 +44,12 @@ def run(
     ],
     preset: PresetName = None,
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
-    video: Annotated[Path | None, typer.Option(help="A video, an animated GIF or a folder of pictures.")] = None,
+    video: Annotated[
+        Path | None,
+        typer.Option(
+            "--video", "--tracks", help="A video, an animated GIF, a folder of pictures, or a table of tracks (CSV)."
+        ),
+    ] = None,
     mark: Annotated[
         str | None,
         typer.Option(

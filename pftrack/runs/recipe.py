@@ -55,14 +55,14 @@ class Footage(BaseModel):
     square: bool | None = None
 
     @classmethod
-    def of(cls, sequence: "FrameSequence", mark: "Mark", start: int, truth: "Truth | None" = None) -> Self:
-        """Return the footage of a sequence with a mark in the picture `start`."""
+    def of(cls, sequence: "FrameSequence", mark: "Mark | None", start: int, truth: "Truth | None" = None) -> Self:
+        """Return the footage of a sequence from the picture `start` on, with the mark in it if there is one."""
         rows = dict(truth.rows) if truth else None
         return cls(
             sha256=sequence.sha256,
             name=sequence.name,
             start=start,
-            mark=mark.model_dump(mode="json"),
+            mark=mark.model_dump(mode="json") if mark else None,
             truth=rows,
             square=sequence.square,
         )

@@ -222,6 +222,7 @@ def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSeq
     if open_sequence is None:
         raise RecordError(f"the run was made on {name}, which has to be given along with it")
     sequence = open_sequence(footage)
+    experiment.check_footage(sequence.index.kind)
     if footage.sha256 not in {None, sequence.sha256}:
         raise RecordError(f"the run was made on {name}; {sequence.name} has other content")
     mark = None if footage.mark is None else experiment.mark(footage.mark)
@@ -234,8 +235,12 @@ def wire(experiment: Experiment, footage: Footage | None, open_sequence: OpenSeq
         raise RecordError(f"{name} does not show where the run is to begin: {error}") from None
 
 
-def _truth(kind: TruthKind, rows: Mapping[int, tuple[float, ...]]) -> Truth | None:
+def _truth(kind: TruthKind | None, rows: Mapping[int, tuple[float, ...]]) -> Truth | None:
     """Return the truth of a recipe, held to what a file of its kind may say."""
+    if kind is None:
+        if rows:
+            raise ParameterError("footage.truth", f"{len(rows)} frames", "left out: the experiment takes none")
+        return None
     form = kind.form
     for frame, values in rows.items():
         if not form.allows(values):

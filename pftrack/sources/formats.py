@@ -9,12 +9,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["ALLOWED", "HEAD_BYTES", "Format", "SourceError", "sniff"]
+__all__ = ["ALLOWED", "HEAD_BYTES", "TRACKS_COLUMNS", "Format", "SourceError", "decoded", "delimiter_of", "sniff"]
 
 ALLOWED = (
     "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
-    "or a folder of PNG, JPEG, BMP, TIFF or WebP pictures"
+    "a folder of PNG, JPEG, BMP, TIFF or WebP pictures, or a table of tracks with the columns "
+    "frame, point, x_px, y_px, var_x, var_y"
 )
+TRACKS_COLUMNS = ("frame", "point", "x_px", "y_px", "var_x", "var_y")
+"""What a table of tracks has; see `pftrack.sources.tracks.table` for other forms."""
+
 HEAD_BYTES = 1024
 """How much of a file `sniff` wants to see."""
 
@@ -33,7 +37,7 @@ class Format:
         decoder: The name that forces it: of FFmpeg's demuxer, or of Pillow's plug-in for a picture.
     """
 
-    kind: Literal["video", "gif", "picture"]
+    kind: Literal["video", "gif", "picture", "tracks"]
     title: str
     decoder: str
 
@@ -54,6 +58,31 @@ def sniff(head: bytes) -> Format:
             return found
     what = next((what for what, matches in _KNOWN if matches(head)), "of an unknown format")
     raise SourceError(f"the file is {what}, which cannot be read here; expected {ALLOWED}")
+
+
+def decoded(data: bytes) -> str:
+    """Return text, by its mark of byte order, as UTF-8, or else as Windows has it in Western Europe."""
+    for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
+        if data.startswith(mark):
+            return data.decode(encoding, "replace")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", "replace")
+
+
+def delimiter_of(line: str) -> str:
+    """Return what separates the cells of a table's header: the most frequent of comma, semicolon and tab."""
+    return max(",;\t", key=line.count)
+
+
+def _tracks(head: bytes) -> bool:
+    """Look for the header of a table that has a frame, and points in a column or as columns of their own."""
+    line = decoded(head).partition("\n")[0]
+    names = {name.strip().lower() for name in line.split(delimiter_of(line))}
+    return "frame" in names and (
+        "point" in names or any(f"{name[:-2]}_y" in names for name in names if name.endswith("_x"))
+    )
 
 
 def _starts(*signatures: bytes) -> Callable[[bytes], bool]:
@@ -98,6 +127,7 @@ _READABLE: tuple[tuple[Format, Callable[[bytes], bool]], ...] = (
     (Format("picture", "TIFF", "TIFF"), _starts(b"II*\x00", b"MM\x00*")),
     (Format("picture", "WebP", "WEBP"), _riff(b"WEBP")),
     (Format("video", "MPEG-TS", "mpegts"), _transport_stream),
+    (Format("tracks", "table of tracks", ""), _tracks),
 )
 
 _KNOWN: tuple[tuple[str, Callable[[bytes], bool]], ...] = (

@@ -1,4 +1,4 @@
-"""Sequences of pictures: random access to the frames of a video, an animated GIF or a folder of pictures.
+"""Sequences: random access to the frames of a video, an animated GIF, a folder of pictures or a table of tracks.
 
 A sequence is surveyed once, from its first frame to its last: only what really decodes is counted, and each picture
 leaves a checksum in the `FrameIndex`. From then on any frame can be asked for in any order, and the pixels handed out
@@ -31,7 +31,7 @@ __all__ = [
     "open_sequence",
 ]
 
-Kind: TypeAlias = Literal["video", "gif", "images"]
+Kind: TypeAlias = Literal["video", "gif", "images", "tracks"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +162,7 @@ class FrameSequence(Protocol):
 def open_sequence(
     path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIndex | None = None, square: bool | None = None
 ) -> FrameSequence:
-    """Open a video, an animated GIF or a folder of pictures.
+    """Open a video, an animated GIF, a folder of pictures or a table of tracks.
 
     Whoever serves strangers calls `pftrack.sources.probe.probe` first: decoders of hostile files belong in a process
     with limits.
@@ -193,6 +193,10 @@ def open_sequence(
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
         if index is not None and (index.sha256, index.kind) != (sha256, found.kind):
             index = None  # of another content: survey it again
+        if found.kind == "tracks":
+            from pftrack.sources.tracks.sequence import TrackSequence  # noqa: PLC0415
+
+            return TrackSequence(file, name=path.name, sha256=sha256, limits=limits)
         from pftrack.sources.video import VideoSequence  # noqa: PLC0415
 
         return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index, square=square)

@@ -1,8 +1,9 @@
 """Checks of recordings: a film of the experiment's own scene is tracked from a mark, as an upload would be.
 
-The simulated scene is written to a small video file. Its target is marked by each kind of mark that the experiment
-takes: where it truly is, if the kind can tell (`Mark.of_target`), and else as an editor begins. The second may mark
-nothing that can be tracked; it may then be refused, but only in a sentence.
+The simulated scene is written to a small video file, or its measured points to a table where tracks are taken. Its
+target is marked by each kind of mark that the experiment takes: where it truly is, if the kind can tell
+(`Mark.of_target`), and else as an editor begins. The second may mark nothing that can be tracked; it may then be
+refused, but only in a sentence.
 """
 
 import tempfile
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import Picture
-from pftrack.experiment import Experiment, Setup, Step
+from pftrack.experiment import PICTURES, Experiment, Setup, Step
 from pftrack.faults import faults
 from pftrack.film import FilmWriter
 from pftrack.frame import Target
@@ -24,6 +25,7 @@ from pftrack.parameters import ParameterError
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import FrameSequence, open_sequence
+from pftrack.sources.tracks.table import written
 from pftrack.suitability import Suitability
 from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, named
 from pftrack.testing.marks import at_first
@@ -52,11 +54,17 @@ def _filmed(experiment: Experiment) -> Iterator[tuple[FrameSequence, list[Target
     run = begun(experiment)
     targets: list[Target | None] = []
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "scene.mp4")
-        with FilmWriter(path, run.source.frame_rate_hz) as film:
-            for step in run:
-                film.write(_picture(experiment, run, step))
-                targets.append(step.frame.target)
+        if set(experiment.footage) & set(PICTURES):
+            path = Path(folder, "scene.mp4")
+            with FilmWriter(path, run.source.frame_rate_hz) as film:
+                for step in run:
+                    film.write(_picture(experiment, run, step))
+                    targets.append(step.frame.target)
+        else:
+            path = Path(folder, "scene.csv")
+            steps = list(run)
+            path.write_text(_tracks(steps), encoding="utf-8")
+            targets += [step.frame.target for step in steps]
         sequence = open_sequence(path)
         try:
             yield sequence, targets
@@ -70,6 +78,17 @@ def _picture(experiment: Experiment, run: Run, step: Step) -> NDArray[np.uint8]:
         return step.frame.image_rgb
     shown = experiment.draw(step, run.diagnostics).primitives.values()
     return next(item.image_rgb for item in shown if isinstance(item, Picture))
+
+
+def _tracks(steps: Sequence[Step]) -> str:
+    """Return the table of the points that were measured."""
+    measured = [step.frame.measurements for step in steps]
+    if any(one is None for one in measured):
+        raise CheckError("the frames of an experiment that takes tracks must have measured points")
+    points = np.array([one.points_px for one in measured if one is not None])
+    sd = np.array([one.sd_px for one in measured if one is not None])
+    names = [str(number) for number in range(1, points.shape[1] + 1)]
+    return written(names, points, np.broadcast_to(np.square(sd).reshape(*points.shape[:2], -1), points.shape))
 
 
 def _a_film_is_tracked(experiment: Experiment) -> None:
@@ -86,10 +105,10 @@ def _a_film_is_tracked(experiment: Experiment) -> None:
                 # What one tracker makes of a kind of mark the others make as well, and some are slow.
                 trackers = list(experiment.trackers) if place == 0 else [experiment.default_tracker]
                 _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
-        if experiment.finder is not None:
+        if not experiment.needs_mark:
             setup = _wired(experiment, sequence, None, 0, sure=False)
             if setup is not None:
-                trackers = [experiment.default_tracker]
+                trackers = [experiment.default_tracker] if experiment.marks else list(experiment.trackers)
                 _demand_tracked(experiment, setup, sequence, "a recording without a mark", trackers)
 
 
@@ -178,13 +197,18 @@ def _no_start_is_refused(experiment: Experiment) -> None:
             mark = experiment.mark(at_first(kind, sequence.size))
             for start in (-1, sequence.frame_count):
                 _demand_refusal(experiment, sequence, mark, start)
-        if experiment.finder is None:
+        if experiment.needs_mark:
             _demand_refusal(experiment, sequence, None, 0)
+        if not experiment.marks:
+            _demand_refusal(experiment, sequence, None, sequence.frame_count, "start")
 
 
-def _demand_refusal(experiment: Experiment, sequence: FrameSequence, mark: Mark | None, start: int) -> None:
-    field = "mark" if mark is None else "start"
-    what = "a recording without a mark" if mark is None else f"a start at picture {start} of {sequence.frame_count}"
+def _demand_refusal(
+    experiment: Experiment, sequence: FrameSequence, mark: Mark | None, start: int, field: str = ""
+) -> None:
+    field = field or ("mark" if mark is None else "start")
+    at = f"a start at picture {start} of {sequence.frame_count}"
+    what = "a recording without a mark" if field == "mark" else at
     try:
         if experiment.on_video is not None:
             experiment.on_video(sequence, mark, start=start)

@@ -76,6 +76,7 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
         "references": [citation.as_dict() for citation in experiment.references],
         "description": experiment.description,
         "accepts_video": experiment.accepts_video,
+        "footage": list(experiment.footage) if experiment.accepts_video else [],
         "default_tracker": experiment.default_tracker,
         "frames": experiment.frames,
         "trackers": [
@@ -88,7 +89,7 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
         "hints": [kind.name() for kind in experiment.finder.hints] if experiment.finder else [],
         "suits": experiment.suits is not None,
         "advice": experiment.advice,
-        "truth_columns": list(experiment.truth.form.columns),
+        "truth_columns": list(experiment.truth.form.columns) if experiment.truth else [],
         "presets": [
             PresetPublic(
                 name=preset.name,

@@ -42,6 +42,7 @@ class ExperimentPublic(BaseModel):
     references: list[CitationPublic] = Field(description="What it comes from, the main one first")
     description: str
     accepts_video: bool
+    footage: list[str] = Field(description="Kinds of recording that it takes, as an upload's kind names them")
     target: str = Field(description="What is tracked, one word")
     marks: list[Editor] = Field(description="Kinds of mark that it takes in a recording, the one to offer first")
     finds: str | None = Field(
@@ -50,7 +51,7 @@ class ExperimentPublic(BaseModel):
     hints: list[str] = Field(description="Kinds of mark by which a person may show it where to find the target")
     suits: bool = Field(description="Whether it can tell before tracking how suitable a target is")
     advice: str = Field(description="What a person who marks the target should know")
-    truth_columns: list[str] = Field(description="What a table of truth for a recording has")
+    truth_columns: list[str] = Field(description="What a table of truth for a recording has; empty if there is none")
     default_tracker: str
     frames: int
     trackers: list[dict[str, str]]

@@ -31,8 +31,7 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
     if upload is None:
         return new_spec(recipe, position=body.position)
     footage = recipe.footage or Footage()
-    if experiment.on_video is None:
-        raise ParameterError("upload", upload.name, f"left out: {experiment.id} takes no recording")
+    experiment.check_footage(upload.kind)
     _check_mark(footage, experiment)
     known: dict[str, Any] = {"sha256": upload.sha256, "name": upload.name}
     if footage.truth is None:
@@ -99,6 +98,6 @@ def _check_mark(footage: Footage, experiment: Experiment) -> None:
     """Refuse a mark that the experiment does not take, or the lack of one that it needs."""
     if footage.mark is not None:
         experiment.mark(footage.mark)
-    elif experiment.marks and experiment.finder is None:
+    elif experiment.needs_mark:
         kinds = " or ".join(kind.name() for kind in experiment.marks)
         raise ParameterError("mark", None, f"given, as {kinds}: an upload and the mark of its target belong together")

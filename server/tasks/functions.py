@@ -186,6 +186,7 @@ def weigh_target(
     """Look whether the trackers of an experiment can follow a target that is marked in a frame of an upload."""
     experiment = find(experiment_id)
     sequence = _opened(path, index, frame, limits)
+    experiment.check_footage(sequence.index.kind)
     if experiment.on_video is None or experiment.suits is None:
         raise SourceError(f"the experiment {experiment_id} cannot tell beforehand whether it can follow a target")
     mark = experiment.mark(raw)
@@ -225,6 +226,8 @@ def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
 def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
     """Read a table of truth of the kind that goes with an experiment, for an upload with that many frames."""
     kind, name = find(experiment_id).truth, Path(path).name
+    if kind is None:
+        raise TruthError(f"the experiment {experiment_id} takes no truth")
     try:
         table = kind.read(Path(path))
     except TruthError as error:

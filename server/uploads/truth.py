@@ -69,4 +69,4 @@ def _kept(store: Store, upload: str, experiment: Experiment) -> dict[str, Any] |
 
 
 def _place(store: Store, upload: str, experiment: Experiment) -> Path:
-    return store.files.truth(upload, experiment.truth.form.several)
+    return store.files.truth(upload, experiment.truth.form.several if experiment.truth else "none")

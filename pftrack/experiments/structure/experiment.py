@@ -17,12 +17,19 @@ from pftrack.experiments.structure.sketch import measured, paper, second_in_pict
 from pftrack.experiments.structure.truth import SERIES, SHARE, measure, shape_errors
 from pftrack.experiments.structure.world import SHAPE_WORLD, shape_world
 from pftrack.layer import Key, Layer
+from pftrack.marks import Mark
 from pftrack.measures import Course, Measure
+from pftrack.parameters import ParameterError
 from pftrack.plot import ERROR, STEP_TIME, Plot, Reading
 from pftrack.references import BANDO, TOMASI, Citation
 from pftrack.runs.diagnostics import Diagnostics
+from pftrack.runs.recipe import Footage
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.tracks.recorded import RecordedTracks
 from pftrack.sources.tracks.scene import FRAMES, TracksSceneParameters, TracksSource
+from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.target import BodyTarget
+from pftrack.sources.truth import Truth
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.state import StructureState
 from pftrack.trackers.structure.step import TRACKERS
@@ -46,6 +53,22 @@ class SimulatedTracksParameters(StructureTrackerParameters, TracksSceneParameter
 def simulate() -> Setup:
     """Wire the simulated body with the document's values."""
     return Setup(TracksSource, SimulatedTracksParameters(), success=WITHIN.name)
+
+
+def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+    """Wire a table of tracks, of which nothing needs to be marked and no truth is known.
+
+    Raises:
+        ParameterError: They are no tracks, there is a mark, or the start is not within them.
+    """
+    del truth
+    if not isinstance(sequence, TrackSequence):
+        raise ParameterError("footage", sequence.index.kind, "tracks of a body's points")
+    if mark is not None:
+        raise ParameterError("mark", mark.kind, "left out: all points are followed")
+    source = RecordedTracks(sequence, start)
+    footage = Footage.of(sequence, None, start)
+    return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), footage, success=WITHIN.name)
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -299,6 +322,9 @@ EXPERIMENT = Experiment(
     # The window of the online methods is full by then, and has slid on.
     warm_frames=92,
     simulate=simulate,
+    on_video=on_video,
+    footage=("tracks",),
+    truth=None,
     draw=draw,
     error=shape_errors,
     measures=MEASURES,

@@ -1,5 +1,6 @@
 """Bodies of points: what is between the points, from where each is seen, and what others of the kind look like."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Literal, TypeAlias
@@ -62,9 +63,9 @@ class Body:
     graded: bool = False
 
 
-def unnamed(count: int) -> Shape:
-    """Return what is known of a body of which only tracks are given: points with numbers from 1."""
-    return Shape(tuple(str(number) for number in range(1, count + 1)))
+def unnamed(points: int | Sequence[str]) -> Shape:
+    """Return what is known of a body of which only tracks are given: the names of its points, or how many there are."""
+    return Shape(tuple(map(str, range(1, points + 1))) if isinstance(points, int) else tuple(points))
 
 
 def normalised(points: NDArray[np.float64]) -> NDArray[np.float64]:

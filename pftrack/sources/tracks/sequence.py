@@ -1,0 +1,101 @@
+"""A table of tracks as a sequence: its frames can be looked at as pictures of dots, and a tracker is given the tracks.
+
+So a table goes the ways of a video: it is surveyed once, kept with its index, and named by the hash of its content. It
+says nothing of the picture that it comes from, so that is taken to be as large as what is seen of the points.
+"""
+
+import zlib
+from collections.abc import Sequence
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.sources.overlay import paint_disc
+from pftrack.sources.sequence import FrameIndex, Limits, SourceError
+from pftrack.sources.tracks.table import LARGEST_FILE_BYTES, read_tracks
+
+__all__ = ["TrackSequence"]
+
+FRAME_RATE_HZ = 30.0
+LONGEST_PX, SHORTEST_PX, USUAL_PX = 1280, 200, 640
+"""Of the picture's longer side: tracks in other units than px are scaled to the usual one."""
+
+MARGIN = 0.08
+TRUSTED = 5.0
+"""A position whose standard deviation is so many times the middle one says nothing of where the body is."""
+
+PAPER, DOT_RGB, DOT_PX = 255, (86, 180, 233), 4.0
+
+
+class TrackSequence:
+    """Tracks of a file, in px of a picture that holds what is seen of them."""
+
+    square = True
+
+    def __init__(self, file: BinaryIO, *, name: str, sha256: str, limits: Limits) -> None:
+        """Read a file, which is closed.
+
+        Raises:
+            SourceError: It is no table of tracks, or exceeds the limits.
+        """
+        with file:
+            file.seek(0)
+            data = file.read(LARGEST_FILE_BYTES + 1)
+        if len(data) > LARGEST_FILE_BYTES:
+            raise SourceError(f"a table of tracks may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
+        table = read_tracks(data, limits.frames)
+        self.name, self.sha256 = name, sha256
+        self.names: Sequence[str] = table.names
+        self.size, scale, origin = _framed(table.positions, table.variances)
+        self.positions: NDArray[np.float64] = scale * (table.positions - origin)
+        self.variances: NDArray[np.float64] = scale * scale * table.variances
+        scaled = () if scale == 1.0 else (f"The positions were scaled by {scale:.3g} to fit into a picture.",)
+        for array in (self.positions, self.variances):
+            array.flags.writeable = False
+        self.frame_rate_hz, self.frame_count = FRAME_RATE_HZ, len(self.positions)
+        self.times_s: NDArray[np.float64] = np.arange(self.frame_count) / FRAME_RATE_HZ
+        self.index = FrameIndex(
+            kind="tracks",
+            sha256=sha256,
+            width=self.size[0],
+            height=self.size[1],
+            frame_rate_hz=FRAME_RATE_HZ,
+            times_s=tuple(self.times_s.tolist()),
+            checksums=tuple(zlib.crc32(np.nan_to_num(one).tobytes()) for one in self.positions),
+            warnings=(*table.warnings, *scaled),
+        )
+
+    def picture(self, index: int) -> NDArray[np.uint8]:
+        """Return a frame as dots on white paper, (height, width, 3) RGB, read-only; what is not seen has none."""
+        if not 0 <= index < self.frame_count:
+            raise IndexError(f"expected a frame from 0 to {self.frame_count - 1}, got {index}")
+        image = np.full((self.size[1], self.size[0], 3), PAPER, dtype=np.uint8)
+        for x, y in self.positions[index][np.isfinite(self.positions[index]).all(axis=1)]:
+            paint_disc(image, float(x), float(y), DOT_PX, DOT_RGB)
+        image.flags.writeable = False
+        return image
+
+    def close(self) -> None:
+        """Let go of nothing: the file was read whole."""
+
+
+def _framed(
+    positions: NDArray[np.float64], variances: NDArray[np.float64]
+) -> tuple[tuple[int, int], float, NDArray[np.float64]]:
+    """Return width and height of a picture of the tracks, px, and their scale and origin in it."""
+    sd = np.sqrt(variances.max(axis=2))
+    known = np.isfinite(sd) & np.isfinite(positions).all(axis=2)
+    trusted = known & (sd <= TRUSTED * np.median(sd[known]))
+    seen = positions[trusted]
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    longest = float((high - low).max())
+    if not longest > 0.0:
+        raise SourceError("expected points at different places, got all at one")
+    margin = MARGIN * longest
+    # Positions that are px of a picture stay where they are in it.
+    origin = np.where((low >= 0.0) & (low < longest), np.zeros(2), low - margin)
+    extent = high + margin - origin
+    scale = 1.0 if SHORTEST_PX <= extent.max() <= LONGEST_PX else USUAL_PX / float(extent.max())
+    width, height = (max(int(np.ceil(scale * side)), 16) for side in extent)
+    return (width, height), scale, origin

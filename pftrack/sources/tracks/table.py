@@ -1,0 +1,249 @@
+"""Tables of tracks: text with a header, by delimiter and encoding as spreadsheets and other programs write it.
+
+The long form has a line for each point in each frame, with the columns
+
+    frame, point, x_px, y_px, var_x, var_y
+
+`frame` counts from any whole number, `point` is a name or a number. Instead of the variances, px^2, there may be
+standard deviations, `sd_x, sd_y` or one `sd`, px; without either all are taken as 1. The wide form has a line for each
+frame and columns `NAME_x, NAME_y, NAME_var_x, NAME_var_y` (or `NAME_sd_x`, ...) for each point. Further columns are
+ignored.
+
+A point that has no line in a frame, or whose position or variance is empty, NaN or infinite, was not seen there.
+"""
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.sources.formats import TRACKS_COLUMNS, SourceError, decoded, delimiter_of
+from pftrack.structure.tracks import FEWEST_POINTS, FEWEST_VIEWS
+
+__all__ = ["LARGEST_FILE_BYTES", "MOST_POINTS", "TrackTable", "read_tracks", "written"]
+
+LARGEST_FILE_BYTES = 32 * 1024 * 1024
+MOST_POINTS = 100
+FURTHEST_PX = 1e6
+LARGEST_FRAME = 10_000_000
+WORDS = ", ".join(TRACKS_COLUMNS)
+
+SYNONYMS: Mapping[str, tuple[str, ...]] = {
+    "frame": ("frame",),
+    "point": ("point", "id"),
+    "x": ("x_px", "x", "u"),
+    "y": ("y_px", "y", "v"),
+    "var_x": ("var_x", "var_x_px2"),
+    "var_y": ("var_y", "var_y_px2"),
+    "sd_x": ("sd_x", "sd_x_px", "sd", "sd_px"),
+    "sd_y": ("sd_y", "sd_y_px", "sd", "sd_px"),
+}
+COVARIANCE = ("cov_xy", "var_xy")
+
+
+@dataclass(frozen=True, eq=False)
+class TrackTable:
+    """What a table says.
+
+    Attributes:
+        names: (n,) of the points, in the order in which they come first.
+        positions: (T, n, 2) px, NaN where a point was not seen.
+        variances: (T, n, 2) px^2, infinite there.
+        first: Number of the first frame.
+        warnings: What was passed over, one sentence each.
+    """
+
+    names: tuple[str, ...]
+    positions: NDArray[np.float64]
+    variances: NDArray[np.float64]
+    first: int
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """In which columns the numbers of a point are; None where there are none."""
+
+    x: int
+    y: int
+    spread: tuple[int, int] | None
+    squared: bool
+
+
+def read_tracks(data: bytes, most_frames: int) -> TrackTable:
+    """Read a table.
+
+    Args:
+        data: Content of the file.
+        most_frames: How many frames it may have.
+
+    Raises:
+        SourceError: It is no such table, a line of it is wrong, or it has too much or too little.
+    """
+    text = decoded(data)
+    delimiter = delimiter_of(text.partition("\n")[0])
+    lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    try:
+        header = [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in next(lines, [])]
+        rows = (
+            _long(header, lines, delimiter) if _column(header, "point") is not None else _wide(header, lines, delimiter)
+        )
+        found: dict[str, dict[int, tuple[float, float, float, float]]] = {}
+        for line, frame, name, values in rows:
+            if name not in found and len(found) == MOST_POINTS:
+                raise SourceError(f"the table has more than the {MOST_POINTS} points that are allowed")
+            track = found.setdefault(name, {})
+            if frame in track:
+                raise SourceError(f"line {line} of the table lists point {name} in frame {frame} for the second time")
+            track[frame] = values
+    except csv.Error as error:
+        raise SourceError(f"the table cannot be read ({error}); expected the columns {WORDS}") from None
+    warnings = []
+    if any(name in header for name in COVARIANCE):
+        warnings.append("The covariances of x and y are not used, only the variances.")
+    if not any(part in name for name in header for part in ("var", "sd")):
+        warnings.append("There are no variances in the table; 1 px² is taken for every position.")
+    return _table(found, most_frames, warnings)
+
+
+def _table(
+    found: Mapping[str, Mapping[int, tuple[float, float, float, float]]], most_frames: int, warnings: list[str]
+) -> TrackTable:
+    seen = {
+        name: {frame: values for frame, values in track.items() if all(map(math.isfinite, values))}
+        for name, track in found.items()
+    }
+    names = tuple(name for name, track in seen.items() if track)
+    never = [name for name in found if name not in names]
+    if never:
+        warnings.append(f"Never seen and left out: {', '.join(never[:8])}{', ...' if len(never) > 8 else ''}.")
+    frames = sorted({frame for track in seen.values() for frame in track})
+    if len(names) < FEWEST_POINTS or len(frames) < FEWEST_VIEWS:
+        raise SourceError(
+            f"expected at least {FEWEST_POINTS} points that are seen, and {FEWEST_VIEWS} frames in which some are; the "
+            f"table has {len(names)} points in {len(frames)} frames"
+        )
+    length = frames[-1] - frames[0] + 1
+    if length > most_frames:
+        raise SourceError(f"the table reaches over {length:,} frames; at most {most_frames:,} are allowed")
+    positions = np.full((length, len(names), 2), np.nan)
+    variances = np.full((length, len(names), 2), np.inf)
+    for place, name in enumerate(names):
+        for frame, (x, y, var_x, var_y) in seen[name].items():
+            positions[frame - frames[0], place] = x, y
+            variances[frame - frames[0], place] = var_x, var_y
+    if len(frames) < length:
+        warnings.append(f"In {length - len(frames)} of {length} frames no point is seen.")
+    return TrackTable(names, positions, variances, frames[0], tuple(warnings))
+
+
+Row = tuple[int, int, str, tuple[float, float, float, float]]
+
+
+def _long(header: Sequence[str], lines: Iterable[list[str]], delimiter: str) -> Iterator[Row]:
+    places = _places(header, "")
+    frame, point = _column(header, "frame"), _column(header, "point")
+    if places is None or frame is None or point is None:
+        raise SourceError(f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}")
+    for line, cells in _filled(header, lines):
+        name = cells[point].strip()[:40]
+        if not name:
+            raise SourceError(f"line {line} of the table names no point")
+        yield line, _frame(line, cells[frame]), name, _values(line, cells, places, delimiter)
+
+
+def _wide(header: Sequence[str], lines: Iterable[list[str]], delimiter: str) -> Iterator[Row]:
+    frame = _column(header, "frame")
+    prefixes = dict.fromkeys(name[:-1].removesuffix("_") for name in header if name.endswith("_x"))
+    kept = [name for name in prefixes if not name.endswith(("var", "sd"))]
+    points = [(name, places) for name in kept if (places := _places(header, f"{name}_")) is not None]
+    if frame is None or not points:
+        raise SourceError(
+            f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}, or frame and NAME_x, NAME_y, "
+            "NAME_var_x, NAME_var_y for each point"
+        )
+    for line, cells in _filled(header, lines):
+        number = _frame(line, cells[frame])
+        for name, places in points:
+            yield line, number, name[:40], _values(line, cells, places, delimiter)
+
+
+def _column(header: Sequence[str], name: str, prefix: str = "") -> int | None:
+    return next((header.index(prefix + word) for word in SYNONYMS[name] if prefix + word in header), None)
+
+
+def _places(header: Sequence[str], prefix: str) -> _Places | None:
+    x, y, var_x, var_y, sd_x, sd_y = (
+        _column(header, name, prefix) for name in ("x", "y", "var_x", "var_y", "sd_x", "sd_y")
+    )
+    if x is None or y is None:
+        return None
+    if var_x is not None and var_y is not None:
+        return _Places(x, y, (var_x, var_y), squared=True)
+    if sd_x is not None and sd_y is not None:
+        return _Places(x, y, (sd_x, sd_y), squared=False)
+    return _Places(x, y, None, squared=True)
+
+
+def _filled(header: Sequence[str], lines: Iterable[list[str]]) -> Iterator[tuple[int, list[str]]]:
+    for line, cells in enumerate(lines, start=2):
+        if not any(cell.strip() for cell in cells):
+            continue
+        if len(cells) != len(header):
+            raise SourceError(f"line {line} of the table has {len(cells)} values; its header has {len(header)} columns")
+        yield line, cells
+
+
+def _frame(line: int, text: str) -> int:
+    try:
+        number = float(text)
+        frame = int(number)
+    except (ValueError, OverflowError):
+        frame, number = -1, 0.0
+    if frame != number or not 0 <= frame <= LARGEST_FRAME:
+        raise SourceError(
+            f"line {line} of the table: the frame must be a whole number from 0, got {text.strip()[:20]!r}"
+        )
+    return frame
+
+
+def _values(line: int, cells: Sequence[str], places: _Places, delimiter: str) -> tuple[float, float, float, float]:
+    x, y = (_number(line, cells[place], delimiter) for place in (places.x, places.y))
+    if max(abs(x), abs(y)) > FURTHEST_PX and math.isfinite(x) and math.isfinite(y):
+        raise SourceError(
+            f"line {line} of the table: a position must lie within {FURTHEST_PX:,.0f} px, got {x:g}, {y:g}"
+        )
+    if places.spread is None:
+        return x, y, 1.0, 1.0
+    first, second = (_number(line, cells[place], delimiter) for place in places.spread)
+    if min(first, second) <= 0.0:
+        raise SourceError(
+            f"line {line} of the table: variances and standard deviations must be above 0, got {min(first, second):g}"
+        )
+    return (x, y, first, second) if places.squared else (x, y, first * first, second * second)
+
+
+def _number(line: int, text: str, delimiter: str) -> float:
+    """Return a number, NaN for an empty cell; where commas do not separate cells, they may separate decimals."""
+    bare = text.strip()
+    if not bare or bare.lower() in {"na", "n/a", "none", "null", "-"}:
+        return math.nan
+    try:
+        return float(bare if delimiter == "," else bare.replace(",", "."))
+    except ValueError:
+        raise SourceError(f"line {line} of the table: expected a number, got {bare[:20]!r}") from None
+
+
+def written(names: Sequence[str], positions: NDArray[np.float64], variances: NDArray[np.float64]) -> str:
+    """Return the table, in the long form, of positions (T, n, 2) px and variances (T, n, 2) px^2."""
+    lines = [",".join(TRACKS_COLUMNS)]
+    for frame in range(len(positions)):
+        for place, name in enumerate(names):
+            if np.isfinite(variances[frame, place]).all():
+                numbers = (*positions[frame, place], *variances[frame, place])
+                lines.append(",".join([str(frame), name, *(repr(float(number)) for number in numbers)]))
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,168 @@
+"""Tables of tracks: every form that is read, and a plain sentence for what is not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pftrack.sources.formats import SourceError
+from pftrack.sources.probe import probe
+from pftrack.sources.sequence import Limits, open_sequence
+from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, written
+
+SQUARE = {"a": (10.0, 10.0), "b": (300.0, 12.0), "c": (305.5, 200.0), "d": (11.0, 210.25)}
+LONG = "frame,point,x_px,y_px,var_x,var_y\n" + "".join(
+    f"{frame},{name},{x + frame},{y},4,9\n" for frame in (5, 6, 8) for name, (x, y) in SQUARE.items()
+)
+
+
+def read(text: str | bytes, most_frames: int = 100) -> TrackTable:
+    return read_tracks(text if isinstance(text, bytes) else text.encode(), most_frames)
+
+
+def test_the_long_form() -> None:
+    """A line for a point in a frame; a frame without lines is one in which nothing is seen."""
+    table = read(LONG)
+    assert (table.names, table.first, table.positions.shape) == (("a", "b", "c", "d"), 5, (4, 4, 2))
+    np.testing.assert_array_equal(table.positions[1], [(x + 6, y) for x, y in SQUARE.values()])
+    np.testing.assert_array_equal(table.variances[0], [(4, 9)] * 4)
+    assert np.isnan(table.positions[2]).all()
+    assert np.isinf(table.variances[2]).all()
+    assert table.warnings == ("In 1 of 4 frames no point is seen.",)
+    assert written(table.names, table.positions, table.variances).splitlines()[1] == "0,a,15.0,10.0,4.0,9.0"
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        LONG.encode("utf-8-sig"),
+        LONG.encode("utf-16"),
+        LONG.replace("\n", "\r\n").encode(),
+        LONG.replace(",", "\t").encode(),
+        LONG.replace(",", ";").replace("305.5", "305,5").replace("210.25", "210,25").encode(),
+        LONG.replace("frame,point,x_px,y_px,var_x,var_y", "Frame, Point ,X,Y,Var X,Var Y").encode(),
+        (LONG + "\n\n").encode(),
+        LONG.replace("var_x,var_y", "sd_x,sd_y").replace(",4,9", ",2,3").encode(),
+    ],
+    ids=["mark", "utf-16", "windows", "tabs", "semicolons", "spaces", "empty lines", "deviations"],
+)
+def test_as_other_programs_write_it(data: bytes) -> None:
+    """Encoding, ends of lines, delimiter, decimal commas and names may be others."""
+    table, wanted = read(data), read(LONG)
+    assert table.names == wanted.names
+    np.testing.assert_allclose(table.positions, wanted.positions)
+    np.testing.assert_allclose(table.variances, wanted.variances)
+
+
+def test_the_wide_form() -> None:
+    """A line for a frame, columns for each point."""
+    header = ",".join(f"{name}_x,{name}_y,{name}_var_x,{name}_var_y" for name in SQUARE)
+    lines = [f"{frame}," + ",".join(f"{x + frame},{y},4,9" for x, y in SQUARE.values()) for frame in (5, 6, 8)]
+    table = read("\n".join([f"frame,{header}", *lines]))
+    np.testing.assert_array_equal(table.positions, read(LONG).positions)
+    np.testing.assert_array_equal(table.variances, read(LONG).variances)
+
+
+def test_what_is_not_seen() -> None:
+    """Empty cells, NaN and infinite variances are points not seen; one that never is is left out, and said."""
+    for cells in ("8,a,,,4,9", "8,a,nan,3,4,9", "8,a,1,2,inf,9", "8,a,1,2,,"):
+        table = read(LONG.replace("8,a,18.0,10.0,4,9", cells))
+        assert np.isinf(table.variances[3, 0]).all()
+        assert np.isfinite(table.variances[3, 1:]).all()
+    table = read(LONG + "5,e,,,,\n")
+    assert table.names == ("a", "b", "c", "d")
+    assert table.warnings[0] == "Never seen and left out: e."
+
+
+def test_without_variances_all_count_alike() -> None:
+    """One square pixel is taken, and a covariance is not used; both are said."""
+    plain = LONG.replace(",var_x,var_y", "").replace(",4,9", "")
+    table = read(plain)
+    assert (table.variances[0] == 1.0).all()
+    assert table.warnings[0] == "There are no variances in the table; 1 px² is taken for every position."
+    table = read(LONG.replace("var_y", "var_y,cov_xy").replace(",4,9", ",4,9,1"))
+    assert table.warnings[0] == "The covariances of x and y are not used, only the variances."
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (
+            LONG.replace("x_px", "across"),
+            "the table has the columns frame, point, across, y_px, var_x, var_y; expected",
+        ),
+        (LONG.replace(",d,", ",a,", 1), "line 5 of the table lists point a in frame 5 for the second time"),
+        (
+            "\n".join(line for line in LONG.splitlines() if ",d," not in line),
+            "at least 4 points that are seen, and 2 frames in which some are; the table has 3 points in 3 frames",
+        ),
+        ("\n".join(LONG.splitlines()[:5]), "the table has 4 points in 1 frames"),
+        (LONG.replace("5,a", "-1,a"), "line 2 of the table: the frame must be a whole number from 0, got '-1'"),
+        (LONG.replace("5,a", "1.5,a"), "the frame must be a whole number from 0, got '1.5'"),
+        (LONG.replace("5,a,15.0", "5,a,left"), "line 2 of the table: expected a number, got 'left'"),
+        (LONG.replace("5,a,15.0", "5,a,1e9"), "a position must lie within 1,000,000 px, got 1e+09, 10"),
+        (LONG.replace(",4,9", ",0,9"), "line 2 of the table: variances and standard deviations must be above 0, got 0"),
+        (LONG.replace("5,a,", "5,,"), "line 2 of the table names no point"),
+        (LONG.replace(",4,9", ",4", 1), "line 2 of the table has 5 values; its header has 6 columns"),
+        (LONG.replace("8,a", "999,a"), "the table reaches over 995 frames; at most 100 are allowed"),
+        (LONG.replace("5,a", f"{10**400},a"), "the frame must be a whole number"),
+        (LONG + '5,"' + "x" * 200_000 + '",1,1,1,1\n', "the table cannot be read"),
+    ],
+)
+def test_a_plain_sentence_for_what_is_wrong(text: str, sentence: str) -> None:
+    """It names the line, what is there and what is expected."""
+    with pytest.raises(SourceError) as caught:
+        read(text)
+    assert sentence in str(caught.value)
+
+
+def test_too_many_points_are_refused_at_once() -> None:
+    """A hostile table is read no further than to the first point too many."""
+    lines = "".join(f"0,{number},{number},1,1,1\n" for number in range(MOST_POINTS + 1))
+    with pytest.raises(SourceError, match=f"more than the {MOST_POINTS} points"):
+        read(LONG.splitlines()[0] + "\n" + lines + "rubbish")
+
+
+def test_a_table_is_a_sequence(tmp_path: Path) -> None:
+    """It is told by its content, surveyed by the probe, and its frames are pictures with a dot for each point seen."""
+    path = tmp_path / "clip.mp4"
+    path.write_text(LONG)
+    found = probe(path)
+    assert (found.kind, found.frames, found.index.warnings) == ("tracks", 4, ("In 1 of 4 frames no point is seen.",))
+    sequence = open_sequence(path, index=found.index)
+    assert isinstance(sequence, TrackSequence)
+    assert sequence.size == (found.width, found.height)
+    assert sequence.positions[0, 0].tolist() == [15.0, 10.0]
+    assert sequence.picture(0)[10, 15].tolist() == [86, 180, 233]
+    assert (sequence.picture(2) == 255).all()
+    with pytest.raises(IndexError):
+        sequence.picture(4)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 30.0])
+def test_other_units_are_scaled_to_a_picture(tmp_path: Path, scale: float) -> None:
+    """Tracks in metres or in a huge picture come to a picture of usual size, their noise with them."""
+    lines = [LONG.splitlines()[0]]
+    lines += [
+        f"{f},{n},{scale * (x + f)},{scale * y},{4 * scale**2},{9 * scale**2}"
+        for f in (0, 1)
+        for n, (x, y) in SQUARE.items()
+    ]
+    path = tmp_path / "tracks.csv"
+    path.write_text("\n".join(lines))
+    sequence = open_sequence(path)
+    assert isinstance(sequence, TrackSequence)
+    assert 600 <= max(sequence.size) <= 660
+    np.testing.assert_allclose(sequence.variances[0, 0, 0] ** 0.5, 2 * 640 / (305.5 * 1.08), rtol=0.05)
+    assert sequence.index.warnings[0].startswith("The positions were scaled by")
+
+
+def test_a_table_that_is_too_large_is_refused(tmp_path: Path) -> None:
+    """By its bytes before it is read, and by its frames after."""
+    path = tmp_path / "tracks.csv"
+    path.write_text(LONG)
+    with pytest.raises(SourceError, match="at most"):
+        open_sequence(path, Limits(file_bytes=100))
+    with pytest.raises(SourceError, match="reaches over 4 frames"):
+        open_sequence(path, Limits(frames=3))
