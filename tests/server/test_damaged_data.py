@@ -11,17 +11,13 @@ from sqlalchemy.exc import OperationalError
 
 from server.settings import Settings
 from server.store import Store
-from tests.server.command import failing
+from tests.server.command import failing, refused
 from tests.server.host import begin, error_of, steer
 from tests.server.test_full_disk import save
 from tests.server.test_uploads import png, send, video
 
 # The first worker waits until the forkserver has imported everything, which a shared server has waited for.
 pytestmark = pytest.mark.usefixtures("server")
-
-
-def served(folder: Path) -> str:
-    return failing(f"port=0, data_dir=Path({str(folder)!r})")
 
 
 def database_of(folder: Path) -> Path:
@@ -38,41 +34,32 @@ def execute(path: Path, statement: str, *values: Any) -> list[Any]:
     return rows
 
 
-class TestAtTheStart:
-    """Each is one sentence on the terminal that says what to do."""
+def test_at_the_start(tmp_path: Path) -> None:
+    """What is no database, damaged, of a newer version or of another program is told in a sentence: what to do."""
+    folders = {name: tmp_path / name for name in ("none", "damaged", "newer", "foreign")}
+    folders["none"].mkdir()
+    (folders["none"] / "pftrack.sqlite").write_bytes(b"certainly no database" * 100)
+    path = database_of(folders["damaged"])
+    content = bytearray(path.read_bytes())
+    content[4096 + 8 : 3 * 4096] = b"\xff" * (2 * 4096 - 8)
+    path.write_bytes(content)
+    execute(database_of(folders["newer"]), "UPDATE alembic_version SET version_num = '9999'")
+    folders["foreign"].mkdir()
+    execute(folders["foreign"] / "pftrack.sqlite", "CREATE TABLE invoices (number INTEGER)")
+    none, damaged, newer, foreign = refused(*(f"port=0, data_dir=Path({str(it)!r})" for it in folders.values()))
+    assert "is none, or is damaged" in none
+    assert "--data-dir" in none
+    assert "is damaged: restore a copy of it" in damaged
+    assert "newer version of pftrack" in newer
+    assert "9999" in newer
+    assert "update pftrack" in newer
+    assert "belongs to another program, since it has tables invoices" in foreign
 
-    def test_no_database(self, tmp_path: Path) -> None:
-        """A file of something else is told as such."""
-        (tmp_path / "pftrack.sqlite").write_bytes(b"certainly no database" * 100)
-        said = served(tmp_path)
-        assert "is none, or is damaged" in said
-        assert "--data-dir" in said
 
-    def test_damaged(self, tmp_path: Path) -> None:
-        """A database that was overwritten in places is found out before anybody is served from it."""
-        path = database_of(tmp_path)
-        content = bytearray(path.read_bytes())
-        content[4096 + 8 : 3 * 4096] = b"\xff" * (2 * 4096 - 8)
-        path.write_bytes(content)
-        assert "is damaged: restore a copy of it" in served(tmp_path)
-
-    def test_newer(self, tmp_path: Path) -> None:
-        """A database of a newer version is left alone."""
-        execute(database_of(tmp_path), "UPDATE alembic_version SET version_num = '9999'")
-        said = served(tmp_path)
-        assert "newer version of pftrack" in said
-        assert "9999" in said
-        assert "update pftrack" in said
-
-    def test_another_program(self, tmp_path: Path) -> None:
-        """A database of another program is left alone."""
-        execute(tmp_path / "pftrack.sqlite", "CREATE TABLE invoices (number INTEGER)")
-        assert "belongs to another program, since it has tables invoices" in served(tmp_path)
-
-    def test_no_address(self, tmp_path: Path) -> None:
-        """An address of no database is told as such."""
-        arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
-        assert "PFTRACK_DATABASE_URL" in failing(arguments, PFTRACK_DATABASE_URL="no such thing")
+def test_no_address(tmp_path: Path) -> None:
+    """An address of no database is told as such."""
+    arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
+    assert "PFTRACK_DATABASE_URL" in failing(arguments, PFTRACK_DATABASE_URL="no such thing")
 
 
 DAMAGES = [
@@ -83,18 +70,19 @@ DAMAGES = [
 ]
 
 
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_a_damaged_run(start_server: Any, tmp_path: Path, damage: str) -> None:
+def test_a_damaged_run(start_server: Any, tmp_path: Path) -> None:
     """A run whose row cannot be read is left out of the list, says so by itself, and can be deleted."""
     with start_server() as (_, client):
         session = begin(client)["id"]
-        whole, damaged = (save(client, session).json()["id"] for _ in range(2))
-        execute(tmp_path / "data" / "pftrack.sqlite", damage, damaged)
-        assert [run["id"] for run in client.get("/api/v1/runs").json()] == [whole]
-        assert "damaged" in error_of(client.get(f"/api/v1/runs/{damaged}"), 410)["message"]
-        error_of(client.post(f"/api/v1/runs/{damaged}/open"), 410)
-        assert client.delete(f"/api/v1/runs/{damaged}").status_code == 204
-        error_of(client.delete(f"/api/v1/runs/{damaged}"), 404)
+        whole = save(client, session).json()["id"]
+        for damage in DAMAGES:
+            damaged = save(client, session).json()["id"]
+            execute(tmp_path / "data" / "pftrack.sqlite", damage, damaged)
+            assert [run["id"] for run in client.get("/api/v1/runs").json()] == [whole]
+            assert "damaged" in error_of(client.get(f"/api/v1/runs/{damaged}"), 410)["message"]
+            error_of(client.post(f"/api/v1/runs/{damaged}/open"), 410)
+            assert client.delete(f"/api/v1/runs/{damaged}").status_code == 204
+            error_of(client.delete(f"/api/v1/runs/{damaged}"), 404)
         error_of(client.delete("/api/v1/runs/nothing"), 404)
 
 
@@ -109,20 +97,21 @@ def test_a_damaged_upload_row(start_server: Any, tmp_path: Path) -> None:
         assert client.delete(f"/api/v1/uploads/{damaged}").status_code == 204
 
 
-@pytest.mark.parametrize("spec", ["no JSON", "[]", '{"id": 5}', "card"])
-def test_a_damaged_session(start_server: Any, tmp_path: Path, spec: str) -> None:
-    """A session that cannot be read leaves the others alone."""
+def test_damaged_sessions(start_server: Any, tmp_path: Path) -> None:
+    """Sessions that cannot be read leave the others alone, and can be deleted."""
     with start_server() as (_, client):
-        whole, damaged = (begin(client)["id"] for _ in range(2))
+        whole, first, *others = (begin(client)["id"] for _ in range(5))
     path = tmp_path / "data" / "pftrack.sqlite"
-    if spec == "card":
-        ((text,),) = execute(path, "SELECT spec FROM sessions WHERE id = ?", damaged)
-        spec = json.dumps({**json.loads(text), "card": {"experiment": "ball"}})
-    execute(path, "UPDATE sessions SET spec = ? WHERE id = ?", spec, damaged)
+    ((text,),) = execute(path, "SELECT spec FROM sessions WHERE id = ?", first)
+    card = json.dumps({**json.loads(text), "card": {"experiment": "ball"}})
+    specs = {first: card, **dict(zip(others, ("no JSON", "[]", '{"id": 5}'), strict=True))}
+    for damaged, spec in specs.items():
+        execute(path, "UPDATE sessions SET spec = ? WHERE id = ?", spec, damaged)
     with start_server() as (_, client):
         assert [session["id"] for session in client.get("/api/v1/sessions").json()] == [whole]
-        assert client.delete(f"/api/v1/sessions/{damaged}").status_code == 204
-        error_of(client.delete(f"/api/v1/sessions/{damaged}"), 404)
+        for damaged in specs:
+            assert client.delete(f"/api/v1/sessions/{damaged}").status_code == 204
+            error_of(client.delete(f"/api/v1/sessions/{damaged}"), 404)
 
 
 def test_a_damaged_sweep(start_server: Any, tmp_path: Path) -> None:
@@ -142,26 +131,23 @@ def test_a_damaged_sweep(start_server: Any, tmp_path: Path) -> None:
     assert execute(path, "SELECT id FROM sweeps") == []
 
 
-@pytest.mark.parametrize("damage", ["", "{", '{"kind": "video"}', "\xff", None])
-def test_a_damaged_index(start_server: Any, tmp_path: Path, damage: str | None) -> None:
+def test_a_damaged_index(start_server: Any, tmp_path: Path) -> None:
     """An upload of which the index is damaged or missing is decoded again, and its index is whole from then on."""
     with start_server() as (_, client):
-        upload = send(client, ("ball.mp4", video())).json()
-        index = tmp_path / "data" / "uploads" / upload["id"] / "index.json"
-        before = index.read_bytes()
-
-        def harm() -> None:
+        for frames, damage in enumerate(("", "{", '{"kind": "video"}', "\xff", None), start=8):
+            upload = send(client, ("ball.mp4", video(frames))).json()  # one whose index nobody has in memory
+            index = tmp_path / "data" / "uploads" / upload["id"] / "index.json"
+            before = index.read_bytes()
             index.unlink() if damage is None else index.write_bytes(damage.encode("latin-1"))
-
-        harm()
-        assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").status_code == 200
-        assert index.read_bytes() == before
-        harm()
-        mark = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
-        recipe = {"experiment": "ball", "footage": {"sha256": upload["sha256"], "mark": mark}}
-        session = begin_with(client, recipe, upload["id"])
-        assert steer(client, session["id"], "step")["position"] == 1
-        assert index.read_bytes() == before
+            assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").status_code == 200
+            assert index.read_bytes() == before
+            index.unlink()
+            mark = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
+            recipe = {"experiment": "ball", "footage": {"sha256": upload["sha256"], "mark": mark}}
+            session = begin_with(client, recipe, upload["id"])
+            assert steer(client, session["id"], "step")["position"] == 1
+            assert index.read_bytes() == before
+            client.delete(f"/api/v1/sessions/{session['id']}")
 
 
 def begin_with(client: httpx.Client, recipe: dict[str, Any], upload: str) -> dict[str, Any]:

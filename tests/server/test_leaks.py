@@ -14,6 +14,8 @@ from tests.server.host import Server, begin, running, steer, wait_for
 from tests.server.test_stream import hear
 
 ROUNDS = 12
+APPS = 5
+"""Servers that start and stop: what each leaves behind shows after the second."""
 
 
 def descriptors() -> int:
@@ -71,7 +73,7 @@ def test_refused_sessions(client: httpx.Client, settled: None) -> None:
 def test_apps(server: Server, settled: None, tmp_path: Path) -> None:
     """Servers that start and stop, with a session each, leave nothing behind."""
     counts = []
-    for number in range(ROUNDS):
+    for number in range(APPS):
         with (
             running(Settings(data_dir=tmp_path / str(number % 3))) as own,
             httpx.Client(base_url=own.url, timeout=30) as client,

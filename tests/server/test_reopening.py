@@ -86,38 +86,26 @@ class TestResuming:
             assert (arrived["position"], arrived["computed"], arrived["goal"]) == (FAR - 5, FAR, None)
             assert diagnostics(client, session["id"]) == before
 
-    def test_it_can_be_stopped(self, start_server: Any, tmp_path: Path) -> None:
-        """A pause stops it at the frame that it has come to, and the session goes on from there."""
+    def test_it_can_be_interrupted(self, start_server: Any, tmp_path: Path) -> None:
+        """A killed worker leaves the goal, a pause stops where it has come to, and on its way it can be deleted."""
         with (
             start_server() as (server, client),
             stopped(server, client, tmp_path) as session,
         ):
+            for _ in range(2):
+                assert resume(client, session["id"])["goal"] == FAR
+                kill(server, client, session)
             assert resume(client, session["id"])["goal"] == FAR
             paused = steer(client, session["id"], "pause")
             assert paused["goal"] is None
             assert paused["position"] == paused["computed"] < FAR
             assert steer(client, session["id"], "step")["position"] == paused["position"] + 1
-
-    def test_it_can_be_ended(self, start_server: Any, tmp_path: Path) -> None:
-        """A session on its way can be deleted at once."""
-        with (
-            start_server() as (server, client),
-            stopped(server, client, tmp_path) as session,
-        ):
-            resume(client, session["id"])
+            steer(client, session["id"], "seek", frame=FAR)
+            kill(server, client, session)
+            assert resume(client, session["id"])["goal"] == FAR
             pid = server.pid_of(session["id"])
             assert client.delete(f"/api/v1/sessions/{session['id']}").status_code == 204
             wait_for(lambda: not psutil.pid_exists(pid))
-
-    def test_it_goes_on_after_another_accident(self, start_server: Any, tmp_path: Path) -> None:
-        """A worker that is killed on the way back leaves the goal as it was."""
-        with (
-            start_server() as (server, client),
-            stopped(server, client, tmp_path) as session,
-        ):
-            assert resume(client, session["id"])["goal"] == FAR
-            kill(server, client, session)
-            assert resume(client, session["id"])["goal"] == FAR
 
     def test_with_its_states_it_is_back_at_once(self, start_server: Any, tmp_path: Path) -> None:
         """What took long is kept on the disk while it is computed: little of it is computed again."""
@@ -183,8 +171,7 @@ def tree_of(process: int) -> list[psutil.Process]:
     return [psutil.Process(process), *psutil.Process(process).children(recursive=True)]
 
 
-@pytest.mark.parametrize("late_s", [0.0, 1.0])
-def test_a_freeze_of_everything_harms_nobody(tmp_path: Path, late_s: float) -> None:
+def test_a_freeze_of_everything_harms_nobody(tmp_path: Path) -> None:
     """Sessions outlive a pause of the whole process tree, though it is longer than a worker may be silent."""
     arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
     with (
@@ -194,15 +181,16 @@ def test_a_freeze_of_everything_harms_nobody(tmp_path: Path, late_s: float) -> N
         session = begin(client)
         steer(client, session["id"], "seek", frame=10)
         first, *others = tree_of(process.pid)
-        for each in (first, *others):
-            each.suspend()
-        time.sleep(4)
-        first.resume()
-        time.sleep(late_s)
-        for each in others:
-            each.resume()
-        time.sleep(2)
-        assert state(client, session["id"]) == "ready"
+        for late_s in (0.0, 1.0):
+            for each in (first, *others):
+                each.suspend()
+            time.sleep(4)
+            first.resume()
+            time.sleep(late_s)
+            for each in others:
+                each.resume()
+            time.sleep(2)
+            assert state(client, session["id"]) == "ready"
         # Who is still silent after it is ended as ever.
         for each in others:
             each.suspend()
