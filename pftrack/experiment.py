@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.drawing import Drawing
+from pftrack.export import Export
 from pftrack.frame import Frame
 from pftrack.layer import Layer
 from pftrack.marks import Mark, read_mark
@@ -271,6 +272,7 @@ class Experiment:
         plots: What is drawn of a run over its frames, in the order in which it is shown.
         readings: What is written of the frame that is shown, in that order.
         example_sweep: A sweep to begin with; where there is none, its first two numbers are varied.
+        exports: Files that it offers of what is believed in a frame.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -307,6 +309,7 @@ class Experiment:
     readings: tuple[Reading, ...] = STANDARD_READINGS
     example_sweep: ExampleSweep | None = None
     worlds: tuple[World, ...] = ()
+    exports: tuple[Export, ...] = ()
     warm_frames: int = 2
     interface: int = 0
 
@@ -320,6 +323,9 @@ class Experiment:
         worlds = [world.name for world in self.worlds]
         if len(set(worlds)) < len(worlds):
             raise ValueError(f"{self.id} has two worlds of one name: {', '.join(worlds)}")
+        files = [name for export in self.exports for name in {export.name, export.suffix}]
+        if len(set(files)) < len(files):
+            raise ValueError(f"{self.id} has two exports of one name or suffix: {', '.join(files)}")
         known = {series.name for series in self.declared()}
         shown = [name for plot in self.plots for name in plot.names]
         shown += [name for reading in self.readings for name in reading.names]

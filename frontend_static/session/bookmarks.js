@@ -4,6 +4,7 @@ import { api } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { attempt } from "../shared/toast.js";
+import { popover } from "./popover.js";
 
 /** @import { Bookmark } from "../shared/messages.js" */
 /** @import { Mounted } from "./mount.js" */
@@ -30,15 +31,7 @@ export function bookmarkMenu(view) {
     note,
     h("button", { type: "submit", title: "Bookmark this frame (B)" }, "Add"),
   );
-  const menu = h("div", { class: "menu", popover: "auto" }, form, list);
   const button = h("button", { type: "button", title: "Bookmarks (B adds one)", "aria-label": "Bookmarks" }, icon("bookmark"), label, amount);
-  button.popoverTargetElement = menu;
-  menu.addEventListener("toggle", (event) => {
-    if (event.newState !== "open") return;
-    const from = button.getBoundingClientRect();
-    menu.style.left = `${Math.max(8, Math.min(from.left, innerWidth - menu.offsetWidth - 8))}px`;
-    menu.style.bottom = `${innerHeight - from.top + 6}px`;
-  });
   const draw = () => {
     const marks = store.session?.bookmarks ?? [];
     setText(amount, marks.length > 0 ? String(marks.length) : "");
@@ -49,7 +42,7 @@ export function bookmarkMenu(view) {
     );
   };
   store.on(["bookmarks", "session"], draw);
-  return h("div", { class: "menu-root" }, button, menu);
+  return popover(button, form, list);
 }
 
 /**

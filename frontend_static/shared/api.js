@@ -183,6 +183,7 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string) => Promise<Messages.SessionPublic>} open
  * @property {(id: string) => Promise<null>} remove
  * @property {(id: string) => string} downloadAddress
+ * @property {(id: string, name: string) => string} exportAddress
  */
 
 /** @type {Api} */
@@ -223,5 +224,6 @@ export const api = {
   run: (id) => request("GET", run(id)),
   open: (id) => request("POST", run(id, "/open")),
   remove: (id) => request("DELETE", run(id)),
+  exportAddress: (id, name) => `${ROOT}${session(id, `/exports/${encodeURIComponent(name)}`)}`,
   downloadAddress: (id) => `${ROOT}${run(id, "/download")}`,
 };

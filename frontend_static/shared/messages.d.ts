@@ -295,6 +295,14 @@ export interface ExperimentPublic {
   thumbnail: string;
 }
 
+/** A file that can be made of the frame that is shown. */
+export interface ExportPublic {
+  name: string;
+  title: string;
+  suffix: string;
+  media_type: string;
+}
+
 /** A recording, and what is said of the target in it. */
 export interface Footage {
   sha256: string | null;
@@ -671,6 +679,8 @@ export interface SessionPublic {
   measured: Record<string, number>;
   /** Name of the measure that decides on success */
   success_measure: string;
+  /** Files that can be made of the frame that is shown */
+  exports: ExportPublic[];
   /** Parameters to turn first: those that its preset is about */
   about: string[];
   /** What to look at, where it began as a preset that says so */

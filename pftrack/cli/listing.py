@@ -97,6 +97,9 @@ def show(
         typer.echo("")
         measures = [(it.name, it.description, it.source) for it in found.run_measures]
         table("Measures of a run", ("name", "definition", "source"), measures)
+    if found.exports:
+        typer.echo("")
+        table("Exports of the last frame", ("suffix", "title"), [(f".{it.suffix}", it.title) for it in found.exports])
     if found.accepts_video:
         typer.echo("")
         typer.echo(f"It takes recordings of the kinds {', '.join(found.footage)} (--video).")
@@ -125,6 +128,7 @@ def _about(experiment: "Experiment") -> dict[str, object]:
         "default_tracker": experiment.default_tracker,
         "frames": experiment.frames,
         "measures": [measure.as_dict() for measure in experiment.run_measures],
+        "exports": [{"name": it.name, "title": it.title, "suffix": it.suffix} for it in experiment.exports],
         "trackers": [
             {"id": tracker.id, "title": tracker.title, "description": tracker.description}
             for tracker in experiment.trackers.values()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pftrack.cli.compiling import compiling
+from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
 from pftrack.cli.footage import Said, open_footage, wired
 from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
@@ -76,6 +77,7 @@ def run(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Save the run, FILE.pft.")] = None,
     video_out: VideoOut = None,
+    export: ExportOut = None,
     mark_out: Annotated[
         Path | None, typer.Option("--mark-out", help="Write the first frame with the mark on it, FILE.png.")
     ] = None,
@@ -98,6 +100,7 @@ def run(
         changes["seed"] = whole("--seed", seed, 0, LARGEST_SEED)
     wanted = whole("--frames", frames, 1, LONGEST_RUN) if frames is not None else None
     _check_places(out, video_out)
+    exports = wanted_exports(found, export or [])
     said = Said.of(video, mark, box, points, start, truth)
     with ExitStack() as stack:
         stack.enter_context(compiling())
@@ -115,6 +118,7 @@ def run(
         _note_unread(setup, values, made.tracker)
         suitability = _suitability(made, sequence)
         summary = {**_compute(made, video_out, frames=made.frames), **suitability}
+        write_exports(exports, made)
         if out is not None:
             try:
                 save(made, out, footage_path=_relative(video, out) if video else None)
@@ -127,6 +131,7 @@ def replay(
     file: Annotated[Path, typer.Argument(help="A run that was saved with `run --out` or from the page.")],
     video: Annotated[Path | None, typer.Option(help="Where the run's video is now, if it was moved.")] = None,
     video_out: VideoOut = None,
+    export: ExportOut = None,
     json: Json = False,
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
@@ -145,8 +150,10 @@ def replay(
                 raise CommandError(f"the run was made on {place}, which is not there; say with --video where it is")
             return open_footage(stack, place, square=footage.square)
 
+        exports = wanted_exports(experiment_named(record.recipe.experiment), export or [])
         again = make(record.recipe, open_sequence=find)
         summary = _compute(again, video_out, frames=record.computed)
+        write_exports(exports, again)
     apart = difference(again, saved)
     _print({**summary, "same_as_saved": apart is None, **({"differs": apart.as_dict()} if apart else {})}, json=json)
     if apart is not None:

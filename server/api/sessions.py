@@ -102,6 +102,17 @@ async def picture(session: ASession) -> Response:
     return Response(await session.picture(), media_type="image/png", headers={"Cache-Control": "no-store"})
 
 
+@router.get(
+    "/{session}/exports/{export}", response_class=Response, responses={200: {"content": {"model/gltf-binary": {}}}}
+)
+async def export(session: ASession, export: Name) -> Response:
+    """Return a file of the frame that is shown, one of those that the session lists."""
+    offered, content = await session.export(export)
+    name = f"{offered.name}-{session.spec.active.position}.{offered.suffix}"
+    headers = {"Content-Disposition": f'attachment; filename="{name}"', "Cache-Control": "no-store"}
+    return Response(content, media_type=offered.media_type, headers=headers)
+
+
 @router.post("/{session}/bookmarks", status_code=HTTPStatus.CREATED)
 async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | None = None) -> Bookmark:
     """Remember the frame that is shown."""

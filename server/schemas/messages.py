@@ -23,6 +23,7 @@ __all__ = [
     "Bookmarks",
     "BranchPublic",
     "Branches",
+    "ExportPublic",
     "Frame",
     "Frames",
     "Hello",
@@ -84,6 +85,15 @@ class BranchPublic(BaseModel):
     colour: str
 
 
+class ExportPublic(BaseModel):
+    """A file that can be made of the frame that is shown."""
+
+    name: str
+    title: str
+    suffix: str
+    media_type: str
+
+
 class SessionPublic(BaseModel):
     """A session as everybody outside sees it."""
 
@@ -98,6 +108,7 @@ class SessionPublic(BaseModel):
     measures: list[MeasurePublic] = []
     measured: dict[str, float] = Field({}, description="Measures of the active branch so far, by name")
     success_measure: str = Field("", description="Name of the measure that decides on success")
+    exports: list[ExportPublic] = Field([], description="Files that can be made of the frame that is shown")
     about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
     watch: str = Field("", description="What to look at, where it began as a preset that says so")
     tracker: str

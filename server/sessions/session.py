@@ -11,16 +11,17 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pftrack.parameters import ParameterError
 from pftrack.random import LARGEST_SEED
-from server.errors import ConflictError
+from server.errors import ConflictError, NotFoundError
 from server.flat.feed import DrawingFeed
 from server.schemas import messages
-from server.schemas.messages import Phase
+from server.schemas.messages import ExportPublic, Phase
 from server.schemas.panel import InForce
 from server.schemas.sessions import Changed
 from server.schemas.spec import Bookmark, SessionSpec
 from server.sessions.panel_commands import PanelCommands
 from server.sessions.scene_feed import SceneFeed
 from server.sessions.state import SessionState
+from server.sessions.view import EXPORTS
 from server.sessions.worker_handle import WorkerHandle
 from server.settings import Settings
 from server.stream.listeners import SessionListeners
@@ -262,6 +263,18 @@ class Session:
         """Return the current frame as PNG."""
         png: bytes = await self._request(protocol.Picture(), _plain)
         return png
+
+    async def export(self, name: str) -> tuple[ExportPublic, bytes]:
+        """Return a file of the current frame, and what it is.
+
+        Raises:
+            NotFoundError: The experiment offers none of this name.
+        """
+        offered = next((one for one in EXPORTS.validate_python(self.card.exports) if one.name == name), None)
+        if offered is None:
+            raise NotFoundError("The session has no such export.")
+        content: bytes = await self._request(protocol.Export(name), _plain)
+        return offered, content
 
     def bookmark(self, name: str, note: str) -> Bookmark:
         """Remember the frame that is shown."""

@@ -9,15 +9,16 @@ from pftrack.parameters import Declaration
 from pftrack.series import Series
 from server.schemas.controls import controls_of
 from server.schemas.measures import MeasurePublic
-from server.schemas.messages import BranchPublic, Phase, SessionPublic, TrackerPublic
+from server.schemas.messages import BranchPublic, ExportPublic, Phase, SessionPublic, TrackerPublic
 from server.schemas.spec import Goal, SessionSpec
 from server.sessions.timeline_view import threshold_views, timeline_view
 from server.worker.protocol import SessionInfo
 
-__all__ = ["DECLARATIONS", "LAYERS", "PLOTS", "READINGS", "SERIES", "branch_views", "last_of", "view"]
+__all__ = ["DECLARATIONS", "EXPORTS", "LAYERS", "PLOTS", "READINGS", "SERIES", "branch_views", "last_of", "view"]
 
 SERIES, LAYERS = TypeAdapter(list[Series]), TypeAdapter(list[Layer])
 MEASURES: TypeAdapter[list[MeasurePublic]] = TypeAdapter(list[MeasurePublic])
+EXPORTS: TypeAdapter[list[ExportPublic]] = TypeAdapter(list[ExportPublic])
 PLOTS, READINGS = TypeAdapter(list[Plot]), TypeAdapter(list[Reading])
 DECLARATIONS: TypeAdapter[list[Declaration]] = TypeAdapter(list[Declaration])
 
@@ -46,6 +47,7 @@ def view(
         measures=MEASURES.validate_python(card.measures),
         measured=measured,
         success_measure=card.success_measure,
+        exports=EXPORTS.validate_python(card.exports),
         about=card.about,
         watch=card.watch,
         tracker=active.tracker,

@@ -26,8 +26,8 @@ from pftrack.drawing import (
     Primitive,
     Text,
 )
+from pftrack.model_files.gltf import glb
 from server.viewer import bodies, shapes
-from server.viewer.gltf import glb
 from server.viewer.shapes import Stance
 
 __all__ = ["LAYER_GAP_PX", "Node", "is_empty", "way_to_show"]

@@ -24,6 +24,7 @@ __all__ = [
     "Command",
     "Credit",
     "Event",
+    "Export",
     "Failed",
     "Form",
     "Heartbeat",
@@ -108,6 +109,7 @@ class SessionInfo:
     measures: list[dict[str, Any]] = field(default_factory=list)
     success_measure: str = ""
     worlds: tuple[World, ...] = ()
+    exports: list[dict[str, Any]] = field(default_factory=list)
     about: list[str] = field(default_factory=list)
     watch: str = ""
 
@@ -213,13 +215,20 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True)
+class Export:
+    """Make a file of the current frame; answered with its bytes."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class Credit:
     """One drawing may be sent in this form; no answer."""
 
     form: Form
 
 
-Command: TypeAlias = Transport | Speed | Restart | Change | Branch | Activate | Save | Picture
+Command: TypeAlias = Transport | Speed | Restart | Change | Branch | Activate | Save | Picture | Export
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from typing import Any
 from pftrack.drawing import Drawing
 from pftrack.experiment import Experiment, Preset, Setup
 from pftrack.experiments import find
+from pftrack.export import export_named
 from pftrack.faults import without_faults
 from pftrack.files import free_bytes
 from pftrack.layer import Key
@@ -103,6 +104,10 @@ class RunTree:
             measures=[measure.as_dict() for measure in self.experiment.run_measures],
             success_measure=self._setup.success,
             worlds=self.experiment.worlds,
+            exports=[
+                {"name": one.name, "title": one.title, "suffix": one.suffix, "media_type": one.media_type}
+                for one in self.experiment.exports
+            ],
             about=list(self.experiment.subjects(preset)),
             watch=preset.watch if preset else "",
         )
@@ -214,6 +219,10 @@ class RunTree:
             self._legend[1].update(drawn)
         legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
         return dataclasses.replace(drawing, legend=tuple(legend))
+
+    def export(self, name: str) -> bytes:
+        """Return a file of the frame that is shown, one that the experiment offers."""
+        return export_named(self.experiment.exports, name).make(self.run.current.state)
 
     @property
     def second(self) -> str | None:

@@ -33,6 +33,7 @@ from server.worker.protocol import (
     Change,
     Command,
     Credit,
+    Export,
     Failed,
     Form,
     Heartbeat,
@@ -272,7 +273,7 @@ class Worker:
 
     def _answer(self, request: Request) -> None:
         # A look at the picture interrupts nothing; any other command ends the way to a goal.
-        looks = isinstance(request.command, Picture)
+        looks = isinstance(request.command, Picture | Export)
         if self._way is not None and not looks:
             waiting, self._way = self._way.number, None
             self._reply(waiting)
@@ -286,7 +287,7 @@ class Worker:
         if self._way is None or looks:
             self._reply(request.number, result)
 
-    def _obey(self, command: Command, number: int) -> object:  # noqa: C901 - one case a command
+    def _obey(self, command: Command, number: int) -> object:  # noqa: C901, PLR0912 - one case a command
         match command:
             case Transport(action="play"):
                 self._play()
@@ -316,6 +317,8 @@ class Worker:
                 return {"summary": self._tree.save(Path(path)), "thumbnail": self._picture()}
             case Picture():
                 return self._picture()
+            case Export(name=name):
+                return self._tree.export(name)
         self._changed()
         return None
 

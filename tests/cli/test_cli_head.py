@@ -174,3 +174,33 @@ def test_the_real_clip_from_the_command_line(call: Call) -> None:
     assert said["frames"] == 250
     assert max(said["mean_abs_error_deg"].values()) < 3.0
     assert said["tracked_share"] == 1.0
+
+
+def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> None:
+    """`--export` writes by suffix, several at once; a saved run that is replayed writes the same."""
+    places = [tmp_path / f"face.{suffix}" for suffix in ("obj", "ply", "glb", "json")]
+    wanted = [part for place in places for part in ("--export", place)]
+    values = ("--set", "face_model=growing", "--set", "image_width_px=320")
+    status, _, _ = call("run", "head", "--frames", 4, *values, *wanted, "--out", tmp_path / "run.pft")
+    assert status == 0
+    assert all(place.stat().st_size > 500 for place in places)
+    assert json.loads(places[-1].read_text())["frames"] == 3
+    again = tmp_path / "again.obj"
+    assert call("replay", tmp_path / "run.pft", "--export", again)[0] == 0
+    assert again.read_bytes() == places[0].read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("experiment", "name", "words"),
+    [
+        ("head", "face.stl", "--export of head writes .glb, .obj, .ply, .json, got 'face.stl'"),
+        ("head", "face", "got 'face'"),
+        ("ball", "face.obj", "--export of ball writes nothing"),
+        ("head", "nowhere/face.obj", "there is no folder"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused(call: Call, tmp_path: Path, experiment: str, name: str, words: str) -> None:
+    """Before anything is computed, with the suffixes that there are."""
+    status, _, err = call("run", experiment, "--export", tmp_path / name)
+    assert status != 0
+    assert words in " ".join(err.split())

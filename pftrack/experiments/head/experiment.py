@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.head.exports import EXPORTS
 from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, SHAPE_ERROR, head_measure
 from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.own_face import MASK_OPACITY, MEAN_FACE, UNCERTAINTY, surface_colours
@@ -296,6 +297,7 @@ EXPERIMENT = Experiment(
         Layer("camera"),
     ),
     worlds=(HEAD_WORLD,),
+    exports=EXPORTS,
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,

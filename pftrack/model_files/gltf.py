@@ -1,7 +1,7 @@
-"""A mesh with a colour and an opacity for each vertex, as binary glTF 2.0, which is how viser takes one.
+"""A mesh with a colour and an opacity for each vertex, as binary glTF 2.0.
 
-viser updates a mesh of one colour in place, array by array. One with colours of its own it takes as a file, which
-travels whole whenever something of it changes: about 36 bytes a vertex and 12 a triangle.
+About 36 bytes a vertex and 12 a triangle. The format's unit is the metre, its y axis points up; the viewer of scenes,
+which takes meshes of many colours in this form only, has its own.
 """
 
 import json

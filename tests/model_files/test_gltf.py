@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from server.viewer.gltf import glb
+from pftrack.model_files.gltf import glb
 
 TETRAHEDRON = np.array(((0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4)), dtype=np.float32)
 OUTWARDS = np.array(((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)), dtype=np.uint32)

@@ -1,0 +1,49 @@
+"""`--export`: files of the last frame, of the kinds that the experiment offers."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from pftrack.cli.output import CommandError, wrong_use
+
+if TYPE_CHECKING:
+    from pftrack.experiment import Experiment
+    from pftrack.export import Export
+    from pftrack.runs.run import Run
+
+__all__ = ["ExportOut", "wanted_exports", "write_exports"]
+
+ExportOut: TypeAlias = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--export",
+        metavar="FILE",
+        help="Write a file of the last frame; `show` lists the kinds, told apart by suffix. May be repeated.",
+    ),
+]
+
+
+def wanted_exports(experiment: "Experiment", places: list[Path]) -> "list[tuple[Export, Path]]":
+    """Return what is to be written where, by the suffixes of the files."""
+    from pftrack.export import export_named
+
+    found = []
+    for place in places:
+        if not place.absolute().parent.is_dir():
+            raise CommandError(f"{place} cannot be written: there is no folder {place.absolute().parent}")
+        try:
+            found.append((export_named(experiment.exports, place.suffix.lower().removeprefix(".")), place))
+        except LookupError:
+            known = ", ".join(f".{one.suffix}" for one in experiment.exports) or "nothing"
+            raise wrong_use(f"--export of {experiment.id} writes {known}, got {place.name!r}") from None
+    return found
+
+
+def write_exports(exports: "list[tuple[Export, Path]]", run: "Run") -> None:
+    """Write files of the frame at which a run stands."""
+    for export, place in exports:
+        try:
+            place.write_bytes(export.make(run.current.state))
+        except OSError as error:
+            raise CommandError(f"{place} cannot be written: {error.strerror}") from None

@@ -1,0 +1,61 @@
+"""The face model as files for other programs: the surface of the head as it is assumed, and its eleven points."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import COLOURS
+from pftrack.experiments.head.own_face import surface_colours
+from pftrack.experiments.head.sketch import front
+from pftrack.export import Export
+from pftrack.model_files.points import as_json
+from pftrack.model_files.surface import Surface, as_glb, as_obj, as_ply, upright
+from pftrack.trackers.head.memory import HeadMemory
+from pftrack.trackers.pose.state import PoseState
+
+__all__ = ["EXPORTS"]
+
+FRAME = "origin midway between the eyes, x to the person's left, y down, z away from the camera"
+
+
+def surface_of(state: PoseState) -> Surface:
+    """Return the front of the head of the model that is assumed, coloured by how sure it is where it grows."""
+    memory: HeadMemory = state.memory
+    shape = front(memory.model)
+    return Surface(
+        "face model of pftrack",
+        upright(shape.vertices_mm),
+        shape.triangles[:, ::-1].copy(),
+        _colours(memory, len(shape.vertices_mm)),
+    )
+
+
+def points_of(state: PoseState) -> bytes:
+    """Return the points of the model as JSON, with standard deviations and what it was learned from, where it grows."""
+    memory: HeadMemory = state.memory
+    growth = memory.growth
+    model = memory.model
+    if growth is None:
+        return as_json(model.names, model.points_mm, frame=FRAME)
+    spread = np.sqrt(growth.covariances.diagonal(axis1=1, axis2=2))
+    return as_json(
+        model.names,
+        growth.shape,
+        frame=FRAME,
+        standard_deviations=dict(zip(model.names, np.round(spread, 4).tolist(), strict=True)),
+        own_share=round(growth.weight, 4),
+        frames=growth.own.frames,
+    )
+
+
+def _colours(memory: HeadMemory, count: int) -> NDArray[np.uint8]:
+    if memory.growth is not None:
+        return surface_colours(memory.growth, memory.model)
+    return np.tile(np.array(COLOURS["estimate"], np.uint8), (count, 1))
+
+
+EXPORTS = (
+    Export("face-glb", "Face model, glTF", "glb", "model/gltf-binary", lambda state: as_glb(surface_of(state))),
+    Export("face-obj", "Face model, OBJ", "obj", "model/obj", lambda state: as_obj(surface_of(state))),
+    Export("face-ply", "Face model, PLY", "ply", "model/ply", lambda state: as_ply(surface_of(state))),
+    Export("face-json", "Points of the face model, JSON", "json", "application/json", points_of),
+)

@@ -1,0 +1,43 @@
+"""Exports: files that an experiment offers of what is believed in a frame, declared as data.
+
+A run is saved, and its series come as columns, without anybody's help. What a belief has beyond that and is worth
+taking to another program, such as the model of a head, its experiment declares; commands and pages list what there is.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["Export", "export_named"]
+
+
+@dataclass(frozen=True, slots=True)
+class Export:
+    """A file that can be made of a frame.
+
+    Attributes:
+        name: Name in commands and addresses.
+        title: What it is, a few words.
+        suffix: Of the file's name, without the dot; no other export of the experiment has it.
+        media_type: Of the file.
+        make: (the tracker's state) -> the file.
+    """
+
+    name: str
+    title: str
+    suffix: str
+    media_type: str
+    make: Callable[[Any], bytes]
+
+
+def export_named(exports: Iterable[Export], name: str) -> Export:
+    """Return the export of a name, or with a suffix.
+
+    Raises:
+        LookupError: There is none.
+    """
+    found = [one for one in exports if name in {one.name, one.suffix}]
+    if not found:
+        known = ", ".join(one.name for one in exports) or "none"
+        raise LookupError(f"there is no export {name!r}; there are {known}")
+    return found[0]
