@@ -49,12 +49,15 @@ export class TargetForm {
    */
   constructor(root, upload, experiments, cancel) {
     this.#upload = upload;
-    this.#able = experiments.filter((experiment) => experiment.accepts_video);
+    this.#able = experiments.filter(({ footage }) => footage.includes(upload.kind));
     this.#experiment = h("select", { id: "target-experiment" }, this.#able.map(({ id, title }) => h("option", { value: id }, title)));
     this.#start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
     fill(root, this.#form(cancel));
     this.#listen();
-    if (this.#able.length === 0) return;
+    if (this.#able.length === 0) {
+      fill(this.#stage, h("p", { class: "wrong", role: "alert" }, "There is no experiment for a recording of this kind."));
+      return;
+    }
     this.#choose(this.#able.find(({ finds }) => finds === null) ?? this.#able[0]);
     this.#target?.focus();
     this.#propose();
@@ -113,7 +116,8 @@ export class TargetForm {
 
   /** @param {() => void} cancel */
   #form(cancel) {
-    const { name, frames, width, height, frame_rate_hz: rate, warnings } = this.#upload;
+    const { name, kind, frames, width, height, frame_rate_hz: rate, warnings } = this.#upload;
+    const pictures = ` of ${width} × ${height} px at ${Number(rate.toPrecision(4))} Hz`;
     return h(
       "form",
       { class: "target", on: { submit: (/** @type {Event} */ event) => this.#submit(event) } },
@@ -121,7 +125,7 @@ export class TargetForm {
         "header",
         {},
         h("h2", {}, "What shall be followed?"),
-        h("p", { class: "hint" }, `${name}, ${count(frames, "frame")} of ${width} × ${height} px at ${Number(rate.toPrecision(4))} Hz`),
+        h("p", { class: "hint" }, `${name}, ${count(frames, "frame")}${kind === "tracks" ? " of tracks" : pictures}`),
         warnings.map((warning) => h("p", { class: "note" }, warning)),
       ),
       this.#stage,
@@ -163,10 +167,14 @@ export class TargetForm {
     target.show(Number(this.#start.value));
     target.find();
     this.#check();
-    new TruthField(this.#truth, this.#upload, experiment, (isBusy) => {
-      this.#isBusy = isBusy;
-      this.#check();
-    });
+    fill(this.#truth);
+    this.#isBusy = false;
+    if (experiment.truth_columns.length > 0) {
+      new TruthField(this.#truth, this.#upload, experiment, (isBusy) => {
+        this.#isBusy = isBusy;
+        this.#check();
+      });
+    }
     return target;
   }
 

@@ -1,4 +1,4 @@
-/** The drop zone: takes a video, a set of pictures or a saved run, and shows how far the upload is. */
+/** The drop zone: takes a video, a set of pictures, a table of tracks or a saved run, and shows how far the upload is. */
 
 import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
@@ -24,7 +24,7 @@ const PLACE_MS = 1000;
 export class DropZone {
   #on;
   #zone = h("div", { class: "drop" });
-  #picker = h("input", { type: "file", multiple: true, class: "visually-hidden", id: "file-picker", accept: "video/*,image/*,.pft" });
+  #picker = h("input", { type: "file", multiple: true, class: "visually-hidden", id: "file-picker", accept: "video/*,image/*,.csv,text/csv,.pft" });
   /** Whether files are on their way, which others would push out of sight. */
   #isBusy = false;
   /** How many elements deep within the page something is dragged. */
@@ -72,7 +72,7 @@ export class DropZone {
       this.#picker,
       icon("film"),
       h("p", { class: "drop-words" }, h("strong", {}, "Drop a video here"), " or ", h("label", { for: "file-picker", class: "link" }, "choose a file")),
-      h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures, or a saved run (.pft)"),
+      h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures, a table of tracks (.csv), or a saved run (.pft)"),
     );
   }
 

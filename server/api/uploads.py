@@ -1,4 +1,4 @@
-"""Uploads: videos, GIFs and sets of pictures, taken in only after every frame of them was decoded once."""
+"""Uploads: videos, GIFs, sets of pictures and tables of tracks, taken in only after every frame was decoded once."""
 
 import asyncio
 import json
@@ -99,7 +99,7 @@ MULTIPART = {
 async def add_upload(
     request: Request, store: AStore, settings: SettingsNow, services: TheServices, ticket: Ticket = None
 ) -> UploadPublic:
-    """Take in a video, an animated GIF, or several pictures that make a sequence."""
+    """Take in a video, an animated GIF, several pictures that make a sequence, or a table of tracks."""
     announced = request.headers.get("content-length", "")
     wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdigit() else 0
     await asyncio.to_thread(check_room, store, settings, wanted_bytes)
@@ -174,6 +174,7 @@ async def find_target(
     looked: Number = 0,
 ) -> SightingPublic:
     """Look for an experiment's target from a frame on, or by a hint there; ask again with `looked` to go on looking."""
+    experiment.check_footage(upload.kind)
     question = Question(experiment.id, frame, last, looked, hint)
     where = str(store.files.upload(upload.id))
     index = await asyncio.to_thread(index_of, store, settings, upload.id)
@@ -190,6 +191,7 @@ async def weigh(
     tasks: TheTasks,
 ) -> SuitabilityPublic:
     """Tell whether the trackers of an experiment can follow a target, before it is tracked."""
+    experiment.check_footage(upload.kind)
     return await services.suitabilities.of(tasks, upload.id, experiment, frame, mark)
 
 

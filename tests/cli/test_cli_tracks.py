@@ -3,24 +3,17 @@
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from pftrack.experiments import find
-from pftrack.runs.run import Run
-from pftrack.sources.tracks.table import written
 from tests.cli.commands import Call, refused
+from tests.tracks import table
 
 
 @pytest.fixture(scope="module")
 def tracks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A table of the first frames of the simulated prism."""
-    experiment = find("structure")
-    measured = [step.frame.measurements for step in Run(experiment, experiment.simulate(), tracker="svd", frames=26)]
-    points = np.array([one.points_px for one in measured if one is not None])
-    sd = np.array([one.sd_px for one in measured if one is not None])
     path = tmp_path_factory.mktemp("tracks") / "prism.csv"
-    path.write_text(written([f"p{n}" for n in range(14)], points, np.repeat(sd[..., None] ** 2, 2, axis=2)))
+    path.write_text(table())
     return path
 
 

@@ -1,4 +1,4 @@
-/** A target that a person has to mark, in one of the ways that the experiment takes. */
+/** A target that a person has to mark, in one of the ways that the experiment takes; or all of a recording, unmarked. */
 
 import { api } from "../../shared/api.js";
 import { fill, h } from "../../shared/dom.js";
@@ -23,6 +23,8 @@ export class MarkedTarget {
   #frame = 0;
   /** @type {import("./mark_editor.js").MarkEditor|null} */
   #editor = null;
+  /** What is shown where nothing is to be marked. */
+  #picture = h("img", { class: "target-picture", alt: "The frame to begin with" });
 
   /**
    * @param {HTMLElement} root
@@ -50,7 +52,9 @@ export class MarkedTarget {
    */
   show(frame) {
     this.#frame = frame;
-    this.#editor?.show(api.pictureAddress(this.#upload.id, frame), this.#upload.width, this.#upload.height);
+    const address = api.pictureAddress(this.#upload.id, frame);
+    if (this.#editor === null) this.#picture.src = address;
+    else this.#editor.show(address, this.#upload.width, this.#upload.height);
   }
 
   /** Nothing is found by itself. */
@@ -82,8 +86,8 @@ export class MarkedTarget {
     const { marks, target } = this.#experiment;
     const description = marks.find((each) => each.kind === kind);
     if (description === undefined) {
-      const address = api.pictureAddress(this.#upload.id, 0);
-      fill(this.#root, h("img", { class: "target-picture", src: address, alt: "The first frame" }));
+      [this.#picture.width, this.#picture.height] = [this.#upload.width, this.#upload.height];
+      fill(this.#root, h("p", { class: "hint" }, this.#experiment.advice), this.#picture);
       return;
     }
     this.#editor = markEditor(description, target, this.#on.changed);

@@ -324,6 +324,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     on_video=on_video,
     footage=("tracks",),
+    advice="All points of the table are followed; nothing needs to be marked.",
     truth=None,
     draw=draw,
     error=shape_errors,
