@@ -120,6 +120,7 @@ METHODS: dict[str, Callable[[Clip], Follow]] = {
     "PF-ASD, 11 x 50": lambda clip: tracked(clip, "pf-asd"),
     "PF-ASD, 11 x 200": lambda clip: tracked(clip, "pf-asd", sample_count=200),
     "PF-ASD, 11 x 50, pinhole": lambda clip: tracked(clip, "pf-asd", upper_layer="perspective"),
+    "PF-ASD, 11 x 50, face that grows": lambda clip: tracked(clip, "pf-asd", face_model="growing"),
     "alpha = 1, 11 x 50": lambda clip: tracked(clip, "alpha-1"),
     "alpha = 0, 11 x 50": lambda clip: tracked(clip, "alpha-0"),
     "OpenCV, Lucas-Kanade and solvePnP": flow,

@@ -69,7 +69,7 @@ def test_the_tracker_uses_what_it_has_learned(grown: Run, state: PoseState) -> N
     grown.finish()
     published = before.memory.growth.shape
     assert np.abs(published - MEAN).max() > 1.0
-    assert np.abs(state.solid.points_mm - published).max() < 0.02
+    assert np.abs(state.solid.points_mm - published).max() < 0.2
     assert np.array_equal(state.memory.model.points_mm, state.solid.points_mm)
 
 

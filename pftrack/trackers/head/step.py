@@ -58,8 +58,8 @@ DEPTH_DOUBT = {"mean": 0.5, "personal": 0.3, "growing": 0.5}
 MISFIT_SHARE = 0.8
 """This and the above were chosen on eight simulated people, 200 to 207, by how often their bands held the truth."""
 
-LEAST_CHANGE_MM = 0.02
-"""A growing face makes another solid only when a coordinate of it has changed by this."""
+LEAST_CHANGE_MM = 0.2
+"""A growing face makes another solid only when a coordinate of it has changed by this: less is seen by no template."""
 
 FIT_ROUNDS = 12
 FIT_NOISE = np.array([0.2, 0.2, 0.2, 200.0, 200.0, 400.0])
