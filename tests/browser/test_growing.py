@@ -1,0 +1,81 @@
+"""A face model that grows, as a person sees it: the mean head becomes the driver's, and can be taken away as a file."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pftrack.experiments.head.sketch import front
+from pftrack.geometry.face_model import mean_model
+from tests.browser.host import Server
+from tests.browser.views import SessionPage
+
+VALUES = {"face_model": "growing", "person": 102, "image_width_px": 320, "feature_noise_px": 3}
+
+# The vertices of the head's model in its own world, as the scene has them, and how many colours they have.
+SURFACE = """(() => {
+    let found = null;
+    window.__viserMutable?.nodeRefFromName['/world head: surface']?.traverse((item) => {
+        if (!item.isMesh) return;
+        const { position, color } = item.geometry.attributes;
+        const colours = new Set();
+        for (let i = 0; color && i < color.count; i += 1) colours.add([color.getX(i), color.getY(i)].join());
+        found = { places: [...position.array], colours: colours.size };
+    });
+    return found;
+})()"""
+
+
+def surface(view: SessionPage) -> dict[str, Any] | None:
+    found: dict[str, Any] | None = view.in_scene(SURFACE, otherwise=None)
+    return found
+
+
+@pytest.mark.scene
+def test_the_mean_head_becomes_the_drivers(watch: Callable[..., SessionPage], server: Server) -> None:
+    """The mesh in the scene begins as the mean face, changes with the frames, and its error falls on the page."""
+    view = watch(experiment="head", parameters=VALUES, frames=50, seed=1)
+    view.until(lambda: surface(view) is not None, "the model is in the scene")
+    first = surface(view)
+    assert first is not None
+    assert len(first["places"]) == 3 * len(front(mean_model()).vertices_mm)
+    server.seek(view.id, 40)
+    view.stands_at(40)
+    view.until(lambda: (surface(view) or first)["places"] != first["places"], "the model looks otherwise")
+    view.until(lambda: (surface(view) or first)["colours"] > 20, "it is coloured by how sure it is")
+    name = f"shape_error {view.session['branch']}"
+    view.page.locator("[data-plot=shape_error]").scroll_into_view_if_needed()
+    view.until(lambda: len((view.glyph(name) or {}).get("value", [])) > 40, "the error is plotted")
+    glyph = view.glyph(name)
+    assert glyph is not None
+    assert glyph["value"][40] < 0.85 * glyph["value"][0]
+
+
+def test_the_model_is_taken_away_as_a_file(unchosen: Any, server: Server, tmp_path: Path) -> None:
+    """Export lists what the head offers; a click brings a file that another program reads."""
+    trimesh = pytest.importorskip("trimesh")
+    session = server.start_session(experiment="head", parameters=VALUES, frames=10)
+    unchosen.goto(session["page"])
+    view = SessionPage(unchosen, server).ready()
+    unchosen.click("[aria-label=Export]")
+    assert unchosen.locator(".menu [data-export]").count() == len(session["exports"])
+    with unchosen.expect_download() as waiting:
+        unchosen.click("[data-export=face-obj]")
+    place = tmp_path / waiting.value.suggested_filename
+    waiting.value.save_as(place)
+    assert place.name == "face-obj-0.obj"
+    read = trimesh.load(place, process=False, force="mesh")
+    assert read.vertices.shape == front(mean_model()).vertices_mm.shape
+    nose = mean_model()["nose"] * (1, -1, -1)
+    assert np.linalg.norm(read.vertices - nose, axis=1).min() < 12
+    assert view.position == 0
+
+
+def test_what_offers_no_files_has_no_button(unchosen: Any, server: Server) -> None:
+    """The ball has no exports, and no button for them."""
+    session = server.start_session()
+    unchosen.goto(session["page"])
+    SessionPage(unchosen, server).ready()
+    assert not unchosen.locator("[aria-label=Export]").is_visible()
