@@ -7,11 +7,10 @@ import pytest
 from tests.browser.host import Server
 from tests.browser.views import BALL, SessionPage
 
-pytestmark = pytest.mark.scene
-
 Watch = Callable[..., SessionPage]
 
 
+@pytest.mark.scene
 def test_the_page_shows_ball_particles_and_plots(watch: Watch) -> None:
     """After a few steps the scene holds the ball and the particles, and each plot a line."""
     shown = watch()
@@ -27,6 +26,7 @@ def test_the_page_shows_ball_particles_and_plots(watch: Watch) -> None:
     )
 
 
+@pytest.mark.scene
 def test_sliders_of_the_panel_change_what_the_scene_shows(watch: Watch) -> None:
     """Moving the occluder's slider widens it in the next picture; the number of particles follows its own."""
     shown = watch()
@@ -46,10 +46,7 @@ def test_sliders_of_the_panel_change_what_the_scene_shows(watch: Watch) -> None:
 def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, server: Server) -> None:
     """Few particles and a wide pillar lose the ball; from before the loss another tracker keeps it."""
     shown = watch(tracker="condensation")
-    shown.slide("Occluder width (px)", 20)
-    server.patch(f"sessions/{shown.id}/parameters", {"occlusion_width_px": 60})
-    shown.type_number("Particles", 150)
-    shown.until(lambda: shown.session["parameters"]["sample_count"] == 150, "150 particles are in force")
+    server.patch(f"sessions/{shown.id}/parameters", {"occlusion_width_px": 60, "sample_count": 150})
 
     shown.play_to_the_end()
     shown.until(lambda: shown.verdict.startswith("lost since"), "the page says that the ball is lost")
@@ -77,6 +74,7 @@ def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, se
     assert shown.lines[f"error {first}"] == 90
 
 
+@pytest.mark.scene
 def test_a_change_in_the_past_makes_a_branch(watch: Watch, server: Server) -> None:
     """The past is the past: a parameter changed there counts from there on, under a new name and colour."""
     shown = watch()

@@ -59,57 +59,46 @@ def own_server(tmp_path: Path) -> Any:
 
 
 def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) -> None:
-    """While the server is away a thin bar says so; afterwards the session is where it was, without a reload."""
+    """While the server is away a thin bar says so; afterwards the session is where it was, without a reload.
+
+    So it is in the scene and in a flat view, whose canvas keeps its picture in the meantime.
+    """
     session = own_server.start_session()
     own_server.seek(session["id"], 20)
     context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=own_server.url)
-    page = context.new_page()
-    page.set_default_timeout(60_000)
+    context.set_default_timeout(60_000)
+    page, other = context.new_page(), context.new_page()
     page.goto(f"{session['page']}?view=scene")
     shown = SessionPage(page, own_server).ready()
     shown.stands_at(20)
+    other.goto(f"{session['page']}?view=flat")
+    flat = SessionPage(other, own_server)
+    painted = "document.querySelector('.flat-canvas')?.dataset.frame"
+    flat.until(lambda: other.evaluate(painted) == "20", "the frame is painted")
     errors = own_server.column(shown.id, "error")
-    page.evaluate("window.notReloaded = true")
+    for each in (page, other):
+        each.evaluate("window.notReloaded = true")
 
     own_server.stop()
-    page.locator(".bar-lost").wait_for()
-    shown.until(lambda: page.locator(".play").is_disabled(), "the play button cannot be pressed")
+    for each in (page, other):
+        each.locator(".bar-lost").wait_for()
+        shown.until(each.locator(".play").is_disabled, "the play button cannot be pressed")
+    assert other.evaluate(painted) == "20"
     own_server.start()
-    page.locator(".bar-lost").wait_for(state="hidden")
+    for each in (page, other):
+        each.locator(".bar-lost").wait_for(state="hidden")
     shown.until(lambda: shown.session["state"] in {"ready", "ended", "suspended"}, "the session is known again")
     if page.locator(".notice button").is_visible():
         page.locator(".notice button").click()
-    shown.until(lambda: page.locator(".play").is_enabled(), "the play button can be pressed")
+    for each in (page, other):
+        shown.until(each.locator(".play").is_enabled, "the play button can be pressed")
     shown.stands_at(20)
     shown.until(lambda: shown.in_scene(PARTICLES, 0) > 0, "the scene is back")
-    shown.press("ArrowRight")
+    flat.press("ArrowRight")
     shown.stands_at(21)
+    flat.until(lambda: other.evaluate(painted) == "21", "the next frame is painted")
     assert own_server.column(shown.id, "error")[:21] == errors
-    assert page.evaluate("window.notReloaded")
-    context.close()
-
-
-def test_a_flat_view_finds_a_restarted_server(own_server: Server, chromium: Any) -> None:
-    """The canvas keeps its picture while the server is away, and goes on with the run afterwards, without a reload."""
-    session = own_server.start_session()
-    own_server.seek(session["id"], 20)
-    context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=own_server.url)
-    page = context.new_page()
-    page.set_default_timeout(60_000)
-    page.goto(f"{session['page']}?view=flat")
-    shown = SessionPage(page, own_server)
-    painted = "document.querySelector('.flat-canvas')?.dataset.frame"
-    shown.until(lambda: page.evaluate(painted) == "20", "the frame is painted")
-    page.evaluate("window.notReloaded = true")
-    own_server.stop()
-    page.locator(".bar-lost").wait_for()
-    assert page.evaluate(painted) == "20"
-    own_server.start()
-    page.locator(".bar-lost").wait_for(state="hidden")
-    shown.until(lambda: page.locator(".play").is_enabled(), "the play button can be pressed")
-    shown.press("ArrowRight")
-    shown.until(lambda: page.evaluate(painted) == "21", "the next frame is painted")
-    assert page.evaluate("window.notReloaded")
+    assert all(each.evaluate("window.notReloaded") for each in (page, other))
     context.close()
 
 
