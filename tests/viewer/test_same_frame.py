@@ -25,7 +25,7 @@ BITS = 8
 PITCH, RADIUS = 38, 12
 UPPER, LOWER = 70, 170
 RATE_HZ = 30.0
-SHOTS = 40
+SHOTS = 20
 
 CORNERS = """(() => {
     const { camera, nodeRefFromName } = window.__viserMutable ?? {};
