@@ -105,11 +105,15 @@ def nothing() -> bool:
 
 
 def draw_experiment(experiment_id: str) -> bytes:
-    """Return the PNG of a frame from the middle of an experiment's own simulated run, by its first preset."""
+    """Return the PNG of a frame from the middle of an experiment's own simulated run, by its first preset if any."""
     experiment = find(experiment_id)
-    preset = experiment.presets[0]
-    timeline = (Change(0, preset.parameters),)
-    run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+    setup = experiment.simulate()
+    if experiment.presets:
+        preset = experiment.presets[0]
+        timeline = (Change(0, preset.parameters),)
+        run = Run(experiment, setup, tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+    else:
+        run = Run(experiment, setup)
     run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
     drawing = experiment.draw(run.current, run.diagnostics)
     scale = THUMBNAIL_WIDTH_PX / drawing.width

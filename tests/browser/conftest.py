@@ -9,6 +9,7 @@ import pytest
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 from tests.conftest import CHROMIUM
+from tests.installing import ROOT, install, install_project
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -29,6 +30,18 @@ def _compiled(compiled: None) -> None:
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     server = Server(tmp_path_factory.mktemp("served"))
+    yield server
+    server.stop()
+
+
+@pytest.fixture(scope="session")
+def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server beside which packages are installed: the example's, one with rare series, and one that is broken."""
+    place = tmp_path_factory.mktemp("installed")
+    install_project(place, ROOT / "examples" / "own_experiment")
+    install(place, "bank", (Path(__file__).parent / "bank.py").read_text(), "bank = bank:EXPERIMENT")
+    install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
+    server = Server(tmp_path_factory.mktemp("served"), installed=place)
     yield server
     server.stop()
 

@@ -1,6 +1,5 @@
 """An experiment from another package does on the pages whatever the project's own do."""
 
-from collections.abc import Iterator
 from io import BytesIO
 from typing import Any
 
@@ -10,7 +9,6 @@ import pytest
 
 from tests.browser.host import Server
 from tests.browser.views import PAINTED, Gallery, SessionPage, View
-from tests.installing import ROOT, install, install_project
 
 NAME = "turning"
 SIZE = (160, 120)
@@ -25,15 +23,10 @@ VERTICES = """(() => {
 })()"""
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+@pytest.fixture
+def server(beside_others: Server) -> Server:
     """A server beside which the example is installed, and a package that is broken."""
-    place = tmp_path_factory.mktemp("installed")
-    install_project(place, ROOT / "examples" / "own_experiment")
-    install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
-    server = Server(tmp_path_factory.mktemp("served"), installed=place)
-    yield server
-    server.stop()
+    return beside_others
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +66,9 @@ def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: 
     card = gallery.card(NAME)
     card.wait_for()
     assert "A turn out of sight" in card.inner_text()
-    picture = card.locator("img")
-    gallery.until(lambda: picture.evaluate("(image) => image.naturalWidth") > 0, "its picture is there")
+    for picture in (card.locator("img"), gallery.card("bank").locator("img")):  # by a preset, and without one
+        picture.scroll_into_view_if_needed()
+        gallery.until(lambda it=picture: it.evaluate("(image) => image.naturalWidth") > 0, "its picture is there")
     said = "The experiment broken of a-broken-one 1.0 cannot be used: importing it raises RuntimeError."
     gallery.until(lambda: said in page.inner_text("[data-part=plugins]"), "the broken one is told of")
     assert "in vain" not in page.inner_text("body")

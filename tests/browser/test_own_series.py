@@ -3,8 +3,6 @@
 Hypotheses and intervals are drawn, and nothing that a method does not have.
 """
 
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,19 +10,14 @@ import pytest
 
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
-from tests.installing import install
 
 FAINTEST = 0.06
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+@pytest.fixture
+def server(beside_others: Server) -> Server:
     """A server beside which a package with an experiment of its own is installed."""
-    place = tmp_path_factory.mktemp("installed")
-    install(place, "bank", (Path(__file__).parent / "bank.py").read_text(), "bank = bank:EXPERIMENT")
-    server = Server(tmp_path_factory.mktemp("served"), installed=place)
-    yield server
-    server.stop()
+    return beside_others
 
 
 def opened(page: Any, server: Server, **wish: Any) -> SessionPage:

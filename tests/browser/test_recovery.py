@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from tests.browser.host import Server
+from tests.browser.host import Server, until
+from tests.browser.test_sweep import SMALL, SweepPage
 from tests.browser.views import PARTICLES, Gallery, SessionPage
 
 Watch = Callable[..., SessionPage]
@@ -61,13 +62,19 @@ def own_server(tmp_path: Path) -> Any:
 def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) -> None:
     """While the server is away a thin bar says so; afterwards the session is where it was, without a reload.
 
-    So it is in the scene and in a flat view, whose canvas keeps its picture in the meantime.
+    So it is in the scene and in a flat view, whose canvas keeps its picture in the meantime, and so do maps of a sweep.
     """
+    sweep = own_server.post("sweeps", SMALL)
+    until(lambda: own_server.get(f"sweeps/{sweep['id']}")["state"] == "done", "the sweep is complete")
     session = own_server.start_session()
     own_server.seek(session["id"], 20)
     context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=own_server.url)
     context.set_default_timeout(60_000)
-    page, other = context.new_page(), context.new_page()
+    page, other, third = context.new_page(), context.new_page(), context.new_page()
+    third.goto(sweep["page"])
+    maps = SweepPage(third)
+    maps.until(lambda: third.locator(".map").count() == 2, "the maps are there")
+    maps.complete()
     page.goto(f"{session['page']}?view=scene")
     shown = SessionPage(page, own_server).ready()
     shown.stands_at(20)
@@ -76,7 +83,7 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
     painted = "document.querySelector('.flat-canvas')?.dataset.frame"
     flat.until(lambda: other.evaluate(painted) == "20", "the frame is painted")
     errors = own_server.column(shown.id, "error")
-    for each in (page, other):
+    for each in (page, other, third):
         each.evaluate("window.notReloaded = true")
 
     own_server.stop()
@@ -84,7 +91,11 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
         each.locator(".bar-lost").wait_for()
         shown.until(each.locator(".play").is_disabled, "the play button cannot be pressed")
     assert other.evaluate(painted) == "20"
+    maps.until(third.locator("[data-part=disconnected]").is_visible, "the page says that it reconnects")
+    assert third.locator(".map").count() == 2
     own_server.start()
+    maps.until(third.locator("[data-part=disconnected]").is_hidden, "the page is connected again")
+    assert maps.words.startswith("Complete")
     for each in (page, other):
         each.locator(".bar-lost").wait_for(state="hidden")
     shown.until(lambda: shown.session["state"] in {"ready", "ended", "suspended"}, "the session is known again")
@@ -98,7 +109,7 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
     shown.stands_at(21)
     flat.until(lambda: other.evaluate(painted) == "21", "the next frame is painted")
     assert own_server.column(shown.id, "error")[:21] == errors
-    assert all(each.evaluate("window.notReloaded") for each in (page, other))
+    assert all(each.evaluate("window.notReloaded") for each in (page, other, third))
     context.close()
 
 

@@ -252,17 +252,6 @@ def test_cancel_resume_delete(page: Any, server: Server, complaints: Complaints)
     assert begun["id"] not in [item["id"] for item in server.get("sweeps")]
 
 
-def test_a_lost_connection(sweep: SweepPage, page: Any, server: Server, complaints: Complaints) -> None:
-    """While the server is away the maps stay and a line says so; when it is back they go on."""
-    complaints.expected = ("ERR_CONNECTION_REFUSED", "WebSocket")
-    server.stop()
-    sweep.until(page.locator("[data-part=disconnected]").is_visible, "the page says that it reconnects")
-    assert page.locator(".map").count() == 2
-    server.start()
-    sweep.until(page.locator("[data-part=disconnected]").is_hidden, "the page is connected again")
-    assert sweep.words.startswith("Complete")
-
-
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_fits(sweep: SweepPage, page: Any, scheme: str) -> None:
     """On a wide screen, a narrow one and a phone, light and dark, nothing hangs out at the side."""
