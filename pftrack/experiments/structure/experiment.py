@@ -105,7 +105,7 @@ def _remarks(state: StructureState, row: Diagnostics) -> list[str]:
     said = [f"{never} never seen"] if never else []
     if state.belief.strength <= DEPTH_SEEN or not state.placed.known:
         said.append("depth not seen yet")
-    elif row.number("mirrored"):
+    elif row.number("mirrored") == 1.0:
         said.append("mirror image")
     return said
 
@@ -212,7 +212,7 @@ EXPERIMENT = Experiment(
     presets=(
         Preset(
             "works",
-            "works: prism of 14 points",
+            "works",
             "growing",
             about=("seen_noise_px", "unseen_noise_px", "sideways_deg", "upwards_deg"),
             watch=(
@@ -222,7 +222,7 @@ EXPERIMENT = Experiment(
         ),
         Preset(
             "person",
-            "works: from the mean face to this one",
+            "works: a face",
             "growing",
             {"tracked_body": "face", "swing_deg": 30},
             about=("body_seed", "seen_noise_px", "frozen"),
@@ -233,7 +233,7 @@ EXPERIMENT = Experiment(
         ),
         Preset(
             "svd",
-            "worse: hidden points count in full",
+            "worse: singular values",
             "svd",
             about=("unseen_noise_px", "unseen_missing"),
             watch=(
@@ -243,12 +243,12 @@ EXPERIMENT = Experiment(
         ),
         Preset(
             "online",
-            "worse: a window and forgetting",
+            "worse: a window",
             "online",
             about=("window_frames", "kept_share"),
             watch=(
                 "Watch the error after frame 90: the window forgets the side that turns away, and the shape is found "
-                "and lost again. By information, the next method, forgets less."
+                "and lost again."
             ),
         ),
         Preset(
@@ -264,7 +264,7 @@ EXPERIMENT = Experiment(
         ),
         Preset(
             "flat",
-            "works: all points in one plane",
+            "works: a plane",
             "growing",
             {"tracked_body": "plate"},
             about=("body_points", "seen_noise_px"),
@@ -272,7 +272,7 @@ EXPERIMENT = Experiment(
         ),
         Preset(
             "mirror",
-            "breaks: mirrored depth",
+            "breaks: mirrored",
             "informed",
             {"camera_distance": 300, "tracked_body": "face", "swing_deg": 30},
             about=("seen_noise_px",),
@@ -283,7 +283,7 @@ EXPERIMENT = Experiment(
         ),
         Preset(
             "burst",
-            "breaks: half of it covered",
+            "breaks: covered",
             "svd",
             {"burst_frames": 60, "unseen_noise_px": 2},
             about=("missing_share",),
@@ -294,7 +294,7 @@ EXPERIMENT = Experiment(
         ),
         Preset(
             "slips",
-            "breaks: silently wrong",
+            "breaks: wrong tracks",
             "growing",
             {"slip_share": 0.15},
             about=("trust_px",),
@@ -313,6 +313,7 @@ EXPERIMENT = Experiment(
         Layer("points", legend=(Key("hidden", "hidden, where the shape has it"),)),
         Layer("shape", legend=(Key("estimate", "estimate"),)),
         Layer("surface"),
+        Layer("names"),
         Layer("uncertainty"),
         Layer("truth", legend=(Key("truth", "truth"),)),
         Layer("camera", legend=(Key("camera", "from where it is seen"),)),

@@ -7,7 +7,7 @@ round is to be seen as that. The camera goes round the body, which is at rest.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Arrows, Ellipsoids, Links, Mesh, Points, Primitive, WorldDrawing
+from pftrack.drawing import COLOURS, Arrows, Ellipsoids, Links, Mesh, Points, Primitive, Text, WorldDrawing
 from pftrack.experiments.structure.truth import laid_on, true_shape
 from pftrack.frame import Target
 from pftrack.trackers.structure.state import StructureState
@@ -18,6 +18,7 @@ __all__ = ["SHAPE_WORLD", "shape_world"]
 RADIUS = 2.4
 CAMERA_AT, CAMERA_TO = 2.3, 1.9
 POINT = 0.07
+FLOOR, NAME_AT, MOST_NAMES = 1.5, 1.12, 40
 SURE, UNSURE = 0.05, 0.5
 """Standard deviations of a point, in sizes of the body, between which the surface fades."""
 MOST_OPAQUE = 0.45
@@ -75,6 +76,8 @@ def shape_world(
         0.25,
         "uncertainty",
     )
+    if not len(body.edges):
+        drawn |= _scattered(points, near, body.names)
     if second is not None:
         other = laid_on(second, points)(second)
         drawn["second edges"] = Links(_segments(other, body.edges), COLOURS["second"], 1.5, "second run")
@@ -84,6 +87,19 @@ def shape_world(
     ends = np.outer((CAMERA_AT, CAMERA_TO), way)[None].astype(np.float32)
     drawn["camera"] = Arrows(ends, COLOURS["camera"], 2.0, "camera")
     return WorldDrawing(SHAPE_WORLD, drawn)
+
+
+def _scattered(points: NDArray[np.float64], near: NDArray[np.bool_], names: tuple[str, ...]) -> dict[str, Primitive]:
+    """Draw what gives depth to points with nothing between them: stems down to a floor, and their names."""
+    feet = points * np.array([1.0, 0.0, 1.0]) + np.array([0.0, FLOOR, 0.0])
+    inside = near & (np.linalg.norm(feet, axis=1) < RADIUS)
+    stems = np.stack([points, feet], axis=1)[inside].astype(np.float32)
+    drawn: dict[str, Primitive] = {"stems": Links(stems, COLOURS["hidden"], 0.5, "shape")}
+    for number in np.flatnonzero(near)[:MOST_NAMES]:
+        place = points[number].astype(np.float32) * np.float32(NAME_AT)
+        if np.linalg.norm(place) < RADIUS:
+            drawn[f"name {names[number]}"] = Text(place, names[number], COLOURS["camera"], "names", anchor="middle")
+    return drawn
 
 
 def _segments(points: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[np.float32]:

@@ -89,6 +89,10 @@ export class ErrorPlot extends CurvePlot {
 
 /** One number a frame, which may lie far from 0. */
 export class ValuePlot extends CurvePlot {
+  get needs() {
+    return this.declared.series;
+  }
+
   /** @returns {Record<string, Curve>} */
   values() {
     return { value: (row) => valueOf(row, this.declared.series[0]) };
