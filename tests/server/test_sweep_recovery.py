@@ -158,10 +158,11 @@ def test_resumed_by_two_at_once(start_server: Any) -> None:
     with start_server(sweep_jobs=1) as (server, client):
         sweep = begin_sweep(client, **LONG)
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+        kept = show(client, sweep["id"])["done"]
         with ThreadPoolExecutor(4) as pool:
             answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
         assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
-        until_some(client, sweep["id"])
+        until_some(client, sweep["id"], kept + 1)
         assert drivers(os.getpid()) == [driver_of(server, sweep["id"])]
 
 
