@@ -161,7 +161,6 @@ PLOTS = (
         "What of the shape is wrong when it may be turned and scaled, but neither skewed nor mirrored.",
         unit="%",
         series=("metric_error",),
-        needs_truth=True,
     ),
     Plot(
         "depth",
@@ -191,7 +190,6 @@ PLOTS = (
         "By how much the body is believed to be turned otherwise than it is.",
         unit="°",
         series=("turn_error_deg",),
-        needs_truth=True,
     ),
 )
 
@@ -313,7 +311,7 @@ EXPERIMENT = Experiment(
         Layer("points", legend=(Key("hidden", "hidden, where the shape has it"),)),
         Layer("shape", legend=(Key("estimate", "estimate"),)),
         Layer("surface"),
-        Layer("names"),
+        Layer("names", shown=False),
         Layer("uncertainty"),
         Layer("truth", legend=(Key("truth", "truth"),)),
         Layer("camera", legend=(Key("camera", "from where it is seen"),)),

@@ -26,7 +26,7 @@ from pftrack.structure.tracks import FEWEST_POINTS, FEWEST_VIEWS
 
 __all__ = ["LARGEST_FILE_BYTES", "MOST_POINTS", "TrackTable", "read_tracks", "written"]
 
-LARGEST_FILE_BYTES = 32 * 1024 * 1024
+LARGEST_FILE_BYTES = 12 * 1024 * 1024
 MOST_POINTS = 100
 FURTHEST_PX = 1e6
 LARGEST_FRAME = 10_000_000
