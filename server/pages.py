@@ -1,12 +1,16 @@
 """Pages: plain files, whose content comes from the REST interface.
 
-Only one thing is added to a page when it is served: the names of all modules that its scripts import, directly or
-through other modules. A browser then fetches them at once, instead of finding each level of imports in the level above.
+Two things are done to a page when it is served. The names of all modules that its scripts import, directly or through
+other modules, are added: a browser then fetches them at once, instead of finding each level of imports in the level
+above. And its files are named with their version, so that a browser which has them need not ask for a hundred of them
+whether they have changed.
 """
 
+import hashlib
 import importlib.util
 import re
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 
 from fastapi import APIRouter, FastAPI
@@ -18,6 +22,9 @@ __all__ = ["install"]
 
 FRONTEND = Path(__file__).parents[1] / "frontend_static"
 STATIC = "/static/"
+YEAR_S = 365 * 24 * 3600
+VERSIONS: set[str] = set()
+"""Those of the pages that were served: one, unless somebody works at them meanwhile."""
 SCRIPT = re.compile(r'<script type="module"[^>]* src="/static/([^"]+)"')
 IMPORT = re.compile(r'^(?:import|export)\b[^"\';]*?\s*["\'](\.[^"\']+)["\'];', re.MULTILINE)
 
@@ -25,12 +32,13 @@ router = APIRouter(include_in_schema=False)
 
 
 class Files(StaticFiles):
-    """Static files that a browser asks for again each time, and gets again only when they have changed."""
+    """Static files: with a version in its name one never changes; for others a browser asks each time."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """Return a file, to be asked for again."""
+        """Return a file, to be kept or to be asked for again."""
         answer = await super().get_response(path, scope)
-        answer.headers["Cache-Control"] = "no-cache"
+        lasting = scope["path_params"].get("version") in VERSIONS
+        answer.headers["Cache-Control"] = f"max-age={YEAR_S}, immutable" if lasting else "no-cache"
         return answer
 
 
@@ -76,8 +84,9 @@ async def sweep_run(sweep: str, run: str) -> Response:
 def install(app: FastAPI) -> None:
     """Add the pages and their files to an app."""
     app.include_router(router)
-    app.mount("/static/bokeh", Files(directory=_bokeh()), name="bokeh")
-    app.mount("/static", Files(directory=FRONTEND), name="static")
+    for place in ("/static/version/{version}", "/static"):
+        app.mount(f"{place}/bokeh", Files(directory=_bokeh()))
+        app.mount(place, Files(directory=FRONTEND))
 
 
 def _bokeh() -> Path:
@@ -88,10 +97,21 @@ def _bokeh() -> Path:
     return Path(spec.origin).parent / "server" / "static" / "js"
 
 
+def _version() -> str:
+    """Return what tells the files as they are now from others of the same names: sizes, times, and Bokeh's version."""
+    digest = hashlib.sha256(version("bokeh").encode())
+    for path in sorted(FRONTEND.rglob("*")):
+        status = path.stat()
+        digest.update(f"{path} {status.st_size} {status.st_mtime_ns}\n".encode())
+    VERSIONS.add(name := digest.hexdigest()[:16])
+    return name
+
+
 def _page(name: str) -> Response:
     text = (FRONTEND / name).read_text(encoding="utf-8")
     links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
-    return HTMLResponse(text.replace("</head>", f"{links}</head>", 1), headers={"Cache-Control": "no-cache"})
+    text = text.replace("</head>", f"{links}</head>", 1).replace(f'"{STATIC}', f'"{STATIC}version/{_version()}/')
+    return HTMLResponse(text, headers={"Cache-Control": "no-cache"})
 
 
 @lru_cache

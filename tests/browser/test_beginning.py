@@ -1,8 +1,10 @@
 """The beginning: a new run is seen at once, long before the scene that it is watched in has been loaded."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -12,6 +14,7 @@ from tests.browser.views import PARTICLES, Gallery, SessionPage
 pytestmark = pytest.mark.scene
 
 Watch = Callable[..., SessionPage]
+VERSIONED = re.compile(r"^/static/version/\w+/")
 PAGES = Path(__file__).parents[2] / "frontend_static"
 
 PLACES = "[...document.querySelectorAll('.plot, .deck')].map((it) => it.getBoundingClientRect().toJSON())"
@@ -128,16 +131,26 @@ def test_the_scene_takes_over_where_the_picture_was(
 def test_all_modules_of_the_page_are_asked_for_at_once(watch: Watch) -> None:
     """What the page imports is named in it as it is served, so that no import is found only in another one."""
     page = watch().page
-    used = set(page.evaluate("performance.getEntriesByType('resource').map((it) => new URL(it.name).pathname)"))
-    named = set(page.evaluate(NAMED))
-    modules = {f"/static/{path.relative_to(PAGES).as_posix()}" for path in PAGES.rglob("*.js")}
-    assert used & modules - {"/static/shared/early.js"} == named
+    loaded = page.evaluate("performance.getEntriesByType('resource').map((it) => new URL(it.name).pathname)")
+    used, named = ({VERSIONED.sub("", path) for path in paths} for paths in (loaded, page.evaluate(NAMED)))
+    modules = {path.relative_to(PAGES).as_posix() for path in PAGES.rglob("*.js")}
+    assert used & modules - {"shared/early.js"} == named
 
 
 def test_the_gallery_fetches_ahead(gallery: Gallery) -> None:
-    """Script of the session's page is there before somebody clicks."""
+    """Script of the session's page is there before somebody clicks, and is not asked for again afterwards."""
     page = gallery.page
-    fetched = "[...document.querySelectorAll('link[rel=prefetch]')].map((it) => new URL(it.href).pathname)"
-    first = "/static/session/session_start.js"
-    gallery.until(lambda: first in page.evaluate(fetched), "the page's first module is fetched")
-    assert "/static/bokeh/bokeh.min.js" in page.evaluate(fetched)
+    ahead = "[...document.querySelectorAll('link[rel=prefetch]')].map((it) => it.href)"
+    here = "performance.getEntriesByType('resource').filter((it) => it.responseEnd > 0).map((it) => it.name)"
+
+    def fetched() -> set[str]:
+        return {VERSIONED.sub("", urlsplit(address).path) for address in page.evaluate(ahead)}
+
+    gallery.until(lambda: "session/session_start.js" in fetched(), "the page's first module is fetched")
+    assert "bokeh/bokeh.min.js" in fetched()
+    gallery.until(lambda: set(page.evaluate(ahead)) <= set(page.evaluate(here)), "all of them have come")
+    gallery.card("ball").locator("h3 a").click(no_wait_after=True)
+    page.wait_for_url("**/session/*")
+    sent = "performance.getEntriesByType('resource').filter((it) => it.transferSize > 0).map((it) => it.name)"
+    again = {VERSIONED.sub("", urlsplit(address).path) for address in page.evaluate(sent)}
+    assert not {path for path in again if path.endswith(".js")}

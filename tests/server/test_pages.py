@@ -1,6 +1,7 @@
 """Pages, experiments, health and metrics."""
 
 import re
+import shutil
 from pathlib import Path
 
 import httpx
@@ -8,6 +9,7 @@ import pytest
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import declarations
+from server import pages
 from server.middleware.metrics import METHODS
 from tests.server.host import Server, begin, steer
 
@@ -22,16 +24,39 @@ def test_pages(client: httpx.Client, path: str) -> None:
 
 
 PAGES = Path(__file__).parents[2] / "frontend_static"
+VERSIONED = re.compile(r"^/static/version/\w+/")
 
 
 @pytest.mark.parametrize("path", ["/static/shared/style.css", "/static/shared/api.js", "/static/bokeh/bokeh.min.js"])
 def test_files(client: httpx.Client, path: str) -> None:
-    """Pages' files and BokehJS are served, to be asked for again each time."""
+    """Pages' files and BokehJS are served, to be asked for again each time where their name has no version."""
     answer = client.get(path)
     assert answer.status_code == 200
     assert answer.headers["cache-control"] == "no-cache"
     again = client.get(path, headers={"if-none-match": answer.headers["etag"]})
     assert again.status_code == 304
+
+
+def test_files_have_a_version(client: httpx.Client, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A browser keeps what a page names; a file that has changed has another name, and an old name is asked for."""
+    monkeypatch.setattr(pages, "FRONTEND", Path(shutil.copytree(PAGES, tmp_path / "pages")))
+
+    def named() -> str:
+        found = re.search(r'src="(/static/version/\w+/shared/early.js)"', client.get("/").text)
+        assert found
+        return found[1]
+
+    first = named()
+    assert first == named()
+    answer = client.get(first)
+    assert answer.text == client.get("/static/shared/early.js").text
+    assert answer.headers["cache-control"] == "max-age=31536000, immutable"
+    bokeh = re.sub("/shared/.*", "/bokeh/bokeh.min.js", first)
+    assert client.get(bokeh).headers["cache-control"] == "max-age=31536000, immutable"
+    (tmp_path / "pages" / "shared" / "early.js").write_text("// another\n")
+    assert named() != first
+    never_served = client.get("/static/version/0123456789abcdef/shared/early.js")
+    assert (never_served.status_code, never_served.headers["cache-control"]) == (200, "no-cache")
 
 
 @pytest.mark.parametrize("path", ["/", "/references", "/session/new", "/sweep/new", "/sweep/x", "/sweep/x/run/y"])
@@ -40,14 +65,15 @@ def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
     text = client.get(path).text
     named = re.findall(r'<link rel="modulepreload" href="(.+?)">', text)
     scripts = re.findall(r'<script type="module".*? src="(.+?)">', text)
-    assert len(named) == len(set(named))
+    files = {VERSIONED.sub("", address) for address in named}
+    assert len(named) == len(files)
     assert set(scripts) <= set(named)
     for address in named:
-        file = PAGES / address.removeprefix("/static/")
+        file = PAGES / VERSIONED.sub("", address)
         for line in file.read_text().splitlines():
             if found := re.match(r'(?:import|export|\}).* from "(\..+)";', line):
                 other = (file.parent / found[1]).resolve().relative_to(PAGES)
-                assert f"/static/{other.as_posix()}" in named, f"{address} imports {found[1]}"
+                assert other.as_posix() in files, f"{address} imports {found[1]}"
 
 
 def test_experiments(client: httpx.Client) -> None:

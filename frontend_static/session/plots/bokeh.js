@@ -2,7 +2,8 @@
 
 import { h } from "../../shared/dom.js";
 
-export const SCRIPTS = ["/static/bokeh/bokeh.min.js", "/static/bokeh/bokeh-api.min.js"];
+/** Their addresses have the version of this module's own. */
+export const SCRIPTS = ["bokeh.min.js", "bokeh-api.min.js"].map((name) => new URL(`../../bokeh/${name}`, import.meta.url).pathname);
 
 /** @import { BokehApi } from "./bokeh_api.js" */
 
