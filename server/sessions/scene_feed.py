@@ -2,7 +2,8 @@
 
 The viewer is made when somebody first looks. It keeps the newest drawing and sends as many as its browsers can follow,
 so handing it one costs nothing; changes of its panel run in threads, one at a time, and while one runs only the newest
-waits. The worker gets credit for its next drawing when the last one has arrived and somebody looks on.
+waits. The worker gets credit for its next drawing when the viewer could show it and somebody looks on: in a crowd,
+drawings that no browser takes up would keep everybody waiting.
 """
 
 import asyncio
@@ -70,8 +71,6 @@ class SceneFeed:
         """Show a drawing; the viewer leaves it out if a newer one comes before it can be sent."""
         if self._viewer is not None:
             self._viewer.show(drawing, diagnostics)
-        if self.watchers:
-            self._credit()
 
     def tell(self, in_force: InForce) -> None:
         """Show in the panel what is in force."""
@@ -85,8 +84,7 @@ class SceneFeed:
 
     def resumed(self) -> None:
         """Ask a new worker for its first drawing."""
-        if self.watchers:
-            self._credit()
+        self._want()
 
     async def close(self) -> None:
         """Close the viewer, if there is one; it can be opened again."""
@@ -108,11 +106,17 @@ class SceneFeed:
             in_force,
             on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),
             on_transport=lambda command: self._from_thread(self._on_transport, dict(command)),
+            on_ready=lambda: self._from_thread(self._want),
         )
 
-    def _from_thread(self, callback: Callable[[dict[str, Any]], None], command: dict[str, Any]) -> None:
+    def _from_thread(self, callback: Callable[..., None], *arguments: object) -> None:
         if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(callback, command)
+            self._loop.call_soon_threadsafe(callback, *arguments)
+
+    def _want(self) -> None:
+        """Ask for a drawing if somebody looks on; whoever comes later asks again."""
+        if self.watchers:
+            self._credit()
 
     def _start(self) -> None:
         if self._viewer is not None and (self._pump is None or self._pump.done()):

@@ -5,13 +5,15 @@ pictures. So each browser is asked for an echo, up to ten times a second while f
 behind the frames already sent, and is answered by the code that takes them up to be drawn. While its answer is overdue
 that browser is sent nothing more, and what follows is the newest. So what waits on the way never grows beyond a
 fraction of a second, a line that is merely long is not mistaken for a slow one, and one that never answers, such as a
-frozen tab, is sent a few frames each time that the question is given up.
+frozen tab, is sent a few frames each time that the question is given up. While all browsers are held nothing is drawn.
 
 A still scene is not asked: each question makes the browser draw for a while.
 """
 
+import math
 import threading
 import time
+from collections.abc import Callable
 from typing import Protocol
 
 import viser
@@ -31,11 +33,15 @@ ECHO_EVERY_S = 0.1
 class Line(Protocol):
     """What can be held: a connection to a browser."""
 
-    def hold(self, after_s: float) -> None:
-        """Send nothing from some seconds on."""
+    @property
+    def held(self) -> bool:
+        """Whether nothing is sent, because an answer is overdue."""
 
-    def release(self) -> None:
-        """Send again."""
+    def expect(self, patience_s: float) -> None:
+        """Take note that a question follows: so long after it has left nothing more is sent until `release`."""
+
+    def release(self) -> float:
+        """Send again, as the answer has come; return the time since the question had left, s."""
 
 
 class Pace:
@@ -47,18 +53,21 @@ class Pace:
 
     def __init__(self, line: Line) -> None:
         self._line = line
-        self._best_s: float | None = None
+        self._best_s = math.inf
+
+    @property
+    def held(self) -> bool:
+        """Whether the browser is sent nothing, because its answer is overdue."""
+        return self._line.held
 
     def asked(self) -> None:
         """Take note that a question goes out; the line is held when the answer is overdue."""
-        # One that has never answered is still loading, which may take seconds.
-        if self._best_s is not None:
-            self._line.hold(self._best_s + LATE_S)
+        # One that has never answered is still loading, which may take seconds: the best is infinite.
+        self._line.expect(self._best_s + LATE_S)
 
-    def answered(self, lag_s: float) -> None:
+    def answered(self) -> None:
         """Take note of an answer."""
-        self._best_s = min(lag_s, self._best_s or lag_s)
-        self._line.release()
+        self._best_s = min(self._line.release(), self._best_s)
 
     def silent(self) -> None:
         """Take note that a question was given up: the line is free until the next answer is overdue."""
@@ -66,13 +75,25 @@ class Pace:
 
 
 class Pacer:
-    """Asks the browsers for echoes, each in a thread of its own, and holds the connections of those that are late."""
+    """Asks the browsers for echoes, each in a thread of its own, and holds the connections of those that are late.
 
-    def __init__(self) -> None:
-        self._threads: dict[int, threading.Thread] = {}
+    Args:
+        on_release: Called when a browser is held no longer, or has left.
+    """
+
+    def __init__(self, on_release: Callable[[], None] = lambda: None) -> None:
+        self._on_release = on_release
+        self._paces: dict[int, Pace] = {}
+        self._threads: list[threading.Thread] = []
         self._changed = threading.Condition()
         self._sent = 0
         self._closed = False
+
+    @property
+    def all_held(self) -> bool:
+        """Whether there are browsers, and all of them are held: a frame would be sent to nobody."""
+        with self._changed:
+            return bool(self._paces) and all(pace.held for pace in self._paces.values())
 
     def sent(self) -> None:
         """Take note that a frame is on its way."""
@@ -83,8 +104,9 @@ class Pacer:
     def forget(self, client: int) -> None:
         """Leave out a browser that has gone."""
         with self._changed:
-            self._threads.pop(client, None)
+            self._paces.pop(client, None)
             self._changed.notify_all()
+        self._on_release()
 
     def watch(self, client: viser.ClientHandle) -> None:
         """Ask a browser for echoes until it leaves.
@@ -95,10 +117,12 @@ class Pacer:
         line = viser_adapter.connection_of(client)
         if line is None:
             return
-        name = f"echo-{client.client_id}"
-        thread = threading.Thread(target=self._ask, args=(client, Pace(line)), name=name, daemon=True)
-        self._threads[client.client_id] = thread
-        thread.start()
+        pace = Pace(line)
+        thread = threading.Thread(target=self._ask, args=(client, pace), name=f"echo-{client.client_id}", daemon=True)
+        with self._changed:
+            self._paces[client.client_id] = pace
+            self._threads = [other for other in self._threads if other.is_alive()] + [thread]
+            thread.start()
 
     def close(self) -> None:
         """Ask no more."""
@@ -108,7 +132,9 @@ class Pacer:
 
     def join(self) -> None:
         """Wait until nobody is being asked; who waits for an answer notices within 0.1 s that its browser is gone."""
-        for thread in list(self._threads.values()):
+        with self._changed:
+            threads = self._threads
+        for thread in threads:
             thread.join(timeout=1.0)
 
     def _ask(self, client: viser.ClientHandle, pace: Pace) -> None:
@@ -117,10 +143,14 @@ class Pacer:
             asked_after = sent
             begun = time.monotonic()
             pace.asked()
-            if _answers(client):
-                pace.answered(time.monotonic() - begun)
+            answers = _answers(client)
+            was_held = pace.held
+            if answers:
+                pace.answered()
             else:
                 pace.silent()
+            if was_held:
+                self._on_release()
             with self._changed:
                 rest = begun + ECHO_EVERY_S - time.monotonic()
                 self._changed.wait_for(lambda: self._has_left(client.client_id), timeout=max(rest, 0.0))
@@ -132,7 +162,7 @@ class Pacer:
             return None if self._has_left(client) else self._sent
 
     def _has_left(self, client: int) -> bool:
-        return self._closed or client not in self._threads
+        return self._closed or client not in self._paces
 
 
 def _answers(client: viser.ClientHandle) -> bool:

@@ -1,7 +1,8 @@
 """A session's viewer: one viser server, kept at the newest drawing.
 
 `show` never waits: it leaves the newest drawing for one thread that encodes the picture and changes the scene, up to 30
-times a second. Drawings that were overtaken are never sent, and each browser is sent what it can follow.
+times a second. Drawings that were overtaken are never sent, each browser is sent what it can follow, and nothing is
+drawn while all are late.
 """
 
 import logging
@@ -26,6 +27,8 @@ __all__ = ["Viewer"]
 
 PANEL_WIDTH_PX = 200
 """The picture is to have six tenths of a page that is 1,000 px wide, with the plots beside it."""
+HELD_S = 0.1
+"""How often to look whether a browser keeps up again; its answer ends the wait at once."""
 UNWATCHED_S = 1.0
 """Time between two frames while nobody watches: just enough for whoever comes next."""
 BRAND = (0, 76, 118)
@@ -44,6 +47,7 @@ class Viewer:
         in_force: What the panel shows at first.
         on_change: Takes new values by name, not yet validated; `tracker` is the identifier of a tracker.
         on_transport: Takes a transport command, such as `{"action": "speed", "speed": 2.0}`.
+        on_ready: Called when another drawing could be shown, and again only after `show`.
 
     Attributes:
         endpoint: Where `bridge` connects to the viser server.
@@ -56,7 +60,9 @@ class Viewer:
         *,
         on_change: Callable[[dict[str, Value]], None],
         on_transport: Callable[[dict[str, Any]], None],
+        on_ready: Callable[[], None] = lambda: None,
     ) -> None:
+        self._on_ready = on_ready
         server, self.endpoint = viser_adapter.start(description.title)
         self._server = server
         self._layers = tuple(description.layers)
@@ -64,7 +70,7 @@ class Viewer:
         self._changed = threading.Condition()
         self._newest: tuple[Drawing, dict[str, Any]] | None = None
         self._shown: tuple[Drawing, dict[str, Any]] | None = None
-        self._redraw = self._woken = False
+        self._redraw = self._woken = self._asked = False
         self._due = 0.0
         with server.atomic():
             server.gui.configure_theme(
@@ -72,7 +78,7 @@ class Viewer:
             )
             server.gui.main_panel.dock_right()
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
-            self._pacer = Pacer()
+            self._pacer = Pacer(self._wake)
             self._scene = Scene(server, description.layers)
             self._cameras = Cameras(server, self._draw_again, worlds.sides(description.worlds))
             requests = Requests(on_change, on_transport, self._set_layer, self._look, self._wake)
@@ -158,6 +164,7 @@ class Viewer:
     def _work(self) -> None:
         while True:
             rest = self._panel.tend()
+            self._ask()
             with self._changed:
                 self._changed.wait_for(self._has_work, timeout=rest)
                 self._woken = False
@@ -166,15 +173,26 @@ class Viewer:
                 if not (self._newest or self._redraw):
                     continue
                 # The pause comes before taking the drawing, so that what is sent after it is the newest.
-                while not self._closed.is_set() and (rest := self._due - time.monotonic()) > 0.0:
+                while not self._closed.is_set() and (rest := self._pause_s()) > 0.0:
                     self._changed.wait(rest)
                 if self._closed.is_set():
                     return
                 self._due = time.monotonic() + (FASTEST_S if self.clients else UNWATCHED_S)
-                self._redraw = False
+                self._redraw, self._asked = False, self._asked and self._newest is None
                 self._shown, self._newest = self._newest or self._shown, None
             if self._shown is not None:
                 self._draw(*self._shown)
+
+    def _ask(self) -> None:
+        """Ask for a drawing unless one is on its way, or nobody would be sent it."""
+        if not (self._asked or self._pacer.all_held):
+            self._asked = True
+            self._on_ready()
+
+    def _pause_s(self) -> float:
+        """Return the time until the next frame may go out; not positive if it may now."""
+        rest = self._due - time.monotonic()
+        return max(rest, HELD_S) if self._pacer.all_held else rest
 
     def _draw(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
         try:

@@ -6,6 +6,7 @@ to where a session was, they are worked off in the same loop, so that everybody 
 can cut it short.
 """
 
+import os
 import socket
 import sys
 import time
@@ -61,6 +62,8 @@ TELL_S = 1 / 30
 EARLY = 0.8
 HEARTBEAT_S = 1.0
 MEASURED_EVERY_S = 1.0
+NICENESS = 5
+"""Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
 """While frames keep coming; measures look at all frames so far."""
 # So long a command or a start may take before it becomes a way that others can watch and cut short.
 AT_ONCE_S = 0.5
@@ -73,6 +76,7 @@ def main(end: socket.socket, config: WorkerConfig) -> None:
 
     assert_preloaded()
     leave_interrupts_to_parent()
+    os.nice(NICENESS)
     confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
     pipe = WorkerEnd(end)
     try:

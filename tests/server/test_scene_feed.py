@@ -82,19 +82,27 @@ def act(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Theatre], Corout
 
 
 def test_no_credit_for_an_empty_room(act: Any) -> None:
-    """While nobody looks the worker gets no credit; who comes in brings one."""
+    """While nobody looks the worker gets no credit; who comes in brings one, and the viewer asks for each more."""
 
     async def scene(theatre: Theatre) -> None:
         puppet = await theatre.open()
+
+        async def ready() -> None:
+            await asyncio.to_thread(puppet.requests["on_ready"])
+            await asyncio.sleep(0)
+
         theatre.scene_feed.offer(Drawing(1, 1), {"frame": 1})
+        await ready()
         assert (puppet.shown, theatre.credits) == ([1], 0)
         with theatre.scene_feed.watch():
             assert theatre.credits == 1
             theatre.scene_feed.offer(Drawing(1, 1), {"frame": 2})
+            assert theatre.credits == 1
+            await ready()
             assert theatre.credits == 2
             theatre.scene_feed.resumed()
             assert theatre.credits == 3
-        theatre.scene_feed.offer(Drawing(1, 1), {"frame": 3})
+        await ready()
         theatre.scene_feed.resumed()
         assert theatre.credits == 3
 

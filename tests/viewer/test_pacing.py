@@ -1,61 +1,99 @@
 """Each browser is sent frames as fast as it takes them up, and none waits for another."""
 
+import asyncio
 import itertools
+import math
+from typing import Any
 
 import pytest
 
+from pftrack.drawing import Drawing
+from server.viewer import pacing
 from server.viewer.pacing import LATE_S, Pace
+from server.viewer.scene import Scene
+from server.viewer.viser_adapter.endpoint import Connection
+from tests.server.apart import run
 from tests.viewer.host import Peer, Session, Site, drawing, wait_for
 
 
 class Line:
-    """A connection that remembers from when on it is held."""
+    """A connection that remembers how long it waits for an answer."""
 
-    held_after_s: float | None = None
+    held = False
+    patience_s = math.inf
 
-    def hold(self, after_s: float) -> None:
-        self.held_after_s = after_s
+    def __init__(self, *lags_s: float) -> None:
+        self._lags_s = list(lags_s)
 
-    def release(self) -> None:
-        self.held_after_s = None
+    def expect(self, patience_s: float) -> None:
+        self.patience_s = patience_s
+
+    def release(self) -> float:
+        return self._lags_s.pop(0)
 
 
 def test_a_line_is_held_once_the_answer_is_overdue() -> None:
-    """The best answer is the distance, which leaving out frames would not shorten; an answer frees the line."""
-    line = Line()
+    """The best answer is the distance, which leaving out frames would not shorten."""
+    line = Line(0.4, 0.9, 0.02)
     pace = Pace(line)
-    pace.answered(0.4)
-    pace.asked()
-    assert line.held_after_s == pytest.approx(0.4 + LATE_S)
-    pace.answered(0.9)
-    assert line.held_after_s is None
-    pace.asked()
-    assert line.held_after_s == pytest.approx(0.4 + LATE_S)
-    pace.answered(0.02)
-    pace.asked()
-    assert line.held_after_s == pytest.approx(0.02 + LATE_S)
+    expected = []
+    for _ in range(3):
+        pace.asked()
+        pace.answered()
+        pace.asked()
+        expected.append(line.patience_s)
+    assert expected == pytest.approx([0.4 + LATE_S, 0.4 + LATE_S, 0.02 + LATE_S])
 
 
 def test_a_browser_that_is_loading_is_not_held() -> None:
     """Its first answer may take seconds."""
-    line = Line()
+    line = Line(4.0)
     pace = Pace(line)
     pace.asked()
     pace.silent()
     pace.asked()
-    assert line.held_after_s is None
+    assert line.patience_s == math.inf
 
 
-def test_a_question_that_was_given_up_frees_the_line() -> None:
+def test_a_question_that_was_given_up_says_nothing_of_the_distance() -> None:
     """A frozen tab gets a few frames, so that it finds the newest when it thaws, and is held again."""
-    line = Line()
+    line = Line(0.5, 0.02)
     pace = Pace(line)
-    pace.answered(0.02)
+    pace.asked()
+    pace.answered()
     pace.asked()
     pace.silent()
-    assert line.held_after_s is None
     pace.asked()
-    assert line.held_after_s == pytest.approx(0.02 + LATE_S)
+    assert line.patience_s == pytest.approx(0.5 + LATE_S)
+
+
+def test_the_time_to_answer_begins_when_the_question_has_left() -> None:
+    """A server that is late itself takes no browser for slow: messages before the question never hold a line."""
+
+    async def scene() -> None:
+        taken: list[bytes] = []
+
+        async def take(message: bytes) -> None:
+            taken.append(message)
+
+        loop = asyncio.get_running_loop()
+        connection = Connection(loop, None, take)
+        connection.expect(-1.0)
+        await asyncio.sleep(0.0)
+        assert not connection.held
+        await connection.send(b"put together before it was asked")
+        assert not connection.held
+        await connection.send(b"with the question")
+        assert connection.held
+        waiting = asyncio.ensure_future(connection.send(b"the newest"))
+        await asyncio.sleep(0.0)
+        assert len(taken) == 2
+        assert connection.release() >= 0.0
+        await waiting
+        assert taken[-1] == b"the newest"
+        assert not connection.held
+
+    run(scene())
 
 
 def frame_of(peer: Peer) -> int:
@@ -75,8 +113,11 @@ def test_a_still_scene_is_not_asked(session: Session, peer: Peer) -> None:
     assert peer.asked <= 3
 
 
-def test_one_that_does_not_answer_holds_nobody_else(session: Session, site: Site, peer: Peer) -> None:
+def test_one_that_does_not_answer_holds_nobody_else(
+    session: Session, site: Site, peer: Peer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It is sent a few frames more, then none until it answers, and then the newest; the others see every frame."""
+    monkeypatch.setattr(pacing, "ANSWER_S", 120.0)
     with Peer(site.scene) as silent:
         wait_for(lambda: session.viewer.clients == 2)
         frames = itertools.count()
@@ -95,10 +136,46 @@ def test_one_that_does_not_answer_holds_nobody_else(session: Session, site: Site
         silent.echo = False
         asked = silent.asked
         wait_for(lambda: show() and silent.asked > asked)
-        wait_for(lambda: show() - frame_of(silent) > 3)
-        held = frame_of(silent)
+        wait_for(lambda: show() and any(pace.held for pace in session.viewer._pacer._paces.values()))
+        held = show()
         newest = max(show() for _ in range(20))
-        assert frame_of(silent) <= held + 1  # what was on its way when it was held
+        assert frame_of(silent) <= held  # it takes up what was on its way when it was held
         silent.echo = True
         silent.answer()
         wait_for(lambda: frame_of(silent) == newest)
+
+
+def test_nothing_is_drawn_while_all_are_held(session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures that nobody is sent would take the processor from other sessions; who answers gets the newest."""
+    monkeypatch.setattr(pacing, "ANSWER_S", 120.0)
+    drawn: list[str | None] = []
+    apply = Scene.apply
+
+    def counted(scene: Scene, drawing: Drawing, *more: Any) -> None:
+        drawn.append(drawing.caption)
+        apply(scene, drawing, *more)
+
+    monkeypatch.setattr(Scene, "apply", counted)
+    frames = itertools.count()
+
+    def show() -> int:
+        frame = next(frames)
+        session.viewer.show(drawing(frame, 50 + frame), {"frame": frame})
+        return frame
+
+    def seen(frame: int) -> bool:
+        return "/particles" in peer.nodes and frame_of(peer) == frame
+
+    for _ in range(4):
+        frame = show()
+        wait_for(lambda frame=frame: seen(frame))
+    wait_for(lambda: peer.asked > 0)
+    peer.echo = False
+    wait_for(lambda: show() and session.viewer._pacer.all_held)
+    before, newest = len(drawn), max(show() for _ in range(50))
+    assert session.viewer._pacer.all_held
+    assert len(drawn) <= before + 1  # what was begun when it was held
+    peer.echo = True
+    peer.answer()
+    wait_for(lambda: seen(newest))
+    assert len(drawn) < newest

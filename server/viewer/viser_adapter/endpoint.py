@@ -36,6 +36,9 @@ CLOSE_INTERNAL_ERROR = 1011
 OPENING = "websockets.asyncio.server.serve("
 """How viser opens its port; it is looked up at each start of a server."""
 
+LEAVES_WITHIN = 2
+"""Messages, one of which carries the question: viser may have put the first together before it was asked."""
+
 Work = Coroutine[Any, Any, None]
 Handler = Callable[[Any], Work]
 
@@ -64,6 +67,9 @@ class Connection:
         self._is_closing = False
         self._closing = CLOSE_GOING_AWAY, "The scene has ended"
         self._ended = asyncio.Event()
+        self._patience_s = math.inf
+        self._leaving = 0
+        self._left = time.monotonic()
         self._hold_from = math.inf
         self._released = asyncio.Event()
 
@@ -91,21 +97,40 @@ class Connection:
 
     # ------------------------------------------------------------ for the viewer, from any thread
 
-    def hold(self, after_s: float) -> None:
-        """Send nothing more from some seconds on until `release`; viser replaces meanwhile what is overtaken."""
-        hold_from = time.monotonic() + after_s
-        with suppress(RuntimeError):
-            self._viser_loop.call_soon_threadsafe(self._set_hold, hold_from)
+    @property
+    def held(self) -> bool:
+        """Whether nothing is sent, because an answer is overdue."""
+        return time.monotonic() >= self._hold_from
 
-    def release(self) -> None:
-        """Send again."""
-        with suppress(RuntimeError):
-            self._viser_loop.call_soon_threadsafe(self._set_hold, math.inf)
+    def expect(self, patience_s: float) -> None:
+        """Take note that a question follows: so long after it has left nothing more is sent until `release`.
 
-    def _set_hold(self, hold_from: float) -> None:
-        self._hold_from = hold_from
+        What delays the question itself, such as a busy server, is not counted.
+        """
+        with suppress(RuntimeError):
+            self._viser_loop.call_soon_threadsafe(self._expect, patience_s)
+
+    def release(self) -> float:
+        """Send again, as the answer has come; return the time since the question had left, s."""
+        lag_s = time.monotonic() - self._left
+        with suppress(RuntimeError):
+            self._viser_loop.call_soon_threadsafe(self._release)
+        return lag_s
+
+    def _expect(self, patience_s: float) -> None:
+        self._patience_s, self._leaving, self._left = patience_s, LEAVES_WITHIN, time.monotonic()
+
+    def _release(self) -> None:
+        self._leaving, self._hold_from = 0, math.inf
         self._released.set()
         self._released.clear()
+
+    def _has_left(self) -> None:
+        """Take note that a message was taken, which may have been the one with the question."""
+        if self._leaving:
+            self._leaving, self._left = self._leaving - 1, time.monotonic()
+            if not self._leaving:
+                self._hold_from = self._left + self._patience_s
 
     # ------------------------------------------------------------ for viser
 
@@ -115,7 +140,7 @@ class Connection:
         Raises:
             ConnectionClosed: The connection has ended.
         """
-        while time.monotonic() >= self._hold_from and not self._is_closing:
+        while self.held and not self._is_closing:
             await self._released.wait()
         if self._is_closing:
             raise ConnectionClosedOK(None, None)
@@ -125,6 +150,7 @@ class Connection:
         except Exception:  # noqa: BLE001 - whatever it was, the message cannot be taken
             taking.close()
             raise ConnectionClosedError(None, None) from None
+        self._has_left()
 
     async def recv(self) -> bytes:
         """Return the next message.
