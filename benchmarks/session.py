@@ -40,7 +40,8 @@ EXPERIMENT = "ball"
 READING_MS = 1_500  # how long a person looks at the gallery before choosing
 
 # Notes on the page's own clock when a card was clicked, when a picture of the run could first be seen in the scene's
-# place, and when that was viser's scene. What lies at the middle of the place is what a person sees there.
+# place, when that was viser's scene, when there were plots, and when there was all of it. What lies at the middle of
+# the place is what a person sees there.
 WITNESS = """(() => {
     const now = () => performance.timeOrigin + performance.now();
     addEventListener('click', (event) => {
@@ -65,7 +66,9 @@ WITNESS = """(() => {
             if (still || scene) seen.picture ??= (now() - since) / 1000;
             if (scene) seen.scene ??= (now() - since) / 1000;
         }
-        if (!seen.scene) requestAnimationFrame(look);
+        if (globalThis.Bokeh?.documents?.length) seen.plots ??= (now() - since) / 1000;
+        if (seen.scene && seen.plots) seen.whole = Math.max(seen.scene, seen.plots);
+        else requestAnimationFrame(look);
     };
     look();
 })()"""
@@ -96,8 +99,8 @@ def visible(server: Server, browser: Any, repeats: int) -> dict[str, list[float]
 
 
 def clicked(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
-    """Time from the click on an experiment in the gallery to the run's first picture, and to its scene."""
-    times: dict[str, list[float]] = {"first picture": [], "scene": []}
+    """Time from the click on an experiment in the gallery to the run's first picture, its plots, its scene, and all."""
+    times: dict[str, list[float]] = {"first picture": [], "plots": [], "scene": [], "whole": []}
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     context.add_init_script(WITNESS)
     context.add_init_script("localStorage.setItem('pftrack-view', 'scene')")
@@ -109,10 +112,10 @@ def clicked(server: Server, browser: Any, repeats: int) -> dict[str, list[float]
         page.wait_for_timeout(READING_MS)
         card.click(no_wait_after=True)
         page.wait_for_url("**/session/*", wait_until="commit")
-        until(page, "() => window.__seen?.scene > 0")
+        until(page, "() => window.__seen?.whole > 0")
         seen = page.evaluate("() => window.__seen")
-        times["first picture"].append(seen["picture"])
-        times["scene"].append(seen["scene"])
+        for what, name in (("first picture", "picture"), ("plots", "plots"), ("scene", "scene"), ("whole", "whole")):
+            times[what].append(seen[name])
         page.close()
         for session in server.ask("GET", "/api/v1/sessions"):
             server.end(session["id"])
