@@ -125,10 +125,10 @@ export class Store extends Topics {
   #take(session, message) {
     switch (message.type) {
       case "frame":
-        this.#rows(message.branch, [message.diagnostics]);
+        this.#computed(session, message.branch, [message.diagnostics]);
         break;
       case "frames":
-        this.#rows(message.branch, message.rows);
+        this.#computed(session, message.branch, message.rows);
         break;
       case "position": {
         const { branch, frame, computed, goal, playing, speed } = message;
@@ -167,6 +167,20 @@ export class Store extends Topics {
       default:
         break;
     }
+  }
+
+  /**
+   * Take over frames that were computed; while the run plays, the last of them is the one that is shown.
+   *
+   * @param {SessionPublic} session
+   * @param {string} branch
+   * @param {import("../shared/messages.js").Frames["rows"]} rows
+   */
+  #computed(session, branch, rows) {
+    this.#rows(branch, rows);
+    if (!session.playing || branch !== session.branch || rows.length === 0) return;
+    session.position = session.computed = /** @type {Row} */ (rows[rows.length - 1]).frame;
+    this.tell("position");
   }
 
   /**

@@ -325,7 +325,7 @@ export interface FootageRequest {
   square?: boolean | null;
 }
 
-/** A frame was computed. */
+/** A frame was computed. While the run plays, that frame is also the one that is shown, without a `Position`. */
 export interface Frame {
   version: 1;
   type: "frame";
@@ -333,7 +333,7 @@ export interface Frame {
   diagnostics: Record<string, unknown>;
 }
 
-/** Several frames were computed since the last message. */
+/** Several frames were computed since the last message; while the run plays, the last of them is shown. */
 export interface Frames {
   version: 1;
   type: "frames";

@@ -151,7 +151,7 @@ class Hello(Message):
 
 
 class Frame(Message):
-    """A frame was computed."""
+    """A frame was computed. While the run plays, that frame is also the one that is shown, without a `Position`."""
 
     type: Literal["frame"] = "frame"
     branch: str
@@ -159,7 +159,7 @@ class Frame(Message):
 
 
 class Frames(Message):
-    """Several frames were computed since the last message."""
+    """Several frames were computed since the last message; while the run plays, the last of them is shown."""
 
     type: Literal["frames"] = "frames"
     branch: str

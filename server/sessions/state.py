@@ -120,6 +120,7 @@ class SessionState:
         """Take down where the run stands and the diagnostics of frames just computed, and tell what has changed.
 
         The diagnostics of a frame are sent before the position, so that no page stands on a frame it knows nothing of.
+        While it plays they say by themselves where it is.
         """
         last, self._last = self._last, now
         branch = self.spec.branches.get(now.branch) or self._new_branch(now)
@@ -148,7 +149,7 @@ class SessionState:
         if last is None or reseeded or last.speed != now.speed:
             self._on_values()
         self.add(now.branch, list(rows))
-        if last is None or switched or _where(last) != _where(now):
+        if last is None or switched or not (_where(last) == _where(now) or _plays_on(last, now, rows)):
             self._tell_position(now)
         if last is not None and last.measures != now.measures:
             self.listeners.emit(messages.Measures(branch=now.branch, values=now.measures))
@@ -249,6 +250,12 @@ class SessionState:
     def _tell_bookmarks(self) -> None:
         self.dirty = True
         self.listeners.emit(messages.Bookmarks(bookmarks=self.spec.bookmarks))
+
+
+def _plays_on(last: RunStatus, now: RunStatus, rows: Sequence[dict[str, Any]]) -> bool:
+    """Whether nothing has changed but that the run has played on, which the rows tell by themselves."""
+    at_the_end = bool(rows) and rows[-1]["frame"] == now.position == now.computed
+    return at_the_end and last.playing and now.playing and _where(last)[2:] == _where(now)[2:]
 
 
 def _where(status: RunStatus) -> tuple[int, int, Goal | None, bool, float]:

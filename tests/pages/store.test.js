@@ -40,6 +40,21 @@ describe("the store of a session", () => {
     assert.equal(store.known.goal, null);
   });
 
+  it("stands on the frames that are computed while the run plays, and only then", () => {
+    store.receive(hello());
+    store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 1 } });
+    assert.equal(store.known.position, 0);
+    store.receive({ type: "position", branch: "b0", frame: 1, computed: 1, goal: null, playing: true, speed: 1 });
+    told = [];
+    store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 2 } });
+    assert.deepEqual([store.known.position, store.known.computed], [2, 2]);
+    assert.deepEqual(new Set(told), new Set(["history", "position"]));
+    store.receive({ type: "frames", branch: "b0", rows: [{ frame: 3 }, { frame: 4 }] });
+    assert.deepEqual([store.known.position, store.known.computed], [4, 4]);
+    store.receive({ type: "frame", branch: "b1", diagnostics: { frame: 9 } });
+    assert.equal(store.known.position, 4);
+  });
+
   it("takes everything over from a greeting", () => {
     store.receive(hello());
     assert.equal(store.connection, "open");

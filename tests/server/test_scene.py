@@ -11,6 +11,7 @@ from websockets.sync.client import connect
 from tests.server.host import Server, begin, steer, wait_for
 from tests.server.test_leaks import protocol
 from tests.server.test_stream import hear, until
+from tests.viewer.host import Peer
 
 
 def test_drawings_come_while_somebody_looks(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
@@ -21,13 +22,11 @@ def test_drawings_come_while_somebody_looks(server: Server, client: httpx.Client
         steer(client, session["id"], "play")
         until(stream, lambda m: newest(m) >= 10)
         assert drawn == []
-        address = f"{server.ws}/viz/{session['id']}"
-        with connect(address, subprotocols=[protocol()], origin=server.url, max_size=None) as scene:
-            assert scene.subprotocol == protocol()
-            assert len(scene.recv(timeout=10)) > 0
-            wait_for(lambda: drawn)
-            seen = len(drawn)
-            until(stream, lambda m: newest(m) >= drawn[0] + 20)
+        with Peer(f"{server.ws}/viz/{session['id']}") as peer:
+            assert peer.socket.subprotocol == protocol()
+            wait_for(lambda: peer.asked)
+            seen, later = len(drawn), drawn[-1] + 20
+            until(stream, lambda m: newest(m) >= later)
             assert len(drawn) >= seen + 5
 
 

@@ -62,6 +62,26 @@ def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
     assert [message["type"] for message in ear.heard] == ["frame", "position"]
 
 
+def test_a_run_that_plays_on_is_told_by_its_frames(ear: Ear) -> None:
+    """The position is told when it plays from now on, at another speed, no more, or through frames that are known."""
+
+    def told(*rows: dict[str, Any], **changes: Any) -> list[str]:
+        ear.heard.clear()
+        ear.last = replace(ear.last, **changes)
+        ear.state.stand(ear.last, rows)
+        return [message["type"] for message in ear.heard]
+
+    ear.stand()
+    assert told(row(1), position=1, computed=1, playing=True) == ["frame", "position"]
+    assert told(row(2), position=2, computed=2) == ["frame"]
+    assert told(row(3), row(4), position=4, computed=4) == ["frames"]
+    assert told(row(5), position=5, computed=5, speed=2.0) == ["frame", "position"]
+    assert told(position=2) == ["position"]
+    assert told(position=3) == ["position"]
+    assert told(row(6), position=6, computed=6, playing=False) == ["frame", "position"]
+    assert told(row(7), position=7, computed=7) == ["frame", "position"]
+
+
 def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> None:
     """A new worker, of a run that is another preset's by now, puts no other controls under a person's hands."""
     begun = replace(CARD, about=["n"], watch="the pillar")
