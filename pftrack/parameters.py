@@ -39,8 +39,12 @@ Role: TypeAlias = Literal["", "particles", "threshold", "loss_share"]
 """
 
 
-DECLARED = "unit", "step", "live", "group", "trackers", "role", "threshold_of", "sets"
+DECLARED = "unit", "step", "live", "group", "trackers", "role", "threshold_of", "sets", "accept"
 """What a declaration says beyond what pydantic's field holds."""
+
+
+LONGEST_FILE = 100_000
+"""Characters of a file that is a parameter's value: it travels with every recipe."""
 
 
 class ParameterError(ValueError):
@@ -72,7 +76,7 @@ class Declaration(BaseModel):
     title: str
     description: str
     unit: str
-    kind: Literal["integer", "number", "boolean", "choice", "colour"]
+    kind: Literal["integer", "number", "boolean", "choice", "colour", "action", "file"]
     default: Value
     minimum: float | None = None
     maximum: float | None = None
@@ -84,6 +88,7 @@ class Declaration(BaseModel):
     role: Role = ""
     threshold_of: str = ""
     sets: int = 1
+    accept: str = ""
 
 
 class Parameters(BaseModel):
@@ -119,6 +124,8 @@ def parameter(
     role: Role = "",
     threshold_of: str = "",
     sets: int = 1,
+    action: bool = False,
+    accept: str = "",
 ) -> Any:  # noqa: ANN401 - what a pydantic field declaration is to a type checker
     """Declare one field of a `Parameters` model.
 
@@ -137,6 +144,9 @@ def parameter(
         role: What general code may do with it.
         threshold_of: Of a "threshold", the name of the series that it limits.
         sets: Of "particles", how many sets of this size a tracker has at most, such as one for each feature.
+        action: Whether the number counts how often something was done: a button raises it by one, and what it does
+            happens whenever it is another one. So an action has its place on a run's timeline like any change.
+        accept: Of a text that is the content of a small file, the suffix of such files, with the dot.
 
     Raises:
         ValueError: A number has no bounds, a threshold names no series, or another role names one.
@@ -155,10 +165,19 @@ def parameter(
         "role": role,
         "threshold_of": threshold_of,
         "sets": sets,
+        "action": action,
+        "accept": accept,
     }
     pattern = r"^#[0-9a-fA-F]{6}$" if colour else None
     return Field(
-        default=default, title=title, description=description, ge=ge, le=le, pattern=pattern, json_schema_extra=declared
+        default=default,
+        title=title,
+        description=description,
+        ge=ge,
+        le=le,
+        pattern=pattern,
+        max_length=LONGEST_FILE if accept else None,
+        json_schema_extra=declared,
     )
 
 
@@ -209,9 +228,9 @@ def parse(model: type[Parameters], name: str, text: str) -> Value:
             if text.lower() not in truths:
                 raise ParameterError(name, text, "true or false")
             return truths[text.lower()]
-        case "integer" | "number":
+        case "integer" | "number" | "action":
             try:
-                return int(text) if known[name].kind == "integer" else float(text)
+                return float(text) if known[name].kind == "number" else int(text)
             except ValueError:
                 raise ParameterError(name, text, allowed(known[name])) from None
         case _:
@@ -257,7 +276,8 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
     bounds = {type(item).__name__: item for item in field.metadata}
     choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     kinds = {bool: "boolean", int: "integer", float: "number"}
-    kind = "choice" if choices else "colour" if extra["colour"] else kinds[field.annotation]  # type: ignore[index]
+    special = {"choice": choices, "colour": extra["colour"], "action": extra["action"], "file": extra["accept"]}
+    kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type: ignore[index]
     return Declaration.model_validate(
         {
             "name": name,
@@ -283,8 +303,10 @@ def allowed(declaration: Declaration) -> str:
             return "a colour as #rrggbb"
         case "choice":
             return f"one of {', '.join(declaration.choices)}"
+        case "file":
+            return f"the text of a file {declaration.accept} of at most {LONGEST_FILE} characters, or nothing"
         case kind:
-            noun = "a whole number" if kind == "integer" else "a finite number"
+            noun = "a finite number" if kind == "number" else "a whole number"
             return f"{noun} between {declaration.minimum:g} and {declaration.maximum:g}{unit}"
 
 

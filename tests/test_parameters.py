@@ -25,6 +25,8 @@ class Model(Parameters):
     mode: Literal["a", "b"] = parameter("a", "Mode", "Which way.")
     on: bool = parameter(False, "On", "Whether.")
     colour: str = parameter("#ffffff", "Colour", "Which colour.", colour=True)
+    again: int = parameter(0, "Again", "How often it was begun again.", ge=0, le=9, step=1, action=True)
+    text: str = parameter("", "Text", "What a file says.", accept=".txt")
 
 
 @pytest.mark.parametrize(
@@ -43,6 +45,8 @@ class Model(Parameters):
         ("mode", "c", "one of a, b"),
         ("on", "maybe", "true or false"),
         ("colour", "red", "#rrggbb"),
+        ("again", 10, "a whole number between 0 and 9"),
+        ("text", 5, "the text of a file .txt of at most 100000 characters, or nothing"),
         ("unknown", 1, "known parameter"),
     ],
 )
@@ -159,3 +163,14 @@ def test_a_number_without_bounds_is_no_declaration(default: float, bounds: dict[
         parameter(default, "Width", "How wide.", **bounds)
     for other in (True, "text"):
         parameter(other, "Width", "How wide.")
+
+
+def test_actions_and_files_have_kinds_of_their_own() -> None:
+    """A count of presses and the text of a file are declared as such, so that a page can tell them from values."""
+    known = {declaration.name: declaration for declaration in declarations(Model)}
+    assert (known["again"].kind, known["text"].kind, known["text"].accept) == ("action", "file", ".txt")
+    assert (known["count"].kind, known["colour"].kind, known["mode"].kind) == ("integer", "colour", "choice")
+    assert parse(Model, "again", "3") == 3
+    assert revise(Model(), {"again": 1, "text": "a"}).text == "a"
+    with pytest.raises(ParameterError, match="of at most 100000 characters"):
+        revise(Model(), {"text": "a" * 100_001})

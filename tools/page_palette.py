@@ -12,7 +12,7 @@ from pftrack.palette import COLOURS, DIVERGING, VERDICTS, VIRIDIS, Themed, hexad
 __all__ = ["files"]
 
 FOLDER = Path(__file__).parents[1] / "frontend_static" / "shared"
-MEANINGS = ("estimate", "prediction", "observation", "lost", "second", "hidden")
+MEANINGS = ("estimate", "prediction", "observation", "lost", "second", "hidden", "sure", "unsure")
 NOTE = "Generated from pftrack/palette.py by `python -m tools.page_palette`; changes here are lost."
 
 

@@ -9,10 +9,10 @@ import { notice } from "../shared/notice.js";
 import { Stream } from "../shared/stream.js";
 import { toast } from "../shared/toast.js";
 import { bookmarkMenu } from "./bookmarks.js";
-import { exportMenu } from "./exports.js";
 import { branchDialog, branchLegend } from "./branches.js";
 import { Commands } from "./commands.js";
 import { Layers } from "./flat/layers.js";
+import { fileMenu } from "./files.js";
 import { listen } from "./keys.js";
 import { Panel } from "./panel/panel.js";
 import { plots } from "./plots/plots.js";
@@ -92,7 +92,7 @@ export class Mounted {
 
   #fill() {
     const { places, element } = this.#start;
-    if (places.transport) transport(places.transport, this, [exportMenu(this), bookmarkMenu(this)]);
+    if (places.transport) transport(places.transport, this, [fileMenu(this), bookmarkMenu(this)]);
     if (places.scrubber) new Scrubber(places.scrubber, this);
     if (places.readout) readout(places.readout, this);
     if (places.branches) branchLegend(places.branches, this);

@@ -169,7 +169,7 @@ export interface Declaration {
   title: string;
   description: string;
   unit: string;
-  kind: "integer" | "number" | "boolean" | "choice" | "colour";
+  kind: "integer" | "number" | "boolean" | "choice" | "colour" | "action" | "file";
   default: boolean | number | string;
   minimum: number | null;
   maximum: number | null;
@@ -181,6 +181,7 @@ export interface Declaration {
   role: "" | "particles" | "threshold" | "loss_share";
   threshold_of: string;
   sets: number;
+  accept: string;
 }
 
 /** All that an editor of one kind of mark has to know. */

@@ -33,7 +33,9 @@ export function wrong() {
 export function parameterSelect(label, declarations, chosen, choose) {
   /** @type {Map<string, Declaration[]>} */
   const groups = new Map();
-  for (const declaration of declarations) groups.set(declaration.group, [...(groups.get(declaration.group) ?? []), declaration]);
+  // What is done in the course of a run, and files, are nothing to vary or to fix.
+  const values = declarations.filter(({ kind }) => kind !== "action" && kind !== "file");
+  for (const declaration of values) groups.set(declaration.group, [...(groups.get(declaration.group) ?? []), declaration]);
   const option = (/** @type {Declaration} */ { name, title, unit }) =>
     h("option", { value: name, selected: name === chosen }, unit ? `${title}, ${unit}` : title);
   const list = h(

@@ -155,6 +155,8 @@ def _allowed(declaration: "Declaration") -> str:
             return ", ".join(declaration.choices)
         case "colour":
             return "#rrggbb"
+        case "file":
+            return f"the text of a file {declaration.accept}"
         case _:
             return f"{declaration.minimum:g} to {declaration.maximum:g}"
 

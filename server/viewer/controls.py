@@ -32,6 +32,7 @@ class Control:
         self, server: viser.ViserServer, declaration: Declaration, value: Value, on_move: Callable[[str, Value], None]
     ) -> None:
         self.declaration = declaration
+        self._value = value
         self._handles: tuple[Handle, ...] = _make(server, declaration, value)
         self._shown = True
 
@@ -39,8 +40,15 @@ class Control:
             if event.client_id is not None:
                 on_move(declaration.name, _from_handle(declaration, event.target.value))
 
+        async def pressed(event: viser.GuiEvent[Any]) -> None:
+            if event.client_id is not None:
+                on_move(declaration.name, int(self._value) + 1)
+
         for handle in self._handles:
-            handle.on_update(moved)
+            if isinstance(handle, viser.GuiButtonHandle):
+                handle.on_click(pressed)
+            else:
+                handle.on_update(moved)
 
     def show(self, value: Value, *, insist: bool = False) -> None:
         """Show a value.
@@ -50,7 +58,10 @@ class Control:
             insist: Send it even if the server believes that it is shown already. A browser may have lost it: all of
                 viser's controls share one throttle, which can drop the middle one of three quick changes.
         """
+        self._value = value
         for handle in self._handles:
+            if isinstance(handle, viser.GuiButtonHandle):
+                continue
             wanted = _to_handle(self.declaration, value)
             if isinstance(handle, viser.GuiSliderHandle):
                 wanted = min(max(wanted, handle.min), handle.max)
@@ -77,6 +88,10 @@ def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> 
             return (server.gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint),)
         case "colour":
             return (server.gui.add_rgb(label, shown, hint=hint),)
+        case "action":
+            return (server.gui.add_button(label, hint=hint),)
+        case "file":  # files come by the page, which checks who sends them
+            return ()
         case _:
             return _make_number(server.gui, declaration, control, shown)
 

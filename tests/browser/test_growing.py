@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.head.sketch import front
-from pftrack.geometry.face_model import mean_model
+from pftrack.geometry.face_model import FEATURES, mean_model, person
+from pftrack.model_files.points import as_json
+from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
@@ -33,6 +35,11 @@ def surface(view: SessionPage) -> dict[str, Any] | None:
     return found
 
 
+def points_json(count: int) -> bytes:
+    """A file of the first points of a person's face."""
+    return as_json(FEATURES[:count], person(102).points_mm[:count])
+
+
 @pytest.mark.scene
 def test_the_mean_head_becomes_the_drivers(watch: Callable[..., SessionPage], server: Server) -> None:
     """The mesh in the scene begins as the mean face, changes with the frames, and its error falls on the page."""
@@ -53,13 +60,16 @@ def test_the_mean_head_becomes_the_drivers(watch: Callable[..., SessionPage], se
     assert glyph["value"][40] < 0.85 * glyph["value"][0]
 
 
-def test_the_model_is_taken_away_as_a_file(unchosen: Any, server: Server, tmp_path: Path) -> None:
-    """Export lists what the head offers; a click brings a file that another program reads."""
+def test_the_model_is_taken_away_and_brought_back(
+    unchosen: Any, server: Server, complaints: Complaints, tmp_path: Path
+) -> None:
+    """A click brings a file that another program reads; a model is begun with, and one of five points refused."""
+    complaints.expected = ("422",)
     trimesh = pytest.importorskip("trimesh")
     session = server.start_session(experiment="head", parameters=VALUES, frames=10)
     unchosen.goto(session["page"])
     view = SessionPage(unchosen, server).ready()
-    unchosen.click("[aria-label=Export]")
+    unchosen.click("[aria-label=Files]")
     assert unchosen.locator(".menu [data-export]").count() == len(session["exports"])
     with unchosen.expect_download() as waiting:
         unchosen.click("[data-export=face-obj]")
@@ -70,7 +80,14 @@ def test_the_model_is_taken_away_as_a_file(unchosen: Any, server: Server, tmp_pa
     assert read.vertices.shape == front(mean_model()).vertices_mm.shape
     nose = mean_model()["nose"] * (1, -1, -1)
     assert np.linalg.norm(read.vertices - nose, axis=1).min() < 12
-    assert view.position == 0
+    picker = unchosen.locator("[data-file=starting_face]")
+    picker.set_input_files({"name": "prism.json", "mimeType": "application/json", "buffer": points_json(5)})
+    unchosen.get_by_text("expected a model of 11 points, got 5").wait_for()
+    picker.set_input_files({"name": "me.json", "mimeType": "application/json", "buffer": points_json(11)})
+    view.until(lambda: view.session["parameters"]["starting_face"], "the model is in force")
+    server.seek(view.id, 2)
+    view.stands_at(2)
+    assert server.get(f"sessions/{view.id}/exports/face-json")["frames"] == 2
 
 
 def test_what_offers_no_files_has_no_button(unchosen: Any, server: Server) -> None:
@@ -78,4 +95,4 @@ def test_what_offers_no_files_has_no_button(unchosen: Any, server: Server) -> No
     session = server.start_session()
     unchosen.goto(session["page"])
     SessionPage(unchosen, server).ready()
-    assert not unchosen.locator("[aria-label=Export]").is_visible()
+    assert not unchosen.locator("[aria-label=Files]").is_visible()

@@ -9,13 +9,16 @@ from numpy.typing import NDArray
 from pftrack.experiments import find
 from pftrack.frame import Target
 from pftrack.geometry.face_model import FEATURES, fit_similarity, mean_model, person, spread_mm2
-from pftrack.parameters import Value, revise
+from pftrack.geometry.rotation import rotation
+from pftrack.model_files.points import as_json
+from pftrack.parameters import ParameterError, Value, revise
 from pftrack.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.structure.alignment import residuals
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head import growth as face_growth
 from pftrack.trackers.head.memory import HeadMemory
+from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose.state import PoseState
 from tests.experiments.heads import simulated
 
@@ -232,3 +235,57 @@ def test_the_deviations_hold_over_people() -> None:
         own = person(seed).points_mm
         off.append(np.square(fit_similarity(own, MEAN)(own) - MEAN).sum())
     assert np.mean(off) == pytest.approx(np.trace(said, axis1=1, axis2=2).sum(), rel=1 / 3)
+
+
+def test_the_model_begins_again_on_demand(grown: Run) -> None:
+    """Whenever the action is done once more, what was learned is gone; before and after it learns as usual."""
+    again = grown.branch(40, {"model_restarts": 1})
+    again.seek(44)
+    assert growth_of(again).own.frames == 4
+    assert growth_of(again).weight < 0.2
+    again.change({"model_restarts": 2})
+    again.seek(46)
+    assert growth_of(again).own.frames == 2
+    usual = Run(HEAD, HEAD.simulate(), seed=1, frames=4, timeline=(Change(0, SMALL), Change(2, {"model_restarts": 1})))
+    without = Run(HEAD, HEAD.simulate(), seed=1, frames=4, timeline=(Change(0, SMALL),))
+    assert usual.finish().diagnostics.estimate == without.finish().diagnostics.estimate
+
+
+def test_it_may_begin_with_a_face_that_was_learned(grown: Run) -> None:
+    """With what was exported it begins where that ended: nearer to the driver's face than the mean, from frame 0 on."""
+    grown.finish()
+    (exported,) = (export for export in HEAD.exports if export.suffix == "json")
+    text = exported.make(grown.current.state).decode()
+    run = run_of(6, **SMALL, starting_face=text)
+    first = float(run.current.diagnostics.series["shape_error_mm"])
+    assert first == pytest.approx(error_mm(growth_of(grown).shape, 102), abs=0.01)
+    run.finish()
+    assert np.abs(run.current.state.solid.points_mm - growth_of(grown).shape).max() < 0.5
+    saved = run.recipe.timeline[0].values["starting_face"]
+    assert len(str(saved)) < 1500
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("nonsense", "must be a face model .expected a JSON file of points"),
+        (as_json(FEATURES[:5], MEAN[:5]).decode(), "expected a model of 11 points, got 5"),
+        (as_json(FEATURES, 5 * MEAN).decode(), "0.5 to 2 times the mean's size, got 5"),
+        (as_json(FEATURES, MEAN * (1, 1, -1)).decode(), "within 25 mm of the mean face's, got nose"),
+        (as_json(FEATURES, np.zeros((11, 3))).decode(), "all at one place"),
+        ("x" * 100_001, "of at most 100000 characters"),
+    ],
+)
+def test_what_is_no_face_is_refused(text: str, words: str) -> None:
+    """At the one door, with a sentence that names the parameter: not JSON, another number of points, no face, huge."""
+    with pytest.raises(ParameterError, match=words) as caught:
+        revise(HEAD.simulate().parameters, {"starting_face": text})
+    assert caught.value.field == "starting_face"
+
+
+def test_a_face_that_is_turned_is_turned_back() -> None:
+    """A model in another pose and place is laid onto the mean face, as large as it is."""
+    turned = 1.1 * person(102).points_mm @ rotation(np.array([0.3, -0.5, 0.2])).T + (10.0, 200.0, -50.0)
+    found = starting_model(as_json(FEATURES, turned).decode()).points_mm
+    onto = fit_similarity(1.1 * person(102).points_mm, MEAN)
+    np.testing.assert_allclose(found, onto(1.1 * person(102).points_mm) / onto.scale, atol=1e-3)

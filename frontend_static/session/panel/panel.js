@@ -72,7 +72,8 @@ export class Panel {
     /** @type {Group["members"]} */
     const members = session.declarations.flatMap((declaration) => {
       const turning = turnings.get(declaration.name);
-      if (turning === undefined) return [];
+      // Files are brought in by the menu of files, which both views have.
+      if (turning === undefined || declaration.kind === "file") return [];
       const control = makeControl(declaration, turning, propose(declaration.name));
       this.#controls.set(declaration.name, control);
       return [{ control, declaration }];

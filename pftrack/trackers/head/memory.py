@@ -36,11 +36,13 @@ class Form(NamedTuple):
     upper_layer: str
     focal_widths: float
     template_scale: float
+    restarts: int = 0
+    starting_face: str = ""
 
     @property
-    def learned_from(self) -> tuple[str, float]:
+    def learned_from(self) -> tuple[str, float, int, str]:
         """By what a growing face was learned; with another of it, it begins again."""
-        return self.face_model, self.focal_widths
+        return self.face_model, self.focal_widths, self.restarts, self.starting_face
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,8 +2,12 @@
 
 from typing import Literal
 
+from pydantic import field_validator
+
 from pftrack.geometry.face_model import FEATURES as FEATURE_NAMES
-from pftrack.parameters import parameter
+from pftrack.model_files.points import as_json
+from pftrack.parameters import ParameterError, parameter
+from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose.parameters import UPPER, PoseTrackerParameters, joint_particles, particles_per_feature
 
 __all__ = ["HeadTrackerParameters"]
@@ -136,3 +140,31 @@ class HeadTrackerParameters(PoseTrackerParameters):
         step=0.001,
         group=GROWTH,
     )
+    model_restarts: int = parameter(
+        0,
+        "Begin the model again",
+        "Forgets what the growing face model has learned, and begins again with the face that it began with.",
+        ge=0,
+        le=1_000_000,
+        step=1,
+        action=True,
+        group=GROWTH,
+    )
+    starting_face: str = parameter(
+        "",
+        "Begin with a face model",
+        "With which face the growing model begins: one that was exported as JSON, or the mean face if there is none.",
+        accept=".json",
+        group=GROWTH,
+    )
+
+    @field_validator("starting_face")
+    @classmethod
+    def _is_a_face(cls, text: str) -> str:
+        """Keep nothing but the points, so that a recipe stays short."""
+        if not text:
+            return text
+        try:
+            return as_json(FEATURE_NAMES, starting_model(text).points_mm).decode()
+        except ValueError as error:
+            raise ParameterError("starting_face", text, f"a face model ({error})") from None

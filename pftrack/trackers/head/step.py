@@ -33,6 +33,7 @@ from pftrack.trackers.head import growth as face_growth
 from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, Form, HeadMemory, around, eye_distance, widened
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.reports import head_measurement, head_series
+from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pinned, pose_and_band
 from pftrack.trackers.pose.methods import METHODS, Method
@@ -177,14 +178,23 @@ def _grown(state: PoseState) -> PoseState:
 
 
 def _form(parameters: HeadTrackerParameters) -> Form:
-    return Form(parameters.face_model, parameters.upper_layer, parameters.focal_widths, parameters.template_scale)
+    grows = parameters.face_model == "growing"
+    return Form(
+        parameters.face_model,
+        parameters.upper_layer,
+        parameters.focal_widths,
+        parameters.template_scale,
+        parameters.model_restarts if grows else 0,
+        parameters.starting_face if grows else "",
+    )
 
 
 def _growth(sight: FirstSight, form: Form, parameters: HeadTrackerParameters) -> Growing | None:
     """Return a face that begins to grow, if one is asked for."""
     if form.face_model != "growing":
         return None
-    return face_growth.begun(mean_model(), form.focal_widths * sight.grey.shape[1], parameters)
+    start = starting_model(form.starting_face) if form.starting_face else mean_model()
+    return face_growth.begun(start, form.focal_widths * sight.grey.shape[1], parameters)
 
 
 def _model(sight: FirstSight, form: Form, growth: Growing | None) -> FaceModel:
