@@ -41,6 +41,8 @@ HOMONYMS = {
 PLACES = {
     ("pftrack/measures.py", "face"): "the title of a publication",
     ("pftrack/faults.py", "faces"): "the triangles of a mesh",
+    ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",
+    ("pftrack/model_files/surface.py", "faces"): "the triangles of a mesh",
     ("pftrack/runs/migrate.py", "head"): "a key of sessions that exist",
     ("server/store/database.py", "head"): "Alembic's word for the newest migration",
     ("server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
