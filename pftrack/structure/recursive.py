@@ -171,7 +171,8 @@ def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np
     focal = float(state.settings.focal_px)
     camera = frontal(focal, state.shape, rows, precisions) if state.camera is None else state.camera
     start, held = state.shape, state.precision
-    if state.settings.memory < 1.0:
+    # In the first frame it changes nothing; whoever begins has it compiled then, and not when somebody first forgets.
+    if state.settings.memory < 1.0 or state.frames == 0:
         start, held = _forgotten(
             start, held, state.prior_shape, state.prior_precision, precisions, float(state.settings.memory)
         )

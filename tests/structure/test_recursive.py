@@ -176,3 +176,14 @@ def test_bad_input_is_refused() -> None:
     state = recursive.begin(usual(), covariance(), SETTINGS)
     with pytest.raises(ValueError, match="finite positions"):
         recursive.step(state, np.full((8, 2), np.nan), np.ones((8, 2)))
+
+
+def test_the_first_frame_forgets_nothing() -> None:
+    """There the belief is the prior, so a memory below 1 changes shape and precision by no more than rounding does."""
+    positions, variances = next(iter(views(own(), 1)))
+    states = [
+        recursive.step(recursive.begin(usual(), covariance(), Settings(FOCAL_PX, memory=memory)), positions, variances)
+        for memory in (1.0, 0.5)
+    ]
+    np.testing.assert_allclose(states[0].shape, states[1].shape, atol=1e-9)
+    np.testing.assert_allclose(states[0].precision, states[1].precision, atol=1e-9)
