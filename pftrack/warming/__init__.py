@@ -12,8 +12,8 @@ at their progress; what has been compiled stays when they are ended.
 - `memory`: which experiments are known to be ready, without calling anything.
 """
 
-from pftrack.warming.memory import cache_folder, ready, remember
+from pftrack.warming.memory import cache_folder, loading, ready, remember
 from pftrack.warming.progress import Progress
 from pftrack.warming.warming import Warming
 
-__all__ = ["Progress", "Warming", "cache_folder", "ready", "remember"]
+__all__ = ["Progress", "Warming", "cache_folder", "loading", "ready", "remember"]

@@ -40,15 +40,23 @@ def output() -> Say:
 
 def warm(name: str, say: Say) -> None:
     """Run everything of an experiment, and tell what came of it."""
+    loading = []
     try:
-        for tracker, values in cases(EXPERIMENTS[name]):
+        for number, (tracker, values) in enumerate(cases(EXPERIMENTS[name])):
+            before = _loaded()
             run_case(EXPERIMENTS[name], tracker, values)
+            if _loaded() > before:
+                loading.append(number)
             say({"found": [name_of(it) for it in FUNCTIONS if it.signatures]})
     except Exception as error:  # noqa: BLE001 - foreign experiments may raise anything, and it is to be reported
         say({"failed": name, "reason": f"{type(error).__name__}: {error}".splitlines()[0]})
     else:
-        remember(name)
+        remember(name, loading)
         say({"ready": name})
+
+
+def _loaded() -> int:
+    return sum(len(function.signatures) for function in FUNCTIONS)
 
 
 def main() -> None:

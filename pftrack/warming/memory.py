@@ -2,22 +2,25 @@
 
 It is named by everything that what is compiled depends on, so that after a change, or an update of a library, nothing
 is remembered; an experiment is then called again, which takes a second if everything is there after all. What other
-packages compile is not looked at: after a change of theirs their own sessions compile it. Each experiment is an empty
-file in the folder: several processes compile at once, and none may forget what another remembers.
+packages compile is not looked at: after a change of theirs their own sessions compile it. Each experiment is a file in
+the folder: several processes compile at once, and none may forget what another remembers. It lists the numbers of the
+cases that called something for the first time, which are enough to load all of it again.
 """
 
 import hashlib
+import json
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from contextlib import suppress
 from pathlib import Path
 
 from pftrack import machine
+from pftrack.files import write_whole
 
-__all__ = ["cache_folder", "existing", "ready", "remember", "writable"]
+__all__ = ["cache_folder", "existing", "loading", "ready", "remember", "writable"]
 
 KEPT = 8
 """Memories of other versions and checkouts that are left alone."""
@@ -41,14 +44,27 @@ def ready(names: Iterable[str]) -> frozenset[str]:
     return frozenset()
 
 
-def remember(name: str) -> None:
-    """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered."""
+def loading(name: str) -> frozenset[int] | None:
+    """Return the numbers of the cases that load all that an experiment calls; None if that is not remembered."""
+    folder = _folder()
+    with suppress(OSError, ValueError):
+        return frozenset(json.loads((folder / name).read_text("utf-8"))) if folder else None
+    return None
+
+
+def remember(name: str, numbers: Collection[int]) -> None:
+    """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered.
+
+    Args:
+        name: The experiment's.
+        numbers: Of its cases that called something that none before them has called.
+    """
     folder = _folder()
     if folder is None:
         return
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / name).touch()
+        write_whole(folder / name, json.dumps(sorted(numbers)).encode())
         others = sorted(folder.parent.glob("warm-*/"), key=lambda other: other.stat().st_mtime)
         for old in others[:-KEPT]:
             shutil.rmtree(old, ignore_errors=True)

@@ -1,7 +1,8 @@
 """The driver: what runs in the process that computes a sweep, and ends with the server.
 
 The server holds the other end of its socket. When the server is gone, however it went, the socket closes, and the sweep
-stops as if somebody had pressed Ctrl-C: what was computed is kept. Sweeps give way to sessions, which people watch.
+stops as if somebody had pressed Ctrl-C: what was computed is kept. A sweep gives way to sessions, which people watch;
+for an estimate or a report somebody waits.
 """
 
 import json
@@ -36,9 +37,9 @@ def main(talk: socket.socket, complaint: socket.socket, task: Task) -> None:
     os.setsid()
     os.dup2(talk.fileno(), sys.stdout.fileno())
     os.dup2(complaint.fileno(), sys.stderr.fileno())
-    os.nice(NICENESS)
     confine(file_bytes=task.file_bytes)
     if isinstance(task, Resume):
+        os.nice(NICENESS)
         pool.prepare()  # before there is a thread
     threading.Thread(target=_follow, args=(talk,), name="follow", daemon=True).start()
     match task:

@@ -1,6 +1,9 @@
 """What the forkserver has ready is shared by all workers, and stays so."""
 
 import gc
+import json
+import subprocess
+import sys
 
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.queue import Queues
@@ -11,3 +14,27 @@ def test_a_workers_garbage_collector_leaves_what_is_shared_alone() -> None:
     """Otherwise its first full collection copies the pages of everything that was preloaded."""
     frozen = run(ChildTasks(Queues(), 1 << 30).run(gc.get_freeze_count))
     assert frozen > 100_000
+
+
+LOADING = """
+import json
+import server.worker.preload
+from pftrack.compiled import FUNCTIONS
+from pftrack.experiments import EXPERIMENTS
+from pftrack.warming.coverage import cases, run_case
+
+loaded = {it: len(it.signatures) for it in FUNCTIONS}
+for name in EXPERIMENTS.own:
+    for tracker, values in cases(EXPERIMENTS[name]):
+        run_case(EXPERIMENTS[name], tracker, values)
+more = [str(it) for it in FUNCTIONS if len(it.signatures) > loaded.get(it, 0)]
+print(json.dumps([sum(map(bool, loaded.values())), more]))
+"""
+
+
+def test_a_worker_loads_nothing_that_is_compiled() -> None:
+    """Its parent has loaded all of it, by the few cases that are enough for that."""
+    done = subprocess.run([sys.executable, "-c", LOADING], capture_output=True, text=True, check=True)
+    count, more = json.loads(done.stdout)
+    assert count > 50
+    assert more == []

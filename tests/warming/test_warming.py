@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -124,8 +125,8 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """A finished experiment is ready in the next process, until anything that compiled code depends on changes."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     assert memory.ready(["one", "two"]) == frozenset()
-    memory.remember("one")
-    memory.remember("three")
+    memory.remember("one", [0])
+    memory.remember("three", [0, 4])
     assert memory.ready(["one", "two"]) == {"one"}
     monkeypatch.setattr(
         memory.machine, "computed_on", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
@@ -136,7 +137,7 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_what_else_a_process_has_imported_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that has compiled more than others finds what these remember."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    memory.remember("one")
+    memory.remember("one", [0])
     loop_with(silent)
     assert memory.ready(["one"]) == {"one"}
 
@@ -146,15 +147,17 @@ def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkey
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     names = [f"experiment-{number}" for number in range(40)]
     with ThreadPoolExecutor(8) as pool:
-        list(pool.map(memory.remember, names))
+        list(pool.map(memory.remember, names, repeat([2, 0])))
     assert memory.ready(names) == frozenset(names)
+    assert memory.loading(names[7]) == {0, 2}
+    assert memory.loading("another") is None
 
 
 def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a folder to write in there is no memory, and no error."""
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    memory.remember("one")
+    memory.remember("one", [0])
     assert memory.ready(["one"]) == frozenset()
 
 
@@ -174,7 +177,7 @@ def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
 
     def news() -> list[dict[str, object]]:
-        command = [sys.executable, "-m", "pftrack.warming.child"]
+        command = [sys.executable, "-m", "pftrack.warming.child", "--at-once"]
         done = subprocess.run(command, input="sine\n", capture_output=True, text=True, check=True, env=environment)
         return [json.loads(line) for line in done.stdout.splitlines()]
 
