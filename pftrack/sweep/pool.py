@@ -1,7 +1,7 @@
 """The pool: processes of this machine that compute for a sweep or a study.
 
-Each is forked from a nursery and connected by a socket of its own. So the loss of one is seen at once and costs its own
-task alone, and when the driver is lost, all of them find their sockets closed and end.
+Each is forked from a fork server and connected by a socket of its own. So the loss of one is seen at once and costs its
+own task alone, and when the driver is lost, all of them find their sockets closed and end.
 """
 
 from collections.abc import Callable
@@ -10,19 +10,19 @@ from itertools import count
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from pftrack.process import Nursery
+from pftrack.process import ForkServer
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.work import one_thread
 from pftrack.sweep.workers import Done
 
 __all__ = ["LocalWorkers", "prepare", "work"]
 
-_PREPARED: list[Nursery] = []
+_PREPARED: list[ForkServer] = []
 
 
 def prepare() -> None:
-    """Fork the nursery of the next pool off this process, which has imported everything and started no thread."""
-    _PREPARED.append(Nursery.forked(work))
+    """Fork the server of the next pool off this process, which has imported everything and started no thread."""
+    _PREPARED.append(ForkServer.forked(work))
 
 
 class LocalWorkers:
@@ -30,7 +30,7 @@ class LocalWorkers:
 
     def __init__(self, jobs: int) -> None:
         """Start `jobs` processes."""
-        self._nursery = _PREPARED.pop() if _PREPARED else _fresh()
+        self._fork_server = _PREPARED.pop() if _PREPARED else _fresh()
         self._numbers = count()
         self._hands = [self._hand() for _ in range(jobs)]
 
@@ -76,24 +76,24 @@ class LocalWorkers:
         """End all processes."""
         for hand in self._hands:
             hand.end()
-        self._nursery.close()
+        self._fork_server.close()
 
     def _hand(self) -> "_Hand":
         try:
-            return _Hand(self._nursery, next(self._numbers))
-        except OSError:  # the nursery itself was lost
-            self._nursery.close()
-            self._nursery = _fresh()
-            return _Hand(self._nursery, next(self._numbers))
+            return _Hand(self._fork_server, next(self._numbers))
+        except OSError:  # the fork server itself was lost
+            self._fork_server.close()
+            self._fork_server = _fresh()
+            return _Hand(self._fork_server, next(self._numbers))
 
 
 class _Hand:
     """One process, and the number of the task that it is busy with."""
 
-    def __init__(self, nursery: Nursery, number: int) -> None:
+    def __init__(self, server: ForkServer, number: int) -> None:
         self.task: int | None = None
-        self._nursery, self._number = nursery, number
-        self.connection = nursery.start(number)
+        self._fork_server, self._number = server, number
+        self.connection = server.start(number)
 
     def take(self, number: int, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
         """Send a task."""
@@ -103,11 +103,11 @@ class _Hand:
     def end(self) -> str:
         """End the process; return in words how it ended if it had already."""
         self.connection.close()
-        return self._nursery.end(self._number)
+        return self._fork_server.end(self._number)
 
 
-def _fresh() -> Nursery:
-    return Nursery.fresh("pftrack.sweep.pool_process")
+def _fresh() -> ForkServer:
+    return ForkServer.fresh("pftrack.sweep.pool_process")
 
 
 def work(connection: "Connection[Any, Any]") -> None:

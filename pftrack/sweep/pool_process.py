@@ -1,9 +1,9 @@
-"""The nursery of a pool in a fresh interpreter: the socket to its owner is the descriptor that is its argument."""
+"""The fork server of a pool in a fresh interpreter: the socket to its owner is the descriptor that is its argument."""
 
 import sys
 from multiprocessing.connection import Connection
 
-from pftrack.process.nursery import serve
+from pftrack.process.fork_server import serve
 from pftrack.sweep.pool import work
 
 __all__: list[str] = []

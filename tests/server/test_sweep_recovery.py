@@ -105,7 +105,7 @@ def test_a_killed_server(tmp_path: Path) -> None:
             until_some(client, sweep["id"])
             assert server.pid is not None
             children = [process for one in drivers(server.pid) for process in (one, *one.children(recursive=True))]
-            assert len(children) > 2  # with a nursery and those that it has started
+            assert len(children) > 2  # with a fork server and those that it has started
         server.kill()
         wait_for(lambda: not any(child.is_running() for child in children), 20)
         server.start()

@@ -29,9 +29,9 @@ def cut(plan: Plan, out: Path, runs: int) -> None:
 
 
 def children() -> list[psutil.Process]:
-    """Processes of the pool that this process started: those that its nursery has forked."""
-    nurseries = [it for it in psutil.Process().children() if "pftrack.sweep.pool_process" in it.cmdline()]
-    return [process for it in nurseries for process in it.children()]
+    """Processes of the pool that this process started: those that its fork server has forked."""
+    servers = [it for it in psutil.Process().children() if "pftrack.sweep.pool_process" in it.cmdline()]
+    return [process for it in servers for process in it.children()]
 
 
 def test_rows_do_not_depend_on_workers_or_chunks(plan: Plan, finished: Result, tmp_path: Path) -> None:
@@ -178,8 +178,8 @@ def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path
     driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(tmp_path / "long.parquet")], stdout=subprocess.PIPE)
     assert driver.stdout is not None
     driver.stdout.readline()
-    (nursery,) = psutil.Process(driver.pid).children()
-    while len(workers := nursery.children()) < 2:
+    (server,) = psutil.Process(driver.pid).children()
+    while len(workers := server.children()) < 2:
         time.sleep(0.02)
     spent = sum(worker.cpu_times().user for worker in workers)
     while sum(worker.cpu_times().user for worker in workers) < spent + 1.0:
@@ -187,7 +187,7 @@ def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path
     driver.kill()
     driver.wait()
     driver.stdout.close()
-    gone, alive = psutil.wait_procs([nursery, *workers], timeout=30)
+    gone, alive = psutil.wait_procs([server, *workers], timeout=30)
     assert len(gone) == 3
     assert not alive
 
@@ -315,8 +315,8 @@ def test_workers_have_the_environment_of_one_thread() -> None:
         workers.close()
 
 
-def test_a_lost_nursery_is_replaced() -> None:
-    """A pool whose nursery is killed gives the task back, and goes on with another."""
+def test_a_lost_fork_server_is_replaced() -> None:
+    """A pool whose fork server is killed gives the task back, and goes on with another."""
     from pftrack.sweep.pool import LocalWorkers
 
     workers = LocalWorkers(1)

@@ -1,4 +1,4 @@
-"""A nursery of children that do what they are told, in a process without threads: pytest has some."""
+"""A fork server of children that do what they are told, in a process without threads: pytest has some."""
 
 import json
 import os
@@ -8,8 +8,8 @@ import time
 from multiprocessing.connection import Connection
 from typing import Any
 
-from pftrack.process import Nursery
-from pftrack.process.nursery import serve
+from pftrack.process import ForkServer
+from pftrack.process.fork_server import serve
 
 
 def obey(connection: "Connection[Any, Any]") -> None:
@@ -24,11 +24,11 @@ def obey(connection: "Connection[Any, Any]") -> None:
             time.sleep(60)
 
 
-def endings(nursery: Nursery) -> dict[str, str]:
-    """Have children end in every way, two at a time, and return what the nursery says of them."""
+def endings(server: ForkServer) -> dict[str, str]:
+    """Have children end in every way, two at a time, and return what the fork server says of them."""
     said = {}
     for number, how in enumerate(("exit", "fail", "return", "hang", "killed")):
-        connection, other = nursery.start(2 * number), nursery.start(2 * number + 1)
+        connection, other = server.start(2 * number), server.start(2 * number + 1)
         with connection, other:
             process, parent, group, deaf = connection.recv()
             assert (parent, group, deaf) == (other.recv()[1], os.getpgid(0), True)
@@ -37,8 +37,8 @@ def endings(nursery: Nursery) -> dict[str, str]:
             connection.send(how)
             if how != "hang":
                 assert connection.poll(30)  # its end is closed
-            said[how] = nursery.end(2 * number)
-        nursery.end(2 * number + 1)
+            said[how] = server.end(2 * number)
+        server.end(2 * number + 1)
     return said
 
 
@@ -46,6 +46,6 @@ if __name__ == "__main__":
     if len(sys.argv) > 1:
         serve(Connection(int(sys.argv[1])), obey)
     else:
-        forked = Nursery.forked(obey)
+        forked = ForkServer.forked(obey)
         json.dump(endings(forked), sys.stdout)
         forked.close()

@@ -1,8 +1,8 @@
-"""The nursery: a process that has imported everything and does nothing, from which others are forked in milliseconds.
+"""The fork server: a process that has imported everything and waits, from which others are forked in milliseconds.
 
 A fresh interpreter needs most of a second of processor time before it computes; a fork of a warm one shares with its
-siblings what they all have imported. The nursery starts no threads, since a fork copies the locks that they hold, but
-not them. It lives as long as the socket between it and its owner; its children follow it.
+siblings what they all have imported. It starts no threads, since a fork copies the locks that they hold, but not them.
+It lives as long as the socket between it and its owner; its children follow it.
 """
 
 import gc
@@ -22,7 +22,7 @@ from typing import Any, NoReturn, TypeAlias
 from pftrack.process.child import command, described, environment, follow_parent
 from pftrack.process.limits import leave_interrupts_to_parent
 
-__all__ = ["Nursery", "serve"]
+__all__ = ["ForkServer", "serve"]
 
 Body: TypeAlias = Callable[[Connection], None]
 
@@ -31,15 +31,15 @@ LOOK_S = 0.05
 """How long a child whose socket is closed may take to end by itself."""
 
 
-class Nursery:
-    """A nursery, as its owner sees it; its children are known by numbers that the owner chooses."""
+class ForkServer:
+    """A fork server, as its owner sees it; its children are known by numbers that the owner chooses."""
 
     def __init__(self, connection: "Connection[Any, Any]", wait: Callable[[], object]) -> None:
-        """Take over a nursery that runs; `wait` waits for its end."""
+        """Take over a fork server that runs; `wait` waits for its end."""
         self._connection, self._wait = connection, wait
 
     @classmethod
-    def fresh(cls, module: str) -> "Nursery":
+    def fresh(cls, module: str) -> "ForkServer":
         """Start one in a fresh interpreter.
 
         Args:
@@ -64,7 +64,7 @@ class Nursery:
         return cls(ours, wait)
 
     @classmethod
-    def forked(cls, body: Body) -> "Nursery":
+    def forked(cls, body: Body) -> "ForkServer":
         """Fork one off this process, which must not have started a thread yet."""
         ours, theirs = Pipe()
         sys.stdout.flush()
@@ -79,7 +79,7 @@ class Nursery:
         """Have a child forked, and return the socket to it; one that cannot be forked closes it.
 
         Raises:
-            OSError: The nursery was lost.
+            OSError: The fork server was lost.
         """
         ours, theirs = Pipe()
         with theirs:
@@ -136,11 +136,11 @@ def serve(connection: "Connection[Any, Any]", body: Body) -> None:
 
 
 def _forked(connection: "Connection[Any, Any]", body: Body, descriptor: int) -> int:
-    nursery = os.getpid()
+    server = os.getpid()
     process = os.fork()
     if process == 0:
         connection.close()
-        follow_parent(nursery)
+        follow_parent(server)
         _end_after(body, Connection(descriptor))
     return process
 
