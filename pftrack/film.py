@@ -38,7 +38,11 @@ class FilmWriter:
         self._path = path
         self._part = part_of(path)
         self._part.touch()
-        self._container = av.open(self._part, "w", format="mp4", options={"movflags": "+faststart"})
+        try:
+            self._container = av.open(self._part, "w", format="mp4", options={"movflags": "+faststart"})
+        except BaseException:
+            self._part.unlink(missing_ok=True)
+            raise
         self._rate = Fraction(frame_rate_hz).limit_denominator(1001)
         self._stream: av.VideoStream | None = None
 

@@ -1,5 +1,6 @@
 """Films hold the pictures that were written, appear whole or not at all, and play everywhere."""
 
+import errno
 from pathlib import Path
 
 import av
@@ -69,3 +70,15 @@ def test_a_place_that_cannot_be_written_is_an_error_at_once(tmp_path: Path) -> N
     """A missing folder is noticed before a single picture is computed."""
     with pytest.raises(OSError, match="No such file"):
         FilmWriter(tmp_path / "nowhere" / "film.mp4", 30.0)
+
+
+def test_a_film_that_cannot_be_begun_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a full disk not even an empty file stays behind."""
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
+
+    monkeypatch.setattr(av, "open", full)
+    with pytest.raises(OSError, match="no space left"):
+        FilmWriter(tmp_path / "film.mp4", 30.0)
+    assert list(tmp_path.iterdir()) == []

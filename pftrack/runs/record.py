@@ -178,8 +178,12 @@ def read_saved(path: Path) -> Saved:
         with zipfile.ZipFile(path) as archive:
             if archive.getinfo("diagnostics.npz").file_size > LARGEST_DIAGNOSTICS_BYTES:
                 return Saved(record, None)
-            with np.load(io.BytesIO(archive.read("diagnostics.npz")), allow_pickle=False) as columns:
-                estimates = np.asarray(columns["estimate"], np.float64)
+            data = io.BytesIO(archive.read("diagnostics.npz"))
+        with zipfile.ZipFile(data) as inside:  # which may be a thousand times as large
+            if inside.getinfo("estimate.npy").file_size > LARGEST_DIAGNOSTICS_BYTES:
+                return Saved(record, None)
+        with np.load(data, allow_pickle=False) as columns:
+            estimates = np.asarray(columns["estimate"], np.float64)
     except DAMAGED:  # it can be computed again all the same
         return Saved(record, None)
     return Saved(record, estimates if estimates.ndim == 2 else None)

@@ -32,21 +32,21 @@ class LocalWorkers:
         """Start `jobs` processes."""
         self._fork_server = _PREPARED.pop() if _PREPARED else _fresh()
         self._numbers = count()
-        self._hands = [self._hand() for _ in range(jobs)]
+        self._workers = [self._worker() for _ in range(jobs)]
 
     def welcome(self) -> int:
         """Return how many processes have nothing to do."""
-        return sum(hand.task is None for hand in self._hands)
+        return sum(worker.task is None for worker in self._workers)
 
     def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:
         """Give a task to a process that has nothing to do; one that was lost meanwhile is replaced."""
-        place = next(place for place, hand in enumerate(self._hands) if hand.task is None)
+        place = next(place for place, worker in enumerate(self._workers) if worker.task is None)
         try:
-            self._hands[place].take(number, function, arguments)
+            self._workers[place].take(number, function, arguments)
         except OSError:
-            self._hands[place].end()
-            self._hands[place] = self._hand()
-            self._hands[place].take(number, function, arguments)
+            self._workers[place].end()
+            self._workers[place] = self._worker()
+            self._workers[place].take(number, function, arguments)
 
     def finished(self, timeout_s: float) -> list[Done]:
         """Return what was done; a process that was lost is replaced.
@@ -54,18 +54,18 @@ class LocalWorkers:
         Raises:
             SweepError: A task failed.
         """
-        busy = {hand.connection: place for place, hand in enumerate(self._hands) if hand.task is not None}
+        busy = {worker.connection: place for place, worker in enumerate(self._workers) if worker.task is not None}
         done = []
         for connection in wait(list(busy), timeout_s):
             place = busy[connection]  # type: ignore[index] # wait returns what it was given
-            hand = self._hands[place]
-            number, hand.task = hand.task, None
+            worker = self._workers[place]
+            number, worker.task = worker.task, None
             assert number is not None  # noqa: S101 - it was busy
             try:
-                failure, value = hand.connection.recv()
+                failure, value = worker.connection.recv()
             except (EOFError, OSError):
-                done.append(Done(number, lost=hand.end()))
-                self._hands[place] = self._hand()
+                done.append(Done(number, lost=worker.end()))
+                self._workers[place] = self._worker()
                 continue
             if failure:
                 raise SweepError(f"the computation failed: {failure}")
@@ -74,20 +74,20 @@ class LocalWorkers:
 
     def close(self) -> None:
         """End all processes."""
-        for hand in self._hands:
-            hand.end()
+        for worker in self._workers:
+            worker.end()
         self._fork_server.close()
 
-    def _hand(self) -> "_Hand":
+    def _worker(self) -> "_Worker":
         try:
-            return _Hand(self._fork_server, next(self._numbers))
+            return _Worker(self._fork_server, next(self._numbers))
         except OSError:  # the fork server itself was lost
             self._fork_server.close()
             self._fork_server = _fresh()
-            return _Hand(self._fork_server, next(self._numbers))
+            return _Worker(self._fork_server, next(self._numbers))
 
 
-class _Hand:
+class _Worker:
     """One process, and the number of the task that it is busy with."""
 
     def __init__(self, server: ForkServer, number: int) -> None:

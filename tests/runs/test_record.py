@@ -1,5 +1,6 @@
 """Saved runs: the same numbers from a file, and a clear word for every file that is none."""
 
+import io
 import json
 import zipfile
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.marks import Box
+from pftrack.runs import record
 from pftrack.runs.record import RecordError, load, read, read_saved, save
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
@@ -114,6 +116,24 @@ def test_a_damaged_archive_is_told_from_a_whole_one(run: Run, tmp_path: Path, me
     else:
         assert read_saved(path).record == read(path)
         assert read_saved(path).estimates is None
+
+
+def test_numbers_that_unpack_to_too_much_are_left_out(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A small archive in the archive may hold a thousand times as much; its run can be computed again all the same."""
+    monkeypatch.setattr(record, "LARGEST_DIAGNOSTICS_BYTES", 20_000)
+    path, packed = tmp_path / "a.pft", io.BytesIO()
+    save(run, path)
+    assert read_saved(path).estimates is not None
+    np.savez_compressed(packed, estimate=np.zeros((10_000, 2)))
+    assert len(packed.getvalue()) < 20_000
+    with zipfile.ZipFile(path) as archive:
+        description = archive.read("run.json")
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("run.json", description)
+        archive.writestr("diagnostics.npz", packed.getvalue())
+    assert read_saved(path).estimates is None
 
 
 @pytest.mark.parametrize(

@@ -64,9 +64,9 @@ def rows(client: httpx.Client, sweep: str, **query: Any) -> dict[str, Any]:
 
 
 def drivers(server: int) -> list[psutil.Process]:
-    """The processes below a server that compute sweeps: each leads a group of its own."""
+    """The processes below a server that compute sweeps: forks of the forkserver that lead groups of their own."""
     below = psutil.Process(server).children(recursive=True)
-    return [one for one in below if os.getpgid(one.pid) == one.pid]
+    return [one for one in below if os.getpgid(one.pid) == one.pid and "forkserver" in " ".join(one.cmdline())]
 
 
 DRIVE = driver.main
