@@ -62,9 +62,9 @@ TELL_S = 1 / 30
 EARLY = 0.8
 HEARTBEAT_S = 1.0
 MEASURED_EVERY_S = 1.0
+"""While frames keep coming; measures look at all frames so far."""
 NICENESS = 3
 """Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
-"""While frames keep coming; measures look at all frames so far."""
 # So long a command or a start may take before it becomes a way that others can watch and cut short.
 AT_ONCE_S = 0.5
 OPEN_FILES = 256
