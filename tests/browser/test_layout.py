@@ -180,7 +180,8 @@ def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:
 def test_on_a_phone(watch: Watch) -> None:
     """The page says that it wants more room; scene and transport are there, and the title has a line of its own.
 
-    Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them.
+    Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them. The number of the
+    frame is whole and in no other's place.
     """
     shown = watch()
     page = shown.page
@@ -195,8 +196,13 @@ def test_on_a_phone(watch: Watch) -> None:
     assert title["y"] >= brand["y"] + brand["height"]
     buttons = [button.bounding_box() for button in page.locator(".top button").all()]
     assert all(button["y"] + button["height"] <= title["y"] + 1 for button in buttons)
-    inner = "[...document.querySelectorAll('.top button')].every((button) => button.scrollWidth <= button.clientWidth)"
-    assert page.evaluate(inner)
+    whole = "[...document.querySelectorAll('.top button, .counter')].every((it) => it.scrollWidth <= it.clientWidth)"
+    assert page.evaluate(whole)
+    number = box(page, ".counter")
+    for other in page.locator(".transport > :not(.counter):visible").all():
+        area = other.bounding_box()
+        beside = area["x"] >= number["x"] + number["width"] or area["x"] + area["width"] <= number["x"]
+        assert beside or area["y"] >= number["y"] + number["height"] or area["y"] + area["height"] <= number["y"]
     assert page.evaluate(OVERFLOW) <= 0
 
 
