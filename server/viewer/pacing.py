@@ -78,7 +78,7 @@ class Pacer:
     """Asks the browsers for echoes, each in a thread of its own, and holds the connections of those that are late.
 
     Args:
-        on_release: Called when a browser is held no longer, or has left.
+        on_release: Called when a browser has answered, so that it is held no longer, or has left.
     """
 
     def __init__(self, on_release: Callable[[], None] = lambda: None) -> None:
@@ -143,14 +143,11 @@ class Pacer:
             asked_after = sent
             begun = time.monotonic()
             pace.asked()
-            answers = _answers(client)
-            was_held = pace.held
-            if answers:
+            if _answers(client):
                 pace.answered()
             else:
                 pace.silent()
-            if was_held:
-                self._on_release()
+            self._on_release()
             with self._changed:
                 rest = begun + ECHO_EVERY_S - time.monotonic()
                 self._changed.wait_for(lambda: self._has_left(client.client_id), timeout=max(rest, 0.0))

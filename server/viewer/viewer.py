@@ -164,7 +164,8 @@ class Viewer:
     def _work(self) -> None:
         while True:
             rest = self._panel.tend()
-            self._ask()
+            if not self._ask():
+                rest = HELD_S if rest is None else min(rest, HELD_S)
             with self._changed:
                 self._changed.wait_for(self._has_work, timeout=rest)
                 self._woken = False
@@ -183,11 +184,12 @@ class Viewer:
             if self._shown is not None:
                 self._draw(*self._shown)
 
-    def _ask(self) -> None:
-        """Ask for a drawing unless one is on its way, or nobody would be sent it."""
+    def _ask(self) -> bool:
+        """Ask for a drawing unless nobody would be sent it; return whether one is on its way."""
         if not (self._asked or self._pacer.all_held):
             self._asked = True
             self._on_ready()
+        return self._asked
 
     def _pause_s(self) -> float:
         """Return the time until the next frame may go out; not positive if it may now."""

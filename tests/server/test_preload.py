@@ -4,10 +4,15 @@ import gc
 import json
 import subprocess
 import sys
+from typing import Any
+
+import psutil
 
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.queue import Queues
+from server.worker.worker import NICENESS
 from tests.server.apart import run
+from tests.server.host import Server
 
 
 def test_a_workers_garbage_collector_leaves_what_is_shared_alone() -> None:
@@ -38,3 +43,8 @@ def test_a_worker_loads_nothing_that_is_compiled() -> None:
     count, more = json.loads(done.stdout)
     assert count > 50
     assert more == []
+
+
+def test_a_worker_gives_way_to_who_serves_everybody(server: Server, session: dict[str, Any]) -> None:
+    """In a crowd the web process is not kept waiting by what single sessions compute."""
+    assert psutil.Process(server.pid_of(session["id"])).nice() == psutil.Process().nice() + NICENESS

@@ -145,6 +145,25 @@ def test_one_that_does_not_answer_holds_nobody_else(
         wait_for(lambda: frame_of(silent) == newest)
 
 
+def test_who_is_held_no_longer_is_noticed_in_any_order(
+    session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The line may be free a moment after its answer was told: no scene stands still for having looked in between."""
+    held, ready = [False], []
+    viewer = session.viewer
+    monkeypatch.setattr(viewer, "_on_ready", lambda: ready.append(1))
+    monkeypatch.setattr(Connection, "held", property(lambda _: held[0]))
+    viewer.show(drawing(0, 50), {"frame": 0})
+    wait_for(lambda: "/particles" in peer.nodes and ready)
+    wait_for(lambda: peer.asked > 0)
+    held[0], viewer._asked = True, False
+    viewer._wake()
+    wait_for(lambda: not viewer._woken)
+    before = len(ready)
+    held[0] = False
+    wait_for(lambda: len(ready) > before)
+
+
 def test_nothing_is_drawn_while_all_are_held(session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures that nobody is sent would take the processor from other sessions; who answers gets the newest."""
     monkeypatch.setattr(pacing, "ANSWER_S", 120.0)
