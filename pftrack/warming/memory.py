@@ -47,7 +47,7 @@ def ready(names: Iterable[str]) -> frozenset[str]:
 def loading(name: str) -> frozenset[int] | None:
     """Return the numbers of the cases that load all that an experiment calls; None if that is not remembered."""
     folder = _folder()
-    with suppress(OSError, ValueError):
+    with suppress(OSError, ValueError, TypeError):
         return frozenset(json.loads((folder / name).read_text("utf-8"))) if folder else None
     return None
 

@@ -151,6 +151,9 @@ def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkey
     assert memory.ready(names) == frozenset(names)
     assert memory.loading(names[7]) == {0, 2}
     assert memory.loading("another") is None
+    for damaged in ("", "7", "[0,"):
+        next(tmp_path.glob("warm-*/experiment-7")).write_text(damaged)
+        assert memory.loading(names[7]) is None
 
 
 def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
