@@ -84,6 +84,23 @@ def test_what_is_missing_may_be_anything(tracker: str) -> None:
         assert states[-1].sigma.reshape(-1, 3)[8].max() > 10 * states[-1].sigma.reshape(-1, 3)[0].max()
 
 
+@pytest.mark.parametrize(
+    ("seed", "frames", "values"),
+    [
+        (2, 216, {"tracked_body": "cloud", "body_seed": 14, "body_points": 6, "slip_share": 0.1}),
+        (3, 24, {"missing_share": 0.6, "unseen_missing": True, "burst_frames": 60}),
+    ],
+    ids=["slips", "missing"],
+)
+def test_a_recursion_that_diverges_is_given_up(seed: int, frames: int, values: dict[str, Any]) -> None:
+    """Its covariances may be no numbers; they never reach what is believed."""
+    run = Run(EXPERIMENT, EXPERIMENT.simulate(), seed=seed, frames=frames, timeline=(Change(0, values),))
+    run.finish()
+    for row in run.diagnostics:
+        assert np.isfinite(row.estimate).all()
+        assert np.isfinite(row.sigma).all()
+
+
 @pytest.mark.parametrize("body", ["prism", "plate"])
 def test_what_no_view_shows_is_not_claimed(body: str) -> None:
     """Without rotation, and of points of one plane, the growing shape has no depth, and says so."""

@@ -282,12 +282,12 @@ def _told(state: Growing | Recursive, seen: Seen, prior: Prior, misfit: float = 
     camera = state.mean_camera if isinstance(state, Growing) else state.camera
     if camera is None or own.camera is None:
         raise RuntimeError("a frame has been taken, so it has a camera")
-    if not float(np.abs(own.shape).max()) < FURTHEST:
-        return Grown()
     covariances = own.shape_covariances
-    thickness = np.sqrt(max(float(_least(state.shape)), 0.0))
     # Of the middle one of the points: some may never have been seen.
     noise = float(np.sqrt(np.median(np.trace(covariances, axis1=1, axis2=2)) / 3.0))
+    if not (float(np.abs(own.shape).max()) < FURTHEST and noise < FURTHEST and np.isfinite(covariances).all()):
+        return Grown()
+    thickness = np.sqrt(max(float(_least(state.shape)), 0.0))
     found = Found(state.shape, covariances, camera, one_handed=True)
     misfit += MISFIT_SHARE * (_misfit(own.shape, own.camera, seen, prior.focal_px) - misfit)
     return Grown(found, float(thickness / noise), state, misfit)
