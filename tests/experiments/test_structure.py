@@ -1,5 +1,7 @@
 """The experiment of a body's shape: its presets, its measures, and what is drawn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from pftrack.drawing import Ellipse, Ellipsoids
 from pftrack.experiment import Preset
 from pftrack.experiments import find
 from pftrack.experiments.structure.truth import shape_errors
+from pftrack.experiments.structure.world import shape_world
 from pftrack.runs.run import Change, Run
 from pftrack.structure.alignment import shape_error
 
@@ -49,6 +52,20 @@ def test_the_error_is_the_document_s() -> None:
         100 * np.linalg.norm(left) / np.linalg.norm(centred)
     )
     assert np.isnan(shape_errors(flat.ravel(), np.zeros(27)))
+
+
+def test_what_is_endlessly_unsure_has_no_ellipsoid() -> None:
+    """Its covariance may be no number of 32 bits."""
+    run = run_of(EXPERIMENT.presets[0], 22)
+    state = run.current.state
+    covariances = state.placed.covariances.copy()
+    covariances[3] *= 1e60
+    unsure = replace(state, placed=replace(state.placed, covariances=covariances))
+    before, after = (shape_world(one, run.current.frame.target).primitives["uncertainty"] for one in (state, unsure))
+    assert isinstance(before, Ellipsoids)
+    assert isinstance(after, Ellipsoids)
+    assert len(after.covariances) == len(before.covariances) - 1
+    assert np.isfinite(after.covariances).all()
 
 
 def test_hidden_points_are_rings_and_ellipsoids_shrink() -> None:

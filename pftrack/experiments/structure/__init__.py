@@ -1,6 +1,6 @@
 """The shape of a rigid body from where its points are seen (document 1, ch. 4 section 5).
 
-- `experiment`: the wiring and what is measured; `parameters`: of a simulated body and of tracks that are given;
+- `experiment`: the wiring, the parameters and what is measured;
 - `truth`: how far a shape and a pose are from the true ones;
 - `sketch`: the points in the picture; `world`: the shape in a space of its own.
 """

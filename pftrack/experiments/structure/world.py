@@ -22,6 +22,8 @@ FLOOR, NAME_AT, MOST_NAMES = 1.5, 1.12, 40
 SURE, UNSURE = 0.05, 0.5
 """Standard deviations of a point, in sizes of the body, between which the surface fades."""
 MOST_OPAQUE = 0.45
+LARGEST_SD = 1e6
+"""Of a point, in sizes of the body: a larger ellipsoid is not drawn, and might not be a number of 32 bits."""
 
 SHAPE_WORLD = World(
     "shape",
@@ -69,10 +71,11 @@ def shape_world(
         drawn["surface"] = Mesh(held, faces.astype(np.int32), _coloured(len(points), "estimate"), opacity, "surface")
     drawn["edges"] = Links(_segments(points, body.edges), COLOURS["estimate"], 2.0, "shape")
     drawn["points"] = Points(points[near].astype(np.float32), _coloured(int(near.sum()), "estimate"), POINT, "shape")
+    bounded = near & (sd < LARGEST_SD)
     drawn["uncertainty"] = Ellipsoids(
-        points[near].astype(np.float32),
-        covariances[near].astype(np.float32),
-        _coloured(int(near.sum()), "observation"),
+        points[bounded].astype(np.float32),
+        covariances[bounded].astype(np.float32),
+        _coloured(int(bounded.sum()), "observation"),
         0.25,
         "uncertainty",
     )
