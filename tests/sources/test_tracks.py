@@ -1,5 +1,6 @@
 """Tables of tracks: every form that is read, and a plain sentence for what is not."""
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,9 @@ def test_without_variances_all_count_alike() -> None:
     table = read(plain)
     assert (table.variances[0] == 1.0).all()
     assert table.warnings[0] == "There are no variances in the table; 1 px² is taken for every position."
+    table = read(LONG.replace("var_y", "spread"))
+    assert (table.variances[0] == 1.0).all()
+    assert table.warnings[0].startswith("There are no variances in the table")
     table = read(LONG.replace("var_y", "var_y,cov_xy").replace(",4,9", ",4,9,1"))
     assert table.warnings[0] == "The covariances of x and y are not used, only the variances."
 
@@ -98,8 +102,11 @@ def test_without_variances_all_count_alike() -> None:
             "at least 4 points that are seen, and 2 frames in which some are; the table has 3 points in 3 frames",
         ),
         ("\n".join(LONG.splitlines()[:5]), "the table has 4 points in 1 frames"),
-        (LONG.replace("5,a", "-1,a"), "line 2 of the table: the frame must be a whole number from 0, got '-1'"),
-        (LONG.replace("5,a", "1.5,a"), "the frame must be a whole number from 0, got '1.5'"),
+        (
+            LONG.replace("5,a", "-1,a"),
+            "line 2 of the table: the frame must be a whole number from 0 to 10,000,000, got '-1'",
+        ),
+        (LONG.replace("5,a", "1.5,a"), "the frame must be a whole number from 0 to 10,000,000, got '1.5'"),
         (LONG.replace("5,a,15.0", "5,a,left"), "line 2 of the table: expected a number, got 'left'"),
         (LONG.replace("5,a,15.0", "5,a,1e9"), "a position must lie within 1,000,000 px, got 1e+09, 10"),
         (LONG.replace(",4,9", ",0,9"), "line 2 of the table: variances and standard deviations must be above 0, got 0"),
@@ -107,6 +114,8 @@ def test_without_variances_all_count_alike() -> None:
         (LONG.replace(",4,9", ",4", 1), "line 2 of the table has 5 values; its header has 6 columns"),
         (LONG.replace("8,a", "999,a"), "the table reaches over 995 frames; at most 100 are allowed"),
         (LONG.replace("5,a", f"{10**400},a"), "the frame must be a whole number"),
+        (LONG.replace("5,a", f"{10**9},a"), "the frame must be a whole number from 0 to 10,000,000, got '1000000000'"),
+        (LONG.replace("var_x,var_y", "sd_x,sd_y").replace(",4,9", ",1e-200,9"), "must be above 0, got 1e-200"),
         (LONG + '5,"' + "x" * 200_000 + '",1,1,1,1\n', "the table cannot be read"),
     ],
 )
@@ -122,6 +131,38 @@ def test_too_many_points_are_refused_at_once() -> None:
     lines = "".join(f"0,{number},{number},1,1,1\n" for number in range(MOST_POINTS + 1))
     with pytest.raises(SourceError, match=f"more than the {MOST_POINTS} points"):
         read(LONG.splitlines()[0] + "\n" + lines + "rubbish")
+
+
+def test_many_columns_take_time_in_proportion() -> None:
+    """A wide table of thousands of points is refused at once; searching the header for each name took minutes."""
+    count = 20_000
+    header = ",".join(f"p{number}_x,p{number}_y" for number in range(count))
+    before = time.process_time()
+    with pytest.raises(SourceError, match=f"more than the {MOST_POINTS} points"):
+        read(f"frame,{header}\n0,{','.join(['1'] * 2 * count)}\n")
+    assert time.process_time() - before < 10.0
+
+
+@pytest.mark.parametrize("unit", [1e-310, 1e-200, 0.0])
+def test_points_at_one_place_are_refused(tmp_path: Path, unit: float) -> None:
+    """So are those whose differences are too small to be scaled to a picture."""
+    path = tmp_path / "tracks.csv"
+    lines = [
+        f"{frame},{name},{unit * (x + frame)},{unit * y},4,9" for frame in (0, 1) for name, (x, y) in SQUARE.items()
+    ]
+    path.write_text("\n".join([LONG.splitlines()[0], *lines]))
+    with pytest.raises(SourceError, match="expected points at different places, got all at one"):
+        open_sequence(path)
+
+
+def test_variances_have_an_inverse(tmp_path: Path) -> None:
+    """Those too small for that are raised, and it is said."""
+    path = tmp_path / "tracks.csv"
+    path.write_text(LONG.replace(",4,9", ",1e-320,9"))
+    sequence = open_sequence(path)
+    assert isinstance(sequence, TrackSequence)
+    np.testing.assert_array_equal(sequence.variances[0], [(1e-12, 9)] * 4)
+    assert sequence.index.warnings[-1] == "Variances below 1e-12 px² of the picture were raised to that."
 
 
 def test_a_table_is_a_sequence(tmp_path: Path) -> None:

@@ -25,6 +25,12 @@ MARGIN = 0.08
 TRUSTED = 5.0
 """A position whose standard deviation is so many times the middle one says nothing of where the body is."""
 
+LEAST_EXTENT = 1e-9
+"""Up to which all points are at one place, in the unit of the table: what is smaller cannot be scaled to a picture."""
+
+LEAST_VARIANCE_PX2 = 1e-12
+"""No tracker is so exact, and of much less the inverse is no number."""
+
 PAPER, DOT_RGB, DOT_PX = 255, (86, 180, 233), 4.0
 
 
@@ -49,8 +55,11 @@ class TrackSequence:
         self.names: Sequence[str] = table.names
         self.size, scale, origin = _framed(table.positions, table.variances)
         self.positions: NDArray[np.float64] = scale * (table.positions - origin)
-        self.variances: NDArray[np.float64] = scale * scale * table.variances
-        scaled = () if scale == 1.0 else (f"The positions were scaled by {scale:.3g} to fit into a picture.",)
+        variances = scale * scale * table.variances
+        self.variances: NDArray[np.float64] = np.maximum(variances, LEAST_VARIANCE_PX2)
+        scaled = [] if scale == 1.0 else [f"The positions were scaled by {scale:.3g} to fit into a picture."]
+        if (variances < LEAST_VARIANCE_PX2).any():
+            scaled.append(f"Variances below {LEAST_VARIANCE_PX2:g} px² of the picture were raised to that.")
         for array in (self.positions, self.variances):
             array.flags.writeable = False
         self.frame_rate_hz, self.frame_count = FRAME_RATE_HZ, len(self.positions)
@@ -90,7 +99,7 @@ def _framed(
     seen = positions[trusted]
     low, high = seen.min(axis=0), seen.max(axis=0)
     longest = float((high - low).max())
-    if not longest > 0.0:
+    if not longest > LEAST_EXTENT:
         raise SourceError("expected points at different places, got all at one")
     margin = MARGIN * longest
     # Positions that are px of a picture stay where they are in it.

@@ -42,6 +42,7 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = {
     "sd_x": ("sd_x", "sd_x_px", "sd", "sd_px"),
     "sd_y": ("sd_y", "sd_y_px", "sd", "sd_px"),
 }
+SPREADS = (SYNONYMS["var_x"] + SYNONYMS["sd_x"], SYNONYMS["var_y"] + SYNONYMS["sd_y"])
 COVARIANCE = ("cov_xy", "var_xy")
 
 
@@ -89,9 +90,10 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
     lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     try:
         header = [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in next(lines, [])]
-        rows = (
-            _long(header, lines, delimiter) if _column(header, "point") is not None else _wide(header, lines, delimiter)
-        )
+        # Looked up by name, and the first of several: in a list that takes minutes where there are many columns.
+        columns = {name: place for place, name in reversed(tuple(enumerate(header)))}
+        form = _wide if _column(columns, "point") is None else _long
+        rows = form(header, columns, lines, delimiter)
         found: dict[str, dict[int, tuple[float, float, float, float]]] = {}
         for line, frame, name, values in rows:
             if name not in found and len(found) == MOST_POINTS:
@@ -105,7 +107,7 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
     warnings = []
     if any(name in header for name in COVARIANCE):
         warnings.append("The covariances of x and y are not used, only the variances.")
-    if not any(part in name for name in header for part in ("var", "sd")):
+    if not all(any(name.endswith(words) for name in header) for words in SPREADS):
         warnings.append("There are no variances in the table; 1 px² is taken for every position.")
     return _table(found, most_frames, warnings)
 
@@ -144,9 +146,11 @@ def _table(
 Row = tuple[int, int, str, tuple[float, float, float, float]]
 
 
-def _long(header: Sequence[str], lines: Iterable[list[str]], delimiter: str) -> Iterator[Row]:
-    places = _places(header, "")
-    frame, point = _column(header, "frame"), _column(header, "point")
+def _long(
+    header: Sequence[str], columns: Mapping[str, int], lines: Iterable[list[str]], delimiter: str
+) -> Iterator[Row]:
+    places = _places(columns, "")
+    frame, point = _column(columns, "frame"), _column(columns, "point")
     if places is None or frame is None or point is None:
         raise SourceError(f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}")
     for line, cells in _filled(header, lines):
@@ -156,11 +160,13 @@ def _long(header: Sequence[str], lines: Iterable[list[str]], delimiter: str) -> 
         yield line, _frame(line, cells[frame]), name, _values(line, cells, places, delimiter)
 
 
-def _wide(header: Sequence[str], lines: Iterable[list[str]], delimiter: str) -> Iterator[Row]:
-    frame = _column(header, "frame")
+def _wide(
+    header: Sequence[str], columns: Mapping[str, int], lines: Iterable[list[str]], delimiter: str
+) -> Iterator[Row]:
+    frame = _column(columns, "frame")
     prefixes = dict.fromkeys(name[:-1].removesuffix("_") for name in header if name.endswith("_x"))
     kept = [name for name in prefixes if not name.endswith(("var", "sd"))]
-    points = [(name, places) for name in kept if (places := _places(header, f"{name}_")) is not None]
+    points = [(name, places) for name in kept if (places := _places(columns, f"{name}_")) is not None]
     if frame is None or not points:
         raise SourceError(
             f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}, or frame and NAME_x, NAME_y, "
@@ -172,13 +178,13 @@ def _wide(header: Sequence[str], lines: Iterable[list[str]], delimiter: str) -> 
             yield line, number, name[:40], _values(line, cells, places, delimiter)
 
 
-def _column(header: Sequence[str], name: str, prefix: str = "") -> int | None:
-    return next((header.index(prefix + word) for word in SYNONYMS[name] if prefix + word in header), None)
+def _column(columns: Mapping[str, int], name: str, prefix: str = "") -> int | None:
+    return next((columns[prefix + word] for word in SYNONYMS[name] if prefix + word in columns), None)
 
 
-def _places(header: Sequence[str], prefix: str) -> _Places | None:
+def _places(columns: Mapping[str, int], prefix: str) -> _Places | None:
     x, y, var_x, var_y, sd_x, sd_y = (
-        _column(header, name, prefix) for name in ("x", "y", "var_x", "var_y", "sd_x", "sd_y")
+        _column(columns, name, prefix) for name in ("x", "y", "var_x", "var_y", "sd_x", "sd_y")
     )
     if x is None or y is None:
         return None
@@ -206,7 +212,8 @@ def _frame(line: int, text: str) -> int:
         frame, number = -1, 0.0
     if frame != number or not 0 <= frame <= LARGEST_FRAME:
         raise SourceError(
-            f"line {line} of the table: the frame must be a whole number from 0, got {text.strip()[:20]!r}"
+            f"line {line} of the table: the frame must be a whole number from 0 to {LARGEST_FRAME:,}, "
+            f"got {text.strip()[:20]!r}"
         )
     return frame
 
@@ -220,11 +227,13 @@ def _values(line: int, cells: Sequence[str], places: _Places, delimiter: str) ->
     if places.spread is None:
         return x, y, 1.0, 1.0
     first, second = (_number(line, cells[place], delimiter) for place in places.spread)
-    if min(first, second) <= 0.0:
+    variances = (first, second) if places.squared else (first * first, second * second)
+    # The square of a deviation that is above 0 may be too small for a number.
+    if min(first, second, *variances) <= 0.0:
         raise SourceError(
             f"line {line} of the table: variances and standard deviations must be above 0, got {min(first, second):g}"
         )
-    return (x, y, first, second) if places.squared else (x, y, first * first, second * second)
+    return x, y, *variances
 
 
 def _number(line: int, text: str, delimiter: str) -> float:
