@@ -283,6 +283,15 @@ def test_what_is_no_face_is_refused(text: str, words: str) -> None:
     assert caught.value.field == "starting_face"
 
 
+def test_a_face_that_was_brought_along_stays_the_same() -> None:
+    """A change of something else leaves it as it is to the digit, or the model would begin again."""
+    parameters = HEAD.simulate().parameters
+    for driver in range(100, 400):
+        turned = person(driver).points_mm @ rotation(np.array([0.3, -0.5, 0.2])).T
+        first = revise(parameters, {"starting_face": as_json(FEATURES, turned).decode()})
+        assert revise(first, {"model_memory": 0.9}).starting_face == first.starting_face
+
+
 def test_a_face_that_is_turned_is_turned_back() -> None:
     """A model in another pose and place is laid onto the mean face, as large as it is."""
     turned = 1.1 * person(102).points_mm @ rotation(np.array([0.3, -0.5, 0.2])).T + (10.0, 200.0, -50.0)

@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import field_validator
 
 from pftrack.geometry.face_model import FEATURES as FEATURE_NAMES
-from pftrack.model_files.points import as_json
+from pftrack.model_files.points import as_json, read_points
 from pftrack.parameters import ParameterError, parameter
 from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose.parameters import UPPER, PoseTrackerParameters, joint_particles, particles_per_feature
@@ -161,10 +161,15 @@ class HeadTrackerParameters(PoseTrackerParameters):
     @field_validator("starting_face")
     @classmethod
     def _is_a_face(cls, text: str) -> str:
-        """Keep nothing but the points, so that a recipe stays short."""
+        """Keep nothing but the points, so that a recipe stays short, and those as they are.
+
+        Every change of any parameter comes by here again, and laid onto the mean face once more a last decimal may
+        differ: that would be another face, with which the model begins again.
+        """
         if not text:
             return text
         try:
-            return as_json(FEATURE_NAMES, starting_model(text).points_mm).decode()
+            starting_model(text)
+            return as_json(FEATURE_NAMES, read_points(text, FEATURE_NAMES)).decode()
         except ValueError as error:
             raise ParameterError("starting_face", text, f"a face model ({error})") from None
