@@ -2,6 +2,9 @@
 
 const MISSING = "–";
 
+/** Decimals of quantities, by unit: frames are counted, pure numbers mostly lie between 0 and 1. */
+const DECIMALS = new Map([["", 3], ["frames", 0]]);
+
 /**
  * A number with so many decimals; a dash where there is none.
  *
@@ -13,13 +16,13 @@ export function number(value, decimals = 1) {
 }
 
 /**
- * A number of a session's quantities: pixels to a tenth, signals to a thousandth.
+ * A number of a session's quantities: pixels to a tenth, signals to a thousandth, frames as whole numbers.
  *
  * @param {unknown} value
  * @param {string} unit
  */
 export function quantity(value, unit) {
-  return number(value, unit === "" ? 3 : 1);
+  return number(value, DECIMALS.get(unit) ?? 1);
 }
 
 /**

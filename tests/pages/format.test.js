@@ -12,9 +12,11 @@ describe("numbers as a person reads them", () => {
     for (const missing of [null, undefined, NaN, Infinity, "1"]) assert.equal(number(missing), "–");
   });
 
-  it("of pixels have tenths, pure numbers thousandths", () => {
+  it("of pixels have tenths, pure numbers thousandths, frames no decimals", () => {
     assert.equal(quantity(1.23456, "px"), "1.2");
     assert.equal(quantity(1.23456, ""), "1.235");
+    assert.equal(quantity(300, "frames"), "300");
+    assert.equal(quantity(null, "frames"), "–");
   });
 
   it("of bytes climb through the units and keep three digits", () => {
