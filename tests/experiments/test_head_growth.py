@@ -1,5 +1,6 @@
 """A growing face is drawn as it is: its points, colours by uncertainty, ellipsoids, and the mean face as a wire."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from pftrack.drawing import Ellipsoids, Links, Mesh, Primitive
 from pftrack.experiments import find
+from pftrack.experiments.head.exports import points_of, surface_of
 from pftrack.experiments.head.own_face import MEAN_FACE, UNCERTAINTY
 from pftrack.experiments.head.sketch import front
 from pftrack.geometry.face_model import FEATURES, mean_model
@@ -93,3 +95,24 @@ def test_a_lost_face_says_nothing_of_itself(run: Run) -> None:
     (world,) = HEAD.draw(replace(step, state=lost), run.diagnostics).worlds
     assert "model ellipsoids" not in world.primitives
     assert mesh(world.primitives, "surface").is_uniform
+
+
+def test_the_surface_is_taken_away_with_its_outside_out(run: Run) -> None:
+    """In the frame of other programs, y up and z to the viewer, all triangles face away from the head's axis."""
+    surface = surface_of(run.seek(39).state)
+    corners = surface.vertices_mm[surface.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inside = np.array([0.0, 0.0, -90.0])
+    assert ((normals * (corners.mean(axis=1) - inside)).sum(axis=1) > 0.0).all()
+
+
+def test_the_points_are_taken_away_with_what_is_known_of_them(run: Run) -> None:
+    """With standard deviations, the share of the own face, and the frames learned from; a model that stays has none."""
+    state = run.seek(39).state
+    said, growth = json.loads(points_of(state)), state.memory.growth
+    variances = np.square([said["standard_deviations"][name] for name in FEATURES])
+    np.testing.assert_allclose(variances, growth.covariances.diagonal(axis1=1, axis2=2), atol=1e-3)
+    assert said["own_share"] == pytest.approx(growth.weight, abs=1e-4)
+    assert said["frames"] == growth.own.frames == 39
+    plain = Run(HEAD, HEAD.simulate(), frames=1, timeline=(Change(0, {**VALUES, "face_model": "mean"}),))
+    assert not {"standard_deviations", "own_share"} & set(json.loads(points_of(plain.current.state)))
