@@ -158,6 +158,29 @@ def test_what_is_not_recognised_teaches_nothing(state: PoseState) -> None:
     assert not np.isfinite(face_growth.seen_variances(state, np.full(count, np.nan), 54.0, 0.5)).any()
 
 
+def test_positions_are_as_sure_as_particles_and_templates_allow(state: PoseState) -> None:
+    """The slip of a template grows with the face; a belief of few effective particles counts as less than it says."""
+    count = len(FEATURES)
+    near, nearer = (face_growth.seen_variances(state, np.ones(count), size, 0.5) for size in (54.0, 108.0))
+    slip = (nearer - near) / 3.0
+    assert slip == pytest.approx(np.full((count, 2), slip[0, 0]))
+    assert slip[0, 0] > 1.0
+    told = np.maximum(state.feature_covariances.diagonal(axis1=1, axis2=2), 0.5**2)
+    assert (near - slip > 1.005 * face_growth.PERSISTENCE * told)[state.recognised].all()
+
+
+def test_positions_are_taken_from_the_principal_point(state: PoseState) -> None:
+    """The camera that is found for the face sees its points where they are in the picture."""
+    parameters = revise(HEAD.simulate().parameters, SMALL)
+    solid = state.solid
+    growth = face_growth.begun(mean_model(), solid.focal_px, parameters)
+    own = face_growth.taught(growth, state, np.ones(len(FEATURES)), 54.0, parameters).own
+    assert own.camera is not None
+    x, y, z = own.camera[:, :3] @ own.shape.T + own.camera[:, 3:]
+    seen = solid.focal_px * np.column_stack([x, y]) / z[:, None] + solid.principal_px
+    assert np.abs(seen - state.feature_means).max() < 5.0
+
+
 def test_too_few_points_teach_nothing(state: PoseState) -> None:
     """With three features that are recognised the model stays as it was, the same object."""
     growth: Growing = state.memory.growth
