@@ -96,3 +96,18 @@ def test_what_offers_no_files_has_no_button(unchosen: Any, server: Server) -> No
     unchosen.goto(session["page"])
     SessionPage(unchosen, server).ready()
     assert not unchosen.locator("[aria-label=Files]").is_visible()
+
+
+@pytest.mark.scene
+def test_the_scene_has_room_for_the_name_of_the_button(watch: Callable[..., SessionPage]) -> None:
+    """It is not cut off beside the scene, where it stands two folds deep, and a click counts."""
+    view = watch(experiment="head", parameters=VALUES, frames=10)
+    frame = view.page.frame_locator("iframe")
+    button = frame.get_by_role("button", name="Restart model")
+    for fold in ("More parameters", "Growing face model"):
+        if not button.is_visible():
+            frame.get_by_text(fold, exact=True).click()
+    button.wait_for()
+    assert button.evaluate("(b) => [b, ...b.querySelectorAll('*')].every((e) => e.scrollWidth <= e.clientWidth)")
+    button.click()
+    view.until(lambda: view.session["parameters"]["model_restarts"] == 1, "the model begins again")

@@ -142,7 +142,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
     )
     model_restarts: int = parameter(
         0,
-        "Begin the model again",
+        "Restart model",
         "Forgets what the growing face model has learned, and begins again with the face that it began with.",
         ge=0,
         le=1_000_000,
