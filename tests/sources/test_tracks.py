@@ -6,9 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pftrack.parameters import Parameters
 from pftrack.sources.formats import SourceError
 from pftrack.sources.probe import probe
 from pftrack.sources.sequence import Limits, open_sequence
+from pftrack.sources.source import History
+from pftrack.sources.tracks.recorded import RecordedTracks
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, written
 
@@ -179,6 +182,20 @@ def test_a_table_is_a_sequence(tmp_path: Path) -> None:
     assert (sequence.picture(2) == 255).all()
     with pytest.raises(IndexError):
         sequence.picture(4)
+
+
+def test_recorded_tracks_begin_at_the_chosen_frame(tmp_path: Path) -> None:
+    """Frame 0 of the source is that frame of the table."""
+    path = tmp_path / "tracks.csv"
+    path.write_text(LONG)
+    sequence = open_sequence(path)
+    assert isinstance(sequence, TrackSequence)
+    source = RecordedTracks(sequence, 1)
+    measured = source.frame(0, History(((0, Parameters()),))).measurements
+    assert measured is not None
+    assert source.frame_count == 3
+    np.testing.assert_array_equal(measured.points_px, sequence.positions[1])
+    np.testing.assert_array_equal(measured.sd_px, [(2, 3)] * 4)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 30.0])

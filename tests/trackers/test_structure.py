@@ -126,6 +126,25 @@ def test_it_grows_from_the_mean_face_to_this_one() -> None:
     assert last.error < first.error / 3
 
 
+def test_pose_and_spread_are_in_sizes_of_the_body() -> None:
+    """Once the prism is known, its pose is right to a degree or two and its points are sure to a few percent."""
+    run = Run(EXPERIMENT, EXPERIMENT.simulate(), frames=211)
+    run.finish()
+    assert run.diagnostics[-1].series["turn_error_deg"] < 2.0
+    assert 0.001 < float(np.median(run.current.state.sigma)) < 0.1
+
+
+def test_a_least_noise_is_taken_and_a_missing_point_stays_where_it_was() -> None:
+    """No variance is below the one that is trusted; singular values need a place for what is not measured."""
+    points = body_of("cloud", 3, 9).points
+    seen = views(points, 2, sd=1.0)
+    seen[1].points_px[4] = np.nan
+    last = followed("svd", seen, trust_px=3.0)[-1].seen
+    assert (np.delete(last.variances[-1], 4, axis=0) == 9.0).all()
+    assert np.isinf(last.variances[-1, 4]).all()
+    np.testing.assert_array_equal(last.filled[1, 4], seen[0].points_px[4])
+
+
 def test_a_point_that_is_badly_seen_counts_by_its_noise() -> None:
     """Hidden points, measured wildly, spoil singular values and not the growing shape."""
     errors = {}
