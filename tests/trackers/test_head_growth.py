@@ -239,6 +239,17 @@ def test_it_goes_on_when_a_face_is_found_again() -> None:
     assert np.isfinite(growth_of(run).shape).all()
 
 
+def test_a_face_that_is_found_again_may_be_anywhere(state: PoseState) -> None:
+    """Both cameras are given up, and what was learned of the shape is kept."""
+    growth: Growing = state.memory.growth
+    again = face_growth.again(growth)
+    assert growth.own.camera is not None
+    assert growth.mean_camera is not None
+    assert again.own.camera is None
+    assert again.mean_camera is None
+    assert np.array_equal(again.own.precision, growth.own.precision)
+
+
 def test_people_vary_as_they_are_drawn() -> None:
     """The covariance of the prior is that of people drawn from the statistics."""
     people = np.array([person(seed).points_mm.ravel() for seed in range(600)])
