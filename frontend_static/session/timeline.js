@@ -21,10 +21,26 @@ export function marks(session) {
     .map(({ frame, values, before }) => ({
       frame,
       lines: trackerFirst(values).map(([name, value]) => {
+        const what = done(session, name, value);
+        if (what !== null) return what;
         const [title, old, now] = inWords(session, name, before[name], value);
         return old === null || old === now ? `${title} ${now}` : `${title} ${old} → ${now}`;
       }),
     }));
+}
+
+/**
+ * What was done, where the values say nothing to a person: the number of an action, the text of a file.
+ *
+ * @param {SessionPublic} session
+ * @param {string} name
+ * @param {Value} value
+ */
+function done(session, name, value) {
+  const declaration = session.declarations.find((candidate) => candidate.name === name);
+  if (declaration?.kind === "action") return declaration.title;
+  if (declaration?.kind === "file") return value === "" ? `${declaration.title}: none` : declaration.title;
+  return null;
 }
 
 /** @param {Record<string, Value>} values */

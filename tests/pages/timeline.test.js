@@ -21,6 +21,15 @@ describe("the marks of a timeline", () => {
     ]);
   });
 
+  it("say of an action that it was done, and of a file that it was brought in or taken away, not its text", () => {
+    const declarations = [{ name: "restarts", title: "Restart", kind: "action" }, { name: "face", title: "Begin with", kind: "file" }];
+    const timeline = [
+      { frame: 5, values: { restarts: 1, face: "{}" }, before: { restarts: 0, face: "" } },
+      { frame: 6, values: { face: "" }, before: { face: "{}" } },
+    ];
+    assert.deepEqual(marks({ ...session, declarations, timeline }).map(({ lines }) => lines), [["Restart", "Begin with"], ["Begin with: none"]]);
+  });
+
   it("know a tracker by its title, else by its name, else not at all", () => {
     assert.equal(trackerTitle(session, "a"), "Method A");
     assert.equal(trackerTitle(session, "z"), "z");
