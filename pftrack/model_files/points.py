@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LARGEST_BYTES", "as_json", "read_points"]
+__all__ = ["LONGEST_CHARACTERS", "as_json", "read_points"]
 
 FORMAT, VERSION, UNIT = "pftrack points", 1, "mm"
-LARGEST_BYTES = 100_000
+LONGEST_CHARACTERS = 100_000
 LARGEST_MM = 10_000.0
 DECIMALS = 4
 
@@ -40,8 +40,8 @@ def read_points(text: str | bytes, names: Sequence[str]) -> NDArray[np.float64]:
     Raises:
         ValueError: It is too large, no such file, has other points than these, or a number is not finite or too large.
     """
-    if len(text) > LARGEST_BYTES:
-        raise ValueError(f"expected a file of at most {LARGEST_BYTES} bytes, got {len(text)}")
+    if len(text) > LONGEST_CHARACTERS:
+        raise ValueError(f"expected a file of at most {LONGEST_CHARACTERS} characters, got {len(text)}")
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pftrack.geometry.face_model import FEATURES, mean_model
-from pftrack.model_files.points import LARGEST_BYTES, as_json, read_points
+from pftrack.model_files.points import LONGEST_CHARACTERS, as_json, read_points
 
 GOOD = as_json(FEATURES, mean_model().points_mm, frames=3)
 
@@ -50,7 +50,7 @@ def test_points_are_read_back() -> None:
         (points(nose=[float("nan"), 0, 0]), "-10000 to 10000 mm for nose"),
         (points(nose=[0, 1e300, 0]), "-10000 to 10000 mm for nose"),
         (points(nose=[10**400, 0, 0]), "for nose"),
-        (" " * (LARGEST_BYTES + 1), f"at most {LARGEST_BYTES} bytes, got {LARGEST_BYTES + 1}"),
+        (" " * (LONGEST_CHARACTERS + 1), f"at most {LONGEST_CHARACTERS} characters, got {LONGEST_CHARACTERS + 1}"),
     ],
 )
 def test_what_is_no_model_is_refused(text: str | bytes, words: str) -> None:
