@@ -3,13 +3,20 @@
 import errno
 import os
 import socket
+import time
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import httpx
 import psutil
 
+from pftrack.files import write_whole
+from pftrack.sweep import driver as driving
+from pftrack.sweep.journal import partial_of
+from pftrack.sweep.work import computed
 from server.sweeps import driver
-from server.sweeps.task import Resume
+from server.sweeps.task import Resume, Task
 from tests.server.host import wait_for
 
 SMALL: dict[str, Any] = {
@@ -25,10 +32,6 @@ SMALL: dict[str, Any] = {
     "parameters": {"sample_count": 100},
 }
 RUNS = 3 * 2 * 2 * 6
-
-# Long enough to be cut off in the middle, in pieces of a second.
-LONG = {**SMALL, "trials": 160, "frames": 120, "parameters": {"sample_count": 800}}
-LONG_RUNS = 3 * 2 * 2 * 160
 
 
 def begin_sweep(client: httpx.Client, **changes: Any) -> dict[str, Any]:
@@ -72,13 +75,38 @@ def drivers(server: int) -> list[psutil.Process]:
 DRIVE = driver.main
 
 
-def drive_on_a_full_disk(talk: socket.socket, complaint: socket.socket, task: Resume) -> None:
-    """What a driver does whose disk is full while there is a file `full` beside its result."""
+def drive_by_permission(talk: socket.socket, complaint: socket.socket, task: Task) -> None:
+    """What a driver does that stands still in the middle of a sweep, until it is allowed to go on.
+
+    It cuts the sweep into chunks of some milliseconds, so that a test computes little, and works on the first one alone
+    until `allow` is called. A sweep that stands still can be looked at, cancelled or killed at any speed of a machine.
+    """
+    if isinstance(task, Resume):
+        driving.SMALLEST_CHUNK_S = driving.PATIENCE_S = 0.0
+        driving.computed = partial(computed_by_permission, task.out)  # type: ignore[attr-defined]
+    DRIVE(talk, complaint, task)
+
+
+def computed_by_permission(out: Path, *chunk: Any) -> bytes:
+    """Compute a chunk of a sweep as soon as fewer are kept than may be."""
+    allowed = out.with_name("allowed")
+    while len(list(partial_of(out).glob("0*.parquet"))) >= (int(allowed.read_text()) if allowed.exists() else 1):
+        time.sleep(0.005)
+    return computed(*chunk)
+
+
+def allow(sweeps: Path, chunks: int = 1_000_000) -> None:
+    """Let every sweep in a folder go on until so many chunks are kept."""
+    write_whole(sweeps / "allowed", str(chunks).encode())
+
+
+def drive_on_a_full_disk(talk: socket.socket, complaint: socket.socket, task: Task) -> None:
+    """What such a driver does whose disk is full while there is a file `full` beside its result."""
 
     def fsync(descriptor: int) -> None:
-        if task.out.with_name("full").exists():
+        if isinstance(task, Resume) and task.out.with_name("full").exists():
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         write(descriptor)
 
     write, os.fsync = os.fsync, fsync
-    DRIVE(talk, complaint, task)
+    drive_by_permission(talk, complaint, task)

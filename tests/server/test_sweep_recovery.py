@@ -18,13 +18,14 @@ from pftrack.sweep import read_result
 from server.settings import Settings
 from server.sweeps import driver
 from server.sweeps import sweep as sweep_of_the_server
-from tests.browser.host import Server as Served
+from tests.server.command import link, serving
 from tests.server.host import Server, error_of, wait_for
 from tests.server.sweeping import (
-    LONG,
-    LONG_RUNS,
     RUNS,
+    SMALL,
+    allow,
     begin_sweep,
+    drive_by_permission,
     drive_on_a_full_disk,
     drivers,
     show,
@@ -42,11 +43,17 @@ def chunks(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.glob("*.parquet")}
 
 
-def test_a_killed_process(start_server: Any, tmp_path: Path) -> None:
+@pytest.fixture
+def sweeps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of the sweeps of a server whose sweeps stand still after a chunk until they are allowed to go on."""
+    monkeypatch.setattr(driver, "main", drive_by_permission)
+    return tmp_path / "data" / "sweeps"
+
+
+def test_a_killed_process(start_server: Any, sweeps: Path) -> None:
     """A sweep whose process is killed says so, keeps what was computed, and is completed when it is resumed."""
     with start_server(sweep_jobs=1) as (server, client):
-        sweep = begin_sweep(client, **{**LONG, "trials": 32})
-        runs = sweep["runs"]
+        sweep = begin_sweep(client)
         until_some(client, sweep["id"])
         workers = driver_of(server, sweep["id"]).children(recursive=True)
         for process in (driver_of(server, sweep["id"]), *workers):
@@ -56,15 +63,16 @@ def test_a_killed_process(start_server: Any, tmp_path: Path) -> None:
         os.kill(driver_of(server, sweep["id"]).pid, signal.SIGKILL)
         stopped = until_state(client, sweep["id"], "stopped")
         assert "killed by SIGKILL" in stopped["message"]
-        assert 0 < stopped["done"] < runs
+        assert 0 < stopped["done"] < RUNS
         wait_for(lambda: not any(worker.is_running() for worker in workers))
-        kept = chunks(tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet.partial")
+        kept = chunks(sweeps / f"{sweep['id']}.parquet.partial")
+        assert kept
         assert client.post(f"/api/v1/sweeps/{sweep['id']}/resume").json()["state"] == "running"
         error_of(client.post(f"/api/v1/sweeps/{sweep['id']}/resume"), 409)
-        done = until_state(client, sweep["id"], "done", 90)
-        assert done["done"] == runs
-        whole = read_result(tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet").table
-        assert whole["run"].to_pylist() == list(range(runs))
+        allow(sweeps)
+        assert until_state(client, sweep["id"], "done")["done"] == RUNS
+        whole = read_result(sweeps / f"{sweep['id']}.parquet").table
+        assert whole["run"].to_pylist() == list(range(RUNS))
         for data in kept.values():
             before = pq.read_table(io.BytesIO(data))
             after = whole.slice(before["run"][0].as_py(), len(before))
@@ -72,11 +80,11 @@ def test_a_killed_process(start_server: Any, tmp_path: Path) -> None:
             assert after["step_ms"].to_pylist() == before["step_ms"].to_pylist()
 
 
-def test_cancel_stop_and_restart(start_server: Any) -> None:
+def test_cancel_stop_and_restart(start_server: Any, sweeps: Path) -> None:
     """A cancelled sweep and one that its server was stopped under are resumable, on a new server too."""
     with start_server(sweep_jobs=1) as (server, client):
-        cancelled = begin_sweep(client, **LONG)
-        running = begin_sweep(client, **{**LONG, "seed": 9})
+        cancelled = begin_sweep(client)
+        running = begin_sweep(client, seed=9)
         until_some(client, cancelled["id"])
         until_some(client, running["id"])
         assert client.post(f"/api/v1/sweeps/{cancelled['id']}/cancel").json()["state"] == "stopped"
@@ -89,44 +97,43 @@ def test_cancel_stop_and_restart(start_server: Any) -> None:
         found = {sweep["id"]: sweep for sweep in client.get("/api/v1/sweeps").json()}
         assert {sweep["state"] for sweep in found.values()} == {"stopped"}
         assert "server was stopped" in found[running["id"]]["message"]
-        assert 0 < found[running["id"]]["done"] < LONG_RUNS
+        assert 0 < found[running["id"]]["done"] < RUNS
+        allow(sweeps, 2)
         client.post(f"/api/v1/sweeps/{running['id']}/resume")
         until_some(client, running["id"], found[running["id"]]["done"] + 1)
         assert client.delete(f"/api/v1/sweeps/{running['id']}").status_code == 204
         assert [sweep["id"] for sweep in client.get("/api/v1/sweeps").json()] == [cancelled["id"]]
 
 
-def test_a_killed_server(tmp_path: Path) -> None:
+def test_a_killed_server(start_server: Any, tmp_path: Path) -> None:
     """When the server itself is killed its sweep stops with it; the next server shows it as stopped."""
-    server = Served(tmp_path)
-    try:
-        with httpx.Client(base_url=server.url, timeout=60) as client:
-            sweep = begin_sweep(client, **LONG)
+    first = "import tests.server.sweeping as its; its.driver.main = its.drive_by_permission"
+    with serving(f"port=0, data_dir=Path({str(tmp_path / 'data')!r})", first) as process:
+        with httpx.Client(base_url=link(process), timeout=60) as client:
+            sweep = begin_sweep(client)
             until_some(client, sweep["id"])
-            assert server.pid is not None
-            children = [process for one in drivers(server.pid) for process in (one, *one.children(recursive=True))]
+            children = [child for one in drivers(process.pid) for child in (one, *one.children(recursive=True))]
             assert len(children) > 2  # with a fork server and those that it has started
-        server.kill()
+        process.kill()
         wait_for(lambda: not any(child.is_running() for child in children), 20)
-        server.start()
-        with httpx.Client(base_url=server.url, timeout=60) as client:
-            found = show(client, sweep["id"])
-            assert found["state"] == "stopped"
-            assert "server was stopped" in found["message"]
-            assert 0 < found["done"] < LONG_RUNS
-    finally:
-        server.stop()
+    with start_server() as (_, client):
+        found = show(client, sweep["id"])
+        assert found["state"] == "stopped"
+        assert "server was stopped" in found["message"]
+        assert 0 < found["done"] < RUNS
 
 
 def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep that meets a full disk says so; with room again it is completed."""
     monkeypatch.setattr(driver, "main", drive_on_a_full_disk)
-    full = tmp_path / "data" / "sweeps" / "full"
+    sweeps = tmp_path / "data" / "sweeps"
+    full = sweeps / "full"
     with start_server(sweep_jobs=1) as (_, client):
-        sweep = begin_sweep(client, **LONG)
+        sweep = begin_sweep(client)
         until_some(client, sweep["id"])
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
         full.touch()
+        allow(sweeps)
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
         stopped = until_state(client, sweep["id"], "stopped")
         assert "disk of the server is full" in stopped["message"]
@@ -134,10 +141,10 @@ def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.Monk
         assert stopped["done"] > 0
         full.unlink()
         client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-        assert until_some(client, sweep["id"], stopped["done"] + 1) > stopped["done"]
+        assert until_state(client, sweep["id"], "done")["done"] == RUNS > stopped["done"]
 
 
-def test_a_database_that_takes_nothing(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_database_that_takes_nothing(start_server: Any, sweeps: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep whose progress cannot be stored is followed all the same, and can be cancelled."""
     refused: list[dict[str, Any]] = []
 
@@ -147,49 +154,54 @@ def test_a_database_that_takes_nothing(start_server: Any, monkeypatch: pytest.Mo
 
     monkeypatch.setattr(sweep_of_the_server, "WRITE_EVERY_S", 0.0)
     with start_server(sweep_jobs=1) as (server, client):
-        sweep = begin_sweep(client, **LONG)
+        sweep = begin_sweep(client)
+        before = until_some(client, sweep["id"])
         monkeypatch.setattr(server.app.state.services.store, "save_sweep", refuse)
+        allow(sweeps, 4)
         wait_for(lambda: len(refused) > 1, 60)
+        until_some(client, sweep["id"], before + 1)
         assert client.post(f"/api/v1/sweeps/{sweep['id']}/cancel").json()["state"] == "stopped"
 
 
-def test_resumed_by_two_at_once(start_server: Any) -> None:
+def test_resumed_by_two_at_once(start_server: Any, sweeps: Path) -> None:
     """Of two that resume a sweep at the same time one does, and one process computes it."""
     with start_server(sweep_jobs=1) as (server, client):
-        sweep = begin_sweep(client, **LONG)
+        sweep = begin_sweep(client)
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
         kept = show(client, sweep["id"])["done"]
         with ThreadPoolExecutor(4) as pool:
             answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
         assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
+        allow(sweeps, 2)
         until_some(client, sweep["id"], kept + 1)
         assert drivers(os.getpid()) == [driver_of(server, sweep["id"])]
 
 
-def test_limits(start_server: Any) -> None:
+def test_limits(start_server: Any, sweeps: Path) -> None:
     """A server that computes or keeps enough already says so, and says so before anybody starts."""
     with start_server(sweep_jobs=1, max_sweeps_running=1, max_sweeps=2, max_sweeps_bytes=1 << 20) as (_, client):
-        sweep = begin_sweep(client, **{**LONG, "trials": 200})
-        assert "at most 1 sweep at a time" in error_of(client.post("/api/v1/sweeps", json=LONG), 503)["message"]
-        size = client.post("/api/v1/sweeps/estimate", json={**LONG, "measure": False}).json()
+        sweep = begin_sweep(client)
+        assert "at most 1 sweep at a time" in error_of(client.post("/api/v1/sweeps", json=SMALL), 503)["message"]
+        size = client.post("/api/v1/sweeps/estimate", json={**SMALL, "measure": False}).json()
         assert "at most 1 sweep at a time" in size["problem"]
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-        large = {**LONG, "trials": 2000}
+        large = {**SMALL, "trials": 2000}
         assert "of the 1 MiB for all sweeps" in error_of(client.post("/api/v1/sweeps", json=large), 503)["message"]
+        allow(sweeps)
         other = begin_sweep(client)
         until_state(client, other["id"], "done")
-        assert "at most 2 sweeps" in error_of(client.post("/api/v1/sweeps", json=LONG), 503)["message"]
+        assert "at most 2 sweeps" in error_of(client.post("/api/v1/sweeps", json=SMALL), 503)["message"]
         assert show(client, other["id"])["done"] == RUNS
 
 
 @pytest.mark.parametrize("harm", ["lost", "foreign"])
-def test_files_that_somebody_touched(start_server: Any, tmp_path: Path, harm: str) -> None:
+def test_files_that_somebody_touched(start_server: Any, sweeps: Path, harm: str) -> None:
     """A sweep whose files were removed begins anew; one whose files are another's says so and harms nothing."""
     with start_server(sweep_jobs=1) as (_, client):
-        sweep = begin_sweep(client, **LONG)
+        sweep = begin_sweep(client)
         until_some(client, sweep["id"])
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-        folder = tmp_path / "data" / "sweeps" / f"{sweep['id']}.parquet.partial"
+        folder = sweeps / f"{sweep['id']}.parquet.partial"
         if harm == "lost":
             for path in folder.iterdir():
                 path.unlink()
