@@ -16,7 +16,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.process import follow_parent, leave_interrupts_to_parent
 from pftrack.warming.coverage import cases, run_case
 from pftrack.warming.memory import remember
-from pftrack.warming.watch import name_of, watched
+from pftrack.warming.watch import loaded, name_of, watched
 
 LOW_PRIORITY = 10
 
@@ -40,23 +40,19 @@ def output() -> Say:
 
 def warm(name: str, say: Say) -> None:
     """Run everything of an experiment, and tell what came of it."""
-    loading = []
+    loading: dict[int, frozenset[str]] = {}
     try:
         for number, (tracker, values) in enumerate(cases(EXPERIMENTS[name])):
-            before = _loaded()
+            before = loaded()
             run_case(EXPERIMENTS[name], tracker, values)
-            if _loaded() > before:
-                loading.append(number)
+            if new := loaded() - before:
+                loading[number] = new
             say({"found": [name_of(it) for it in FUNCTIONS if it.signatures]})
     except Exception as error:  # noqa: BLE001 - foreign experiments may raise anything, and it is to be reported
         say({"failed": name, "reason": f"{type(error).__name__}: {error}".splitlines()[0]})
     else:
         remember(name, loading)
         say({"ready": name})
-
-
-def _loaded() -> int:
-    return sum(len(function.signatures) for function in FUNCTIONS)
 
 
 def main() -> None:

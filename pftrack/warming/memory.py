@@ -3,8 +3,8 @@
 It is named by everything that what is compiled depends on, so that after a change, or an update of a library, nothing
 is remembered; an experiment is then called again, which takes a second if everything is there after all. What other
 packages compile is not looked at: after a change of theirs their own sessions compile it. Each experiment is a file in
-the folder: several processes compile at once, and none may forget what another remembers. It lists the numbers of the
-cases that called something for the first time, which are enough to load all of it again.
+the folder: several processes compile at once, and none may forget what another remembers. It lists the cases that
+called something for the first time, which are enough to load all of it again, and what that was.
 """
 
 import hashlib
@@ -13,8 +13,9 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 from pftrack import machine
@@ -44,27 +45,28 @@ def ready(names: Iterable[str]) -> frozenset[str]:
     return frozenset()
 
 
-def loading(name: str) -> frozenset[int] | None:
-    """Return the numbers of the cases that load all that an experiment calls; None if that is not remembered."""
+def loading(name: str) -> dict[int, frozenset[str]] | None:
+    """Return what each of the cases loads that load all that an experiment calls; None if that is not remembered."""
     folder = _folder()
-    with suppress(OSError, ValueError, TypeError):
-        return frozenset(json.loads((folder / name).read_text("utf-8"))) if folder else None
+    with suppress(OSError, ValueError, TypeError, AttributeError):
+        stored = json.loads((folder / name).read_text("utf-8")) if folder else None
+        return stored and {int(number): frozenset(functions) for number, functions in stored.items()}
     return None
 
 
-def remember(name: str, numbers: Collection[int]) -> None:
+def remember(name: str, loading: Mapping[int, Collection[str]]) -> None:
     """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered.
 
     Args:
         name: The experiment's.
-        numbers: Of its cases that called something that none before them has called.
+        loading: By the numbers of its cases, the functions that each called and none before it.
     """
     folder = _folder()
     if folder is None:
         return
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(folder / name, json.dumps(sorted(numbers)).encode())
+        write_whole(folder / name, json.dumps({number: sorted(loading[number]) for number in loading}).encode())
         others = sorted(folder.parent.glob("warm-*/"), key=lambda other: other.stat().st_mtime)
         for old in others[:-KEPT]:
             shutil.rmtree(old, ignore_errors=True)
@@ -80,15 +82,23 @@ def _everything() -> str:
 
     All of the source, since a process that has imported more than another must come to the same.
     """
-    package = Path(__file__).parents[1]
     digest = hashlib.sha256(str(sys.implementation.cache_tag).encode())
     on = machine.computed_on()
     for name in ("target", "numba", "llvmlite", "numpy"):
         digest.update(f"{name} {on[name]}\n".encode())
+    digest.update(_source())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def _source() -> bytes:
+    """Return a hash of our source, which a process reads once: it goes on with what it has imported."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
         digest.update(f"{path.relative_to(package)}\n".encode())
         digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    return digest.digest()
 
 
 def existing(place: Path) -> Path:

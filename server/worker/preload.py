@@ -22,6 +22,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.rendering import png, render
 from pftrack.warming import cache_folder, loading, ready
 from pftrack.warming.coverage import cases, run_case
+from pftrack.warming.watch import loaded
 
 __all__ = ["assert_preloaded"]
 
@@ -47,14 +48,14 @@ def _warm() -> None:
     Loading it from the disk takes a worker most of a second; forked with it, none. What is not compiled yet is left
     out, since compiling would keep all sessions waiting: another process does it. An experiment of another package that
     does not run is left as it is: its own sessions say what is wrong, and no other has to wait for it. Cases that call
-    nothing that another has not called are left out: they would take as long again.
+    nothing that another has not called, of whatever experiment, are left out: they would take as long again.
     """
     names = frozenset(EXPERIMENTS)
     for name in sorted(ready(names) if cache_folder() else names):
         with contextlib.nullcontext() if name in EXPERIMENTS.own else contextlib.suppress(Exception):
             needed = loading(name) if name in EXPERIMENTS.own else None
             for number, (tracker, values) in enumerate(cases(EXPERIMENTS[name])):
-                if number == 0 or needed is None or number in needed:
+                if number == 0 or needed is None or needed.get(number, frozenset()) - loaded():
                     drawing = run_case(EXPERIMENTS[name], tracker, values)
             png(render(drawing))
 

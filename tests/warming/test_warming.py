@@ -125,8 +125,8 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """A finished experiment is ready in the next process, until anything that compiled code depends on changes."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     assert memory.ready(["one", "two"]) == frozenset()
-    memory.remember("one", [0])
-    memory.remember("three", [0, 4])
+    memory.remember("one", {0: ["f()"]})
+    memory.remember("three", {0: ["f()"], 4: ["g()"]})
     assert memory.ready(["one", "two"]) == {"one"}
     monkeypatch.setattr(
         memory.machine, "computed_on", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
@@ -137,7 +137,7 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_what_else_a_process_has_imported_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that has compiled more than others finds what these remember."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    memory.remember("one", [0])
+    memory.remember("one", {0: ["f()"]})
     loop_with(silent)
     assert memory.ready(["one"]) == {"one"}
 
@@ -147,11 +147,11 @@ def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkey
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     names = [f"experiment-{number}" for number in range(40)]
     with ThreadPoolExecutor(8) as pool:
-        list(pool.map(memory.remember, names, repeat([2, 0])))
+        list(pool.map(memory.remember, names, repeat({2: ["f()", "g()"], 0: ["h()"]})))
     assert memory.ready(names) == frozenset(names)
-    assert memory.loading(names[7]) == {0, 2}
+    assert memory.loading(names[7]) == {0: {"h()"}, 2: {"f()", "g()"}}
     assert memory.loading("another") is None
-    for damaged in ("", "7", "[0,"):
+    for damaged in ("", "7", "[0]", '{"0": 7}', '{"zero": []}', '{"0":'):
         next(tmp_path.glob("warm-*/experiment-7")).write_text(damaged)
         assert memory.loading(names[7]) is None
 
@@ -160,7 +160,7 @@ def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pyte
     """Without a folder to write in there is no memory, and no error."""
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    memory.remember("one", [0])
+    memory.remember("one", {0: ["f()"]})
     assert memory.ready(["one"]) == frozenset()
 
 
