@@ -20,6 +20,8 @@ SMALL: dict[str, Any] = {
     "parameters": {"sample_count": 100},
 }
 FAILING = {"i": 1, "j": 1}
+BARE = [0, 0, 0, 0]
+"""The colour of a cell in which nothing has been computed yet: the page shows through."""
 OPTIONS = ("Difference", "Significance", "Error", "Success")
 
 
@@ -97,10 +99,9 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
 
     sweep = SweepPage(page)
     sweep.until(lambda: page.locator(".map").count() == 3, "there is a map for each method")
-    empty = sweep.colours("h-spf")
-    sweep.until(lambda: 0 < sum(a != b for a, b in zip(sweep.colours("h-spf"), empty, strict=True)) < 6, "it fills")
+    sweep.until(lambda: sweep.colours("h-spf").count(BARE) < 6, "it fills")
     sweep.complete()
-    sweep.until(lambda: all(a != b for a, b in zip(sweep.colours("h-spf"), empty, strict=True)), "all cells are there")
+    sweep.until(lambda: BARE not in sweep.colours("h-spf"), "all cells are there")
 
     sweep.click_cell("h-spf", FAILING)
     sweep.runs().first.wait_for()
