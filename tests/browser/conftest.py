@@ -1,6 +1,7 @@
 """What the browser tests share: one server, one chromium, and a page that must not complain."""
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -65,16 +66,33 @@ def complaints() -> Complaints:
 SCENE_CHOSEN = "if (location.origin !== 'null') localStorage['pftrack-view'] ??= 'scene'"
 
 
+@pytest.fixture(scope="session")
+def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
+    """The browser of somebody who comes to a server again and again: the pages' files are in its cache."""
+
+    @cache
+    def context(server: Server) -> Any:
+        made = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=server.url, color_scheme="light")
+        made.set_default_timeout(60_000)
+        return made
+
+    yield context
+    context.cache_clear()
+
+
 @pytest.fixture
-def unchosen(chromium: Any, server: Server, complaints: Complaints) -> Iterator[Any]:
-    """A fresh page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean."""
-    context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=server.url, color_scheme="light")
-    context.set_default_timeout(60_000)
+def unchosen(contexts: Callable[[Server], Any], server: Server, complaints: Complaints) -> Iterator[Any]:
+    """A page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean."""
+    context = contexts(server)
     page = context.new_page()
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
     yield page
-    context.close()
+    chosen = context.new_cdp_session(context.new_page())
+    for opened in context.pages[:-1]:
+        opened.close()
+    chosen.send("Storage.clearDataForOrigin", {"origin": server.url, "storageTypes": "cookies,local_storage"})
+    context.pages[-1].close()
     server.end_sessions()
     assert complaints.unexpected == []
 
