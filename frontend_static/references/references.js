@@ -19,7 +19,7 @@ async function begin() {
   try {
     const experiments = await api.experiments();
     there();
-    fill(root, experiments.map(({ id, title, references }) => h("section", { id, "aria-label": title }, h("h2", {}, title), citationList(references))));
+    fill(root, experiments.map(({ id, title, references }) => h("section", { id, "aria-label": title }, h("h2", {}, title), citationList(title, references))));
     document.querySelector(`[id="${CSS.escape(location.hash.slice(1))}"]`)?.scrollIntoView();
   } catch (error) {
     there();

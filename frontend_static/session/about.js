@@ -9,7 +9,7 @@ export function aboutDialog({ id, title, question, description, references }) {
   openDialog(title, () => [
     h("p", { class: "question" }, question),
     h("p", {}, description),
-    citationList(references),
+    citationList(title, references),
     h("p", {}, h("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references")),
   ], { wide: true });
 }

@@ -11,9 +11,10 @@ export const REFERENCES = "/references";
 /**
  * The citations of an experiment, with buttons that copy all of them.
  *
+ * @param {string} title Of the experiment.
  * @param {CitationPublic[]} citations
  */
-export function citationList(citations) {
+export function citationList(title, citations) {
   return h(
     "div",
     { class: "citations" },
@@ -21,8 +22,8 @@ export function citationList(citations) {
     h(
       "div",
       { class: "citation-tools" },
-      copyButton("Copy citation", citations.map(({ text }) => text).join("\n")),
-      copyButton("Copy BibTeX", citations.map(({ bibtex }) => bibtex).join("\n")),
+      copyButton("Copy citation", citations.map(({ text }) => text).join("\n"), title),
+      copyButton("Copy BibTeX", citations.map(({ bibtex }) => bibtex).join("\n"), title),
     ),
   );
 }

@@ -5,10 +5,11 @@ import { toast } from "./toast.js";
 
 /**
  * @param {string} label
- * @param {string} text
+ * @param {string} text What is copied.
+ * @param {string} what What that is, for those who hear the names of several such buttons.
  * @returns {HTMLButtonElement}
  */
-export function copyButton(label, text) {
+export function copyButton(label, text, what) {
   const copy = async () => {
     try {
       await navigator.clipboard.writeText(text);
@@ -17,5 +18,5 @@ export function copyButton(label, text) {
       toast("The browser does not let pages copy here; select the text and copy it by keyboard", { kind: "error" });
     }
   };
-  return h("button", { type: "button", on: { click: copy } }, label);
+  return h("button", { type: "button", "aria-label": `${label}: ${what}`, on: { click: copy } }, label);
 }

@@ -9,11 +9,14 @@ import { attempt, toast } from "../shared/toast.js";
 import { progressWords } from "../shared/progress.js";
 
 /** @import { OnProgress, Transfer } from "../shared/api.js" */
-/** @import { ImportPublic, RunPublic } from "../shared/messages.js" */
+/** @import { ImportPublic } from "../shared/messages.js" */
 
 const ASK_EVERY_MS = 500;
 
 const PLACE_MS = 1000;
+
+/** The address names a run that is being computed, so that a reload goes on showing it. */
+const IMPORT = /^#import\/(\w+)$/;
 
 /**
  * @typedef {object} Listener
@@ -40,6 +43,21 @@ export class DropZone {
     this.#picker.addEventListener("change", () => this.#take([...(this.#picker.files ?? [])]));
     this.#listen();
     this.#invite();
+    this.#resume();
+  }
+
+  /** Go on showing a run that was being computed when the page was left. */
+  async #resume() {
+    const id = IMPORT.exec(location.hash)?.[1];
+    if (id === undefined) return;
+    leaveAddress();
+    try {
+      const job = await api.importing(id);
+      // One that is done is among the saved runs by now.
+      if (job.state !== "done" && !this.#isBusy) await this.#follow(job);
+    } catch {
+      // It was given up meanwhile, or the server has begun again.
+    }
   }
 
   /** Files may be dropped anywhere in the page. */
@@ -84,7 +102,7 @@ export class DropZone {
       return;
     }
     const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft");
-    if (isRun) await this.#send(files, api.importRun, "Computing the run", (answer) => this.#imported(files[0].name, answer));
+    if (isRun) await this.#send(files, api.importRun, "Computing the run", (answer) => ("state" in answer ? this.#follow(answer) : this.#on.imported(answer)));
     else await this.#send(files, api.sendUpload, "Checking every frame", this.#on.uploaded);
   }
 
@@ -131,37 +149,36 @@ export class DropZone {
   }
 
   /**
-   * Hand on a run that was brought in; where that takes longer, show how far it is first.
+   * Show how far a run is that is computed before it is kept, and hand it on when it is there.
    *
-   * @param {string} name
-   * @param {RunPublic|ImportPublic} answer
+   * @param {ImportPublic} begun
    */
-  async #imported(name, answer) {
-    if (!("state" in answer)) {
-      this.#on.imported(answer);
-      return;
-    }
+  async #follow(begun) {
+    const { id, name } = begun;
+    history.replaceState(null, "", `#import/${id}`);
     const meter = h("progress", { max: 1, "aria-label": "Frames computed" });
     const words = h("p", { class: "hint", role: "status" }, "Waiting for its turn");
     let wanted = true;
     const stop = () => {
       wanted = false;
+      leaveAddress();
       this.#invite();
-      attempt(() => api.cancelImport(answer.id));
+      attempt(() => api.cancelImport(id));
     };
     fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, h("button", { type: "button", on: { click: stop } }, "Cancel"));
-    const begun = performance.now();
+    const since = performance.now();
     try {
-      let job = answer;
+      let job = begun;
       while (wanted && job.state === "computing") {
         if (job.total > 0) {
           meter.value = job.done / job.total;
-          setText(words, progressWords(job.done, job.total, (performance.now() - begun) / 1000, job.done));
+          setText(words, progressWords(job.done, job.total, (performance.now() - since) / 1000, job.done - begun.done));
         }
         await after(ASK_EVERY_MS);
-        if (wanted) job = await api.importing(answer.id);
+        if (wanted) job = await api.importing(id);
       }
       if (!wanted) return;
+      leaveAddress();
       if (job.run === null) throw new Error(job.message ?? "The run could not be brought in");
       const run = await api.run(job.run);
       this.#invite();
@@ -183,6 +200,11 @@ export class DropZone {
       h("button", { type: "button", autofocus: true, on: { click: () => this.#invite() } }, "Choose another file"),
     );
   }
+}
+
+/** Name no run in the address any more; an upload may be there by now. */
+function leaveAddress() {
+  if (IMPORT.test(location.hash)) history.replaceState(null, "", location.pathname);
 }
 
 /**

@@ -12,6 +12,7 @@ Three checks stand in one ASGI middleware, because FastAPI's own http middleware
 
 import hashlib
 import hmac
+import html
 from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
 from urllib.parse import parse_qsl, urlencode, urlsplit
@@ -119,7 +120,7 @@ class Guard:
 
     def _welcome(self, scope: Scope) -> Response:
         """Trade the token of a link for a cookie and take it out of the address."""
-        rest = [(key, value) for key, value in parse_qsl(scope["query_string"].decode("latin-1")) if key != "token"]
+        rest = [(key, value) for key, value in _query(scope) if key != "token"]
         # One slash only: `//other.site` would be an address elsewhere.
         path = "/" + scope["path"].lstrip("/\\")
         answer = RedirectResponse(f"{path}?{urlencode(rest)}" if rest else path, status_code=303, headers=HEADERS)
@@ -142,7 +143,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: tuple[int
         return
     wants_page = _is_page(scope) and "text/html" in Headers(scope=scope).get("accept", "")
     if status == UNKNOWN and wants_page:
-        text = TOKEN_PAGE.read_text(encoding="utf-8").replace("{message}", message)
+        text = TOKEN_PAGE.read_text(encoding="utf-8").replace("{message}", message).replace("{rest}", _rest(scope))
         answer: Response = HTMLResponse(text, status, {**HEADERS, "Cache-Control": "no-store"})
     else:
         answer = errors.response(status, errors.shape(message), dict(HEADERS))
@@ -158,7 +159,17 @@ def _offered(scope: Scope) -> list[str]:
     """Return the tokens in the address of a page, where they become a cookie."""
     if not _is_page(scope):
         return []
-    return [value for key, value in parse_qsl(scope["query_string"].decode("latin-1")) if key == "token"]
+    return [value for key, value in _query(scope) if key == "token"]
+
+
+def _query(scope: Scope) -> list[tuple[str, str]]:
+    return parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+
+
+def _rest(scope: Scope) -> str:
+    """Return what else stands in the address as hidden fields: a form sends its own fields in place of all others."""
+    fields = ((html.escape(key), html.escape(value)) for key, value in _query(scope) if key != "token")
+    return "".join(f'<input type="hidden" name="{key}" value="{value}">' for key, value in fields)
 
 
 def _same_origin(headers: Headers, host: str) -> bool:

@@ -238,6 +238,8 @@ def test_the_references_are_readable_at_any_width(page: Any) -> None:
     """The page of references has its title, and every citation within the page."""
     page.goto("/references")
     page.get_by_role("button", name="Copy").first.wait_for()
+    names = [button.get_attribute("aria-label") for button in page.get_by_role("button", name="Copy").all()]
+    assert len(set(names)) == len(names)
     for width in (1280, 390):
         page.set_viewport_size({"width": width, "height": 800})
         assert page.get_by_role("heading", name="References", exact=True).is_visible()

@@ -54,11 +54,14 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
-    """A run that is brought in shows how far it is; cancelled, it leaves the place for another file."""
+    """A run that is brought in shows how far it is, after a reload too; cancelled, it makes room for another file."""
     page: Any = gallery.page
     drop = page.locator(".drop")
     for ends in ("cancelled", "opened"):
         page.set_input_files("#file-picker", str(saved))
+        page.get_by_text(WORDS).wait_for()
+        assert "heavy.pft" in drop.inner_text()
+        page.reload()
         page.get_by_text(WORDS).wait_for()
         assert "heavy.pft" in drop.inner_text()
         if ends == "cancelled":

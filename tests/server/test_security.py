@@ -116,6 +116,19 @@ class TestToken:
             with connect(address, additional_headers={"cookie": cookies}) as socket:
                 assert hear(socket)["type"] == "hello"
 
+    def test_the_form_keeps_the_rest_of_the_address(self, start_server: Any) -> None:
+        """Whoever types the token comes to where the link led, whatever stands in it."""
+        with start_server(token=TOKEN) as (_, client):
+            asked = {"of": "hit rate", "x": "", "evil": '"><script>', "token": "wrong"}
+            page = client.get("/sweep/1", params=asked, headers={"accept": "text/html"})
+            assert page.status_code == 401
+            assert '<input type="hidden" name="of" value="hit rate">' in page.text
+            assert '<input type="hidden" name="x" value="">' in page.text
+            assert "<script>" not in page.text
+            assert 'value="wrong"' not in page.text
+            known = client.get("/sweep/1", params={**asked, "token": TOKEN})
+            assert known.headers["location"] == "/sweep/1?of=hit+rate&x=&evil=%22%3E%3Cscript%3E"
+
     def test_bearer(self, start_server: Any) -> None:
         """Programs give the token as a bearer."""
         with start_server(token=TOKEN) as (_, client):
