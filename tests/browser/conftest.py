@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.browser.host import Server
+from tests.browser.host import START_S, Server, until
 from tests.browser.views import Gallery, SessionPage
 from tests.conftest import CHROMIUM
 from tests.installing import ROOT, install, install_project
@@ -43,6 +43,8 @@ def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     install(place, "bank", (Path(__file__).parent / "bank.py").read_text(), "bank = bank:EXPERIMENT")
     install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
     server = Server(tmp_path_factory.mktemp("served"), installed=place)
+    # Whoever asks before that for more than 10 s is told to come again, which a page writes to its console.
+    until(lambda: server.get("compilation")["finished"], "the packages' experiments are ready", START_S)
     yield server
     server.stop()
 
