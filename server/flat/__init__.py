@@ -4,7 +4,7 @@
 message to all pages that look on, each at its own pace.
 """
 
-from server.flat.codec import DrawingEncoder, EncodedDrawing, EncodedPicture, decode
+from server.flat.codec import DrawingEncoder, EncodedDrawing, decode
 from server.flat.feed import DrawingFeed
 
-__all__ = ["DrawingEncoder", "DrawingFeed", "EncodedDrawing", "EncodedPicture", "decode"]
+__all__ = ["DrawingEncoder", "DrawingFeed", "EncodedDrawing", "decode"]

@@ -19,10 +19,9 @@ array may be named by several primitives. A picture stands there as `{"key", "sh
 that key. A page keeps the pictures that the newest drawing names, and is not sent the file of a key that it keeps; a
 file that comes replaces what was kept under its key.
 
-Pictures are JPEG of quality 92 with colours at full resolution: on the experiments' scenes the mean error is below
-two levels of 255 and an edge stays where it is, at 0.2 to 1 ms a frame; PNG takes 1 to 16 ms for the same pictures.
-Encoding in the worker costs less than carrying the raw picture to the web process, where it would have to be encoded
-for the page.
+Pictures are JPEG of quality 92 with colours at full resolution (`server.pictures`): on the experiments' scenes the mean
+error is below two levels of 255 and an edge stays where it is, at 0.2 to 1 ms a frame; PNG takes 1 to 16 ms for the
+same pictures.
 """
 
 import dataclasses
@@ -41,8 +40,9 @@ from pftrack.drawing import Drawing, Picture, Primitive, WorldDrawing
 from pftrack.faults import faults
 from pftrack.layer import Key
 from pftrack.world import World
+from server.pictures import EncodedPicture, PictureEncoder
 
-__all__ = ["VERSION", "DrawingEncoder", "DrawingError", "EncodedDrawing", "EncodedPicture", "decode"]
+__all__ = ["VERSION", "DrawingEncoder", "DrawingError", "EncodedDrawing", "decode"]
 
 VERSION: Final = 1
 MAGIC: Final = b"pfd" + bytes([VERSION])
@@ -51,28 +51,8 @@ RECORD = struct.Struct("<II")
 ALIGNMENT = 4
 TYPES = {"f": "f4", "i": "i4", "u": "u1", "b": "u1"}
 """How an array travels, by its NumPy kind."""
-JPEG = (
-    cv2.IMWRITE_JPEG_QUALITY,
-    92,
-    # A thin line of one colour on another would bleed over two pixels at half the resolution.
-    cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
-    cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
-)
 WORLDS: TypeAdapter[World] = TypeAdapter(World)
 KINDS: dict[str, type[Primitive]] = {kind.__name__.lower(): kind for kind in get_args(Primitive)}
-
-
-@dataclass(frozen=True, slots=True)
-class EncodedPicture:
-    """A picture of a drawing.
-
-    Attributes:
-        key: Tells it from the other pictures of the same session.
-        record: What a message carries of it.
-    """
-
-    key: int
-    record: bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +70,13 @@ class EncodedDrawing:
     def message(self, known: Iterable[int] = ()) -> bytes:
         """Return the message for a page that has the pictures of these keys already."""
         held = set(known)
-        return b"".join((self.body, *(picture.record for picture in self.pictures if picture.key not in held)))
+        return b"".join((self.body, *(_record(picture) for picture in self.pictures if picture.key not in held)))
+
+
+def _record(picture: EncodedPicture) -> bytes:
+    """Return what a message carries of a picture."""
+    length = len(picture.file)
+    return b"".join((RECORD.pack(picture.key, length), picture.file, bytes(-length % ALIGNMENT)))
 
 
 class DrawingError(ValueError):
@@ -98,11 +84,14 @@ class DrawingError(ValueError):
 
 
 class DrawingEncoder:
-    """Encodes the drawings of one run; a picture that stays as it was is encoded once."""
+    """Encodes the drawings of one run.
 
-    def __init__(self) -> None:
-        self._next_key = 0
-        self._known: dict[str, tuple[NDArray[np.uint8], EncodedPicture]] = {}
+    Args:
+        pictures: What encodes their pictures, which may serve the scene as well.
+    """
+
+    def __init__(self, pictures: PictureEncoder | None = None) -> None:
+        self._pictures = pictures or PictureEncoder()
 
     def encode(self, drawing: Drawing, frame: int) -> EncodedDrawing:
         """Return a drawing as it travels.
@@ -117,14 +106,12 @@ class DrawingEncoder:
         for name, clause in faults(drawing).items():
             raise DrawingError(f"{name} cannot be shown: {clause}")
         arrays = _Arrays()
-        pictures: dict[str, tuple[NDArray[np.uint8], EncodedPicture]] = {}
+        pictures = self._pictures.encode(drawing, fine=True)
         described = []
         for name, item in drawing.primitives.items():
             described.append(_described(name, item, arrays))
             if isinstance(item, Picture):
-                pictures[name] = known = self._picture(name, item.image_rgb)
-                described[-1]["image_rgb"] = {"key": known[1].key, "shape": item.image_rgb.shape}
-        self._known = pictures
+                described[-1]["image_rgb"] = {"key": pictures[name].key, "shape": item.image_rgb.shape}
         worlds = [_described_world(each, arrays) for each in drawing.worlds]
         body = arrays.bytes()
         head = {
@@ -140,20 +127,7 @@ class DrawingEncoder:
         text = json.dumps(head, separators=(",", ":"), ensure_ascii=False, allow_nan=False, default=_number).encode()
         text += b" " * (-len(text) % ALIGNMENT)
         start = START.pack(MAGIC, len(text))
-        return EncodedDrawing(b"".join((start, text, body)), tuple(known for _, known in pictures.values()))
-
-    def _picture(self, name: str, image_rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], EncodedPicture]:
-        known = self._known.get(name)
-        if known is not None and (known[0] is image_rgb or np.array_equal(known[0], image_rgb)):
-            return known
-        done, encoded = cv2.imencode(".jpg", cv2.cvtColor(image_rgb, cv2.COLOR_RGB2BGR), JPEG)
-        if not done:
-            raise ValueError(f"a picture of shape {image_rgb.shape} cannot be encoded as JPEG")
-        file = encoded.tobytes()
-        record = RECORD.pack(self._next_key, len(file)) + file + bytes(-len(file) % ALIGNMENT)
-        picture = EncodedPicture(self._next_key, record)
-        self._next_key += 1
-        return image_rgb, picture
+        return EncodedDrawing(b"".join((start, text, body)), tuple(pictures.values()))
 
 
 def _described(name: str, item: Primitive, arrays: "_Arrays") -> dict[str, Any]:

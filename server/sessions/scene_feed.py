@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import structlog
 
-from pftrack.drawing import Drawing
 from pftrack.parameters import Declaration
+from server.pictures import SceneDrawing
 from server.schemas.panel import InForce, PanelDescription
 from server.sessions.view import LAYERS
 from server.worker.protocol import SessionInfo
@@ -67,7 +67,7 @@ class SceneFeed:
         finally:
             self.watchers -= 1
 
-    def offer(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+    def offer(self, drawing: SceneDrawing, diagnostics: dict[str, Any]) -> None:
         """Show a drawing; the viewer leaves it out if a newer one comes before it can be sent."""
         if self._viewer is not None:
             self._viewer.show(drawing, diagnostics)

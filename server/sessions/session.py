@@ -339,8 +339,8 @@ class Session:
             self.state.begin(event)
         if isinstance(event, protocol.Progress):
             self.state.stand(event.status, event.rows)
-            if event.drawing is not None:
-                self.scene_feed.offer(event.drawing, {"frame": event.status.position})
+            if event.scene is not None:
+                self.scene_feed.offer(event.scene, {"frame": event.status.position})
             if event.flat is not None:
                 self.drawing_feed.offer(event.flat)
 

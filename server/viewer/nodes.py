@@ -20,20 +20,18 @@ from pftrack.drawing import (
     Frustum,
     Links,
     Mesh,
-    Picture,
     Points,
     Polyline,
     Primitive,
     Text,
 )
 from pftrack.model_files.gltf import glb
-from server.viewer import bodies, shapes
+from server.pictures import EncodedPicture
+from server.viewer import bodies, shapes, viser_adapter
 from server.viewer.shapes import Stance
 
 __all__ = ["LAYER_GAP_PX", "Node", "is_empty", "way_to_show"]
 
-JPEG_QUALITY = 88
-"""Sharp enough that a ball of ten pixels keeps its edge; 15 kB at 320 x 240."""
 LAYER_GAP_PX = 0.05
 """Height between one primitive and the next, so that what is painted later lies on top."""
 LINE_SCALE = 1.6
@@ -51,14 +49,14 @@ class Node:
     Attributes:
         show: How it is shown.
         handle: viser's, once it is there.
-        source: The primitive that it shows.
+        source: The primitive or the picture that it shows.
         look: What seldom changes of it, since viser takes longer to compare that than to send it.
         stance: How it stands.
     """
 
     show: "Show"
     handle: Any  # viser's handles share `visible` and `remove`, and no type that mypy can follow through `__setattr__`
-    source: Primitive | None = None
+    source: Primitive | EncodedPicture | None = None
     look: object = None
     stance: Stance | None = None
 
@@ -78,28 +76,18 @@ def is_empty(item: Primitive) -> bool:
             return False
 
 
-def _show_picture(server: viser.ViserServer, name: str, node: Node, item: Picture, stance: Stance) -> None:
-    rows, columns = item.image_rgb.shape[:2]
+def _show_picture(server: viser.ViserServer, name: str, node: Node, item: EncodedPicture, stance: Stance) -> None:
     # The origin is the centre of the top left pixel, so the plane begins half a pixel before it.
-    centre = ((columns - 1) / 2.0, -(rows - 1) / 2.0, stance.lift)
+    centre = ((item.width - 1) / 2.0, -(item.height - 1) / 2.0, stance.lift)
+    extent = float(item.width), float(item.height)
     if node.handle is None:
-        node.handle = server.scene.add_image(
-            f"/{name}",
-            item.image_rgb,
-            float(columns),
-            float(rows),
-            format="jpeg",
-            jpeg_quality=JPEG_QUALITY,
-            cast_shadow=False,
-            receive_shadow=False,
-            wxyz=UPRIGHT_WXYZ,
-            position=centre,
-        )
-        return
-    if not (isinstance(node.source, Picture) and node.source.image_rgb is item.image_rgb):
-        node.handle.image = item.image_rgb
-        node.handle.render_width, node.handle.render_height = float(columns), float(rows)
-    node.handle.position = centre
+        node.handle = viser_adapter.add_jpeg(server, f"/{name}", item.file, extent, wxyz=UPRIGHT_WXYZ, position=centre)
+    elif not (isinstance(node.source, EncodedPicture) and node.source.file == item.file):
+        viser_adapter.replace_jpeg(node.handle, item.file)
+    if node.look != (extent, centre):
+        node.handle.render_width, node.handle.render_height = extent
+        node.handle.position = centre
+    node.look = extent, centre
 
 
 def _show_points(server: viser.ViserServer, name: str, node: Node, item: Points, stance: Stance) -> None:
@@ -263,8 +251,8 @@ def _show_text(server: viser.ViserServer, name: str, node: Node, item: Text, sta
 
 Show: TypeAlias = Callable[[viser.ViserServer, str, Node, Any, Stance], None]
 
-_SHOW: dict[type[Primitive], Show] = {
-    Picture: _show_picture,
+_SHOW: dict[type[Primitive | EncodedPicture], Show] = {
+    EncodedPicture: _show_picture,
     Points: _show_points,
     Polyline: _show_polyline,
     Ellipse: _show_ellipse,
@@ -278,6 +266,6 @@ _SHOW: dict[type[Primitive], Show] = {
 }
 
 
-def way_to_show(item: Primitive) -> Show:
+def way_to_show(item: Primitive | EncodedPicture) -> Show:
     """Return how a primitive is shown; what is shown in another way needs another node."""
     return _show_coloured_mesh if isinstance(item, Mesh) and not item.is_uniform else _SHOW[type(item)]

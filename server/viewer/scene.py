@@ -14,6 +14,7 @@ import viser
 
 from pftrack.drawing import Drawing, Frustum, Primitive
 from pftrack.layer import Key, Layer
+from server.pictures import EncodedPicture, SceneDrawing
 from server.viewer import shapes, worlds
 from server.viewer.camera import Box
 from server.viewer.nodes import LAYER_GAP_PX, Node, is_empty, way_to_show
@@ -56,13 +57,14 @@ class Scene:
         apex = next((tuple(place.tolist()) for place in cameras), None)
         return Box(drawing.width, drawing.height, shapes.depth(shown), apex)
 
-    def apply(self, drawing: Drawing, relief: float) -> None:
+    def apply(self, what: SceneDrawing, relief: float) -> None:
         """Make the scene show a drawing; the caller holds the server's atomic block.
 
         Args:
-            drawing: What is to be seen.
+            what: What is to be seen.
             relief: Factor on the heights above the picture.
         """
+        drawing = what.drawing
         shown: set[str] = set()
         summit = 0.0
         apex = None if drawing.apex is None else tuple(drawing.apex.tolist())
@@ -72,7 +74,7 @@ class Scene:
             shown.add(name)
             summit = max(summit, shapes.summit(item))
             lift = order * LAYER_GAP_PX + (summit * relief if shapes.is_flat(item) else 0.0)
-            self._show(name, item, Stance(relief, lift, apex))
+            self._show(name, what.pictures.get(name, item), Stance(relief, lift, apex))
         for name, item in worlds.placed(drawing):
             if self._is_seen(item):
                 shown.add(name)
@@ -84,7 +86,7 @@ class Scene:
     def _is_seen(self, item: Primitive) -> bool:
         return self._layers.get(item.layer, True) and not is_empty(item)
 
-    def _show(self, name: str, item: Primitive, stance: Stance) -> None:
+    def _show(self, name: str, item: Primitive | EncodedPicture, stance: Stance) -> None:
         show = way_to_show(item)
         node = self._nodes.get(name)
         if node is not None and node.show is not show:

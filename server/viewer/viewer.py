@@ -1,8 +1,7 @@
 """A session's viewer: one viser server, kept at the newest drawing.
 
-`show` never waits: it leaves the newest drawing for one thread that encodes the picture and changes the scene, up to 30
-times a second. Drawings that were overtaken are never sent, each browser is sent what it can follow, and nothing is
-drawn while all are late.
+`show` never waits: it leaves the newest drawing for one thread that changes the scene, up to 30 times a second.
+What was overtaken is never sent, each browser is sent what it can follow, and nothing is drawn while all are late.
 """
 
 import logging
@@ -13,9 +12,9 @@ from typing import Any
 
 import viser
 
-from pftrack.drawing import Drawing
 from pftrack.layer import LayerRole
 from pftrack.parameters import Value
+from server.pictures import SceneDrawing
 from server.schemas.panel import InForce, PanelDescription
 from server.viewer import viser_adapter, worlds
 from server.viewer.camera import PRESETS, Cameras
@@ -68,8 +67,8 @@ class Viewer:
         self._layers = tuple(description.layers)
         self._closed = threading.Event()
         self._changed = threading.Condition()
-        self._newest: tuple[Drawing, dict[str, Any]] | None = None
-        self._shown: tuple[Drawing, dict[str, Any]] | None = None
+        self._newest: tuple[SceneDrawing, dict[str, Any]] | None = None
+        self._shown: tuple[SceneDrawing, dict[str, Any]] | None = None
         self._redraw = self._woken = self._asked = False
         self._due = 0.0
         with server.atomic():
@@ -93,7 +92,7 @@ class Viewer:
         """Number of browsers that watch."""
         return len(self._server.get_clients())
 
-    def show(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+    def show(self, drawing: SceneDrawing, diagnostics: dict[str, Any]) -> None:
         """Show a drawing, unless a newer one comes before it can be sent."""
         with self._changed:
             self._newest = (drawing, diagnostics)
@@ -196,11 +195,12 @@ class Viewer:
         rest = self._due - time.monotonic()
         return max(rest, HELD_S) if self._pacer.all_held else rest
 
-    def _draw(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+    def _draw(self, shown: SceneDrawing, diagnostics: dict[str, Any]) -> None:
+        drawing = shown.drawing
         try:
             self._cameras.set_box(self._scene.box(drawing))
             with self._server.atomic():
-                self._scene.apply(drawing, self._cameras.relief)
+                self._scene.apply(shown, self._cameras.relief)
                 self._panel.legend(self._scene.legend(drawing))
                 self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")
             self._server.flush()

@@ -3,17 +3,17 @@
 Commands go down, events come up, each a small frozen dataclass. A command with an answer carries a request number. The
 worker sends a drawing only when it holds a credit, and the web process gives the next credit when the last drawing has
 arrived and somebody looks: so drawings are never queued, and nobody draws for an empty room. A drawing travels in two
-forms, as it is for the scene and encoded for flat views, with a credit for each; both are made of one drawing.
+forms, for the scene and for flat views, with a credit for each; both are made of one drawing and share its pictures.
 """
 
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
-from pftrack.drawing import Drawing
 from pftrack.parameters import Value
 from pftrack.runs.recipe import Recipe
 from pftrack.world import World
 from server.flat.codec import EncodedDrawing
+from server.pictures import SceneDrawing
 from server.schemas.spec import BEGINNING, Goal
 
 __all__ = [
@@ -264,13 +264,13 @@ class Progress:
     Attributes:
         status: Where the run stands now.
         rows: Diagnostics of the frames computed since the last event, in order.
-        drawing: The newest drawing for the scene, where a credit was left for it.
+        scene: The newest drawing for the scene, where a credit was left for it.
         flat: The newest drawing for flat views, where a credit was left for it.
     """
 
     status: RunStatus
     rows: list[dict[str, Any]] = field(default_factory=list)
-    drawing: Drawing | None = None
+    scene: SceneDrawing | None = None
     flat: EncodedDrawing | None = None
 
 

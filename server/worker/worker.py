@@ -24,6 +24,7 @@ from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from server.flat.codec import DrawingEncoder
+from server.pictures import PictureEncoder
 from server.schemas.spec import Goal
 from server.worker.checkpoints import Checkpoints
 from server.worker.pipe import WorkerEnd
@@ -141,7 +142,8 @@ class Worker:
         self._credits: set[Form] = set()
         self._undrawn: set[Form] = set(FORMS)
         self._drawing: Drawing | None = None
-        self._encoder = DrawingEncoder()
+        self._pictures = PictureEncoder()
+        self._encoder = DrawingEncoder(self._pictures)
         self._way: Way | None = None
         self._go(config.goal, OPENING)
 
@@ -256,15 +258,16 @@ class Worker:
     def _report(self, *, draw: bool) -> None:
         rows, self._rows = self._rows, []
         forms = self._undrawn & self._credits if draw else set[Form]()
-        drawing = flat = None
+        scene = flat = None
         if forms:
             # Whoever wants the other form a little later gets it of the same drawing.
             self._drawing = self._drawing or self._tree.drawing()
-            drawing = self._drawing if "scene" in forms else None
+            # The finer pictures, which do for the scene as well, come first.
             flat = self._encoder.encode(self._drawing, self._tree.run.position) if "flat" in forms else None
+            scene = self._pictures.for_scene(self._drawing) if "scene" in forms else None
             self._credits -= forms
             self._undrawn -= forms
-        self._pipe.send(Progress(self._status(), rows, drawing, flat))
+        self._pipe.send(Progress(self._status(), rows, scene, flat))
         self._news = False
 
     def _reply(self, number: int, result: object = None) -> None:

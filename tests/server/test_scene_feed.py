@@ -9,6 +9,7 @@ import pytest
 
 import server.viewer
 from pftrack.drawing import Drawing
+from server.pictures import SceneDrawing
 from server.schemas.panel import InForce, PanelDescription
 from server.sessions.scene_feed import SceneFeed
 from server.viewer import Endpoint
@@ -18,6 +19,8 @@ from tests.server.apart import run
 CARD = SessionInfo("ball", "Ball", [], {"apf": "APF"}, [], 320, 240, 30.0, 100)
 
 ENDPOINT = Endpoint()
+
+NOTHING = SceneDrawing(Drawing(1, 1), {})
 
 
 class Puppet:
@@ -33,7 +36,7 @@ class Puppet:
         self.slow = threading.Event()
         self.slow.set()
 
-    def show(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+    def show(self, drawing: SceneDrawing, diagnostics: dict[str, Any]) -> None:
         del drawing
         self.shown.append(diagnostics["frame"])
 
@@ -91,12 +94,12 @@ def test_no_credit_for_an_empty_room(act: Any) -> None:
             await asyncio.to_thread(puppet.requests["on_ready"])
             await asyncio.sleep(0)
 
-        theatre.scene_feed.offer(Drawing(1, 1), {"frame": 1})
+        theatre.scene_feed.offer(NOTHING, {"frame": 1})
         await ready()
         assert (puppet.shown, theatre.credits) == ([1], 0)
         with theatre.scene_feed.watch():
             assert theatre.credits == 1
-            theatre.scene_feed.offer(Drawing(1, 1), {"frame": 2})
+            theatre.scene_feed.offer(NOTHING, {"frame": 2})
             assert theatre.credits == 1
             await ready()
             assert theatre.credits == 2

@@ -24,7 +24,7 @@ async def play_and_change(heard: list[Event]) -> None:
 
     def hear(event: Event) -> None:
         heard.append(event)
-        if isinstance(event, Progress) and event.drawing is not None:
+        if isinstance(event, Progress) and event.scene is not None:
             drawn.set()
         if isinstance(event, Reply) and event.number == 3:
             answered.set()
@@ -65,6 +65,6 @@ def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
     answer = next(index for index, event in enumerate(heard) if isinstance(event, Reply))
     told = [event for event in heard[:answer] if isinstance(event, Progress)]
     assert told[-1].status.values["sample_count"] == 90
-    assert [event.drawing for event in told] == [None] * len(told)
-    shown = next(event.status for event in heard if isinstance(event, Progress) and event.drawing is not None)
+    assert [event.scene for event in told] == [None] * len(told)
+    shown = next(event.status for event in heard if isinstance(event, Progress) and event.scene is not None)
     assert shown.position == heard[answer].result

@@ -20,6 +20,7 @@ from pftrack.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline
 from pftrack.layer import Key, Layer
 from pftrack.parameters import Declaration, Value
 from pftrack.world import World
+from server.pictures import PictureEncoder
 from server.schemas.panel import InForce, PanelDescription
 from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 
@@ -105,6 +106,7 @@ class Session:
         self.values = dict(VALUES)
         self.tracker = "h-spf"
         self.accept = accept
+        self.pictures = PictureEncoder()
         self.viewer = Viewer(
             PanelDescription("Ball behind an occluder", DECLARATIONS, TRACKERS, LAYERS, worlds),
             self.in_force,
@@ -115,6 +117,10 @@ class Session:
     @property
     def in_force(self) -> InForce:
         return InForce(dict(self.values), self.tracker, seed=7)
+
+    def show(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+        """Show a drawing as a worker sends it."""
+        self.viewer.show(self.pictures.for_scene(drawing), diagnostics)
 
     def reset(self) -> None:
         self.values, self.tracker, self.accept = dict(VALUES), "h-spf", lambda _: None

@@ -104,7 +104,7 @@ def frame_of(peer: Peer) -> int:
 def test_a_still_scene_is_not_asked(session: Session, peer: Peer) -> None:
     """Each question would make the browser draw for a while; what has been asked is asked once for each frame."""
     for frame in range(3):
-        session.viewer.show(drawing(frame, 50 + frame), {"frame": frame})
+        session.show(drawing(frame, 50 + frame), {"frame": frame})
         wait_for(lambda frame=frame: "/particles" in peer.nodes and frame_of(peer) == frame)
     wait_for(lambda: peer.asked > 0)
     for value in range(10, 40):
@@ -124,7 +124,7 @@ def test_one_that_does_not_answer_holds_nobody_else(
 
         def show() -> int:
             frame = next(frames)
-            session.viewer.show(drawing(frame, 50 + frame), {"frame": frame})
+            session.show(drawing(frame, 50 + frame), {"frame": frame})
             wait_for(lambda: "/particles" in peer.nodes and frame_of(peer) == frame)
             return frame
 
@@ -153,7 +153,7 @@ def test_who_is_held_no_longer_is_noticed_in_any_order(
     viewer = session.viewer
     monkeypatch.setattr(viewer, "_on_ready", lambda: ready.append(1))
     monkeypatch.setattr(Connection, "held", property(lambda _: held[0]))
-    viewer.show(drawing(0, 50), {"frame": 0})
+    session.show(drawing(0, 50), {"frame": 0})
     wait_for(lambda: "/particles" in peer.nodes and ready)
     wait_for(lambda: peer.asked > 0)
     held[0], viewer._asked = True, False
@@ -179,7 +179,7 @@ def test_nothing_is_drawn_while_all_are_held(session: Session, peer: Peer, monke
 
     def show() -> int:
         frame = next(frames)
-        session.viewer.show(drawing(frame, 50 + frame), {"frame": frame})
+        session.show(drawing(frame, 50 + frame), {"frame": frame})
         return frame
 
     def seen(frame: int) -> bool:

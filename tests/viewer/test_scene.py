@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive
+from server.pictures import PictureEncoder
 from tests.viewer.host import Peer, Session, drawing, wait_for
 
 
@@ -20,7 +21,7 @@ def with_item(shown: Drawing, name: str, item: Primitive) -> Drawing:
 def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -> None:
     """Positions are exact to the float32, y is turned, and the picture is a JPEG of its own size."""
     shown = drawing(3)
-    session.viewer.show(shown, {"frame": 3})
+    session.show(shown, {"frame": 3})
     wait_for(lambda: {"/picture", "/particles", "/trail", "/estimate"} <= peer.nodes.keys())
     cloud = shown.primitives["particles"]
     assert isinstance(cloud, Points)
@@ -36,10 +37,10 @@ def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -
 
 def test_nodes_are_updated_not_added_again(session: Session, peer: Peer) -> None:
     """Another number of particles replaces the arrays of the same node."""
-    session.viewer.show(drawing(0, 800), {"frame": 0})
+    session.show(drawing(0, 800), {"frame": 0})
     wait_for(lambda: "/particles" in peer.nodes)
     node = peer.nodes["/particles"]
-    session.viewer.show(drawing(1, 200), {"frame": 1})
+    session.show(drawing(1, 200), {"frame": 1})
     wait_for(lambda: len(points(peer)) == 200)
     assert peer.nodes["/particles"] is node
     assert len(node["colors"]) == 600
@@ -48,7 +49,7 @@ def test_nodes_are_updated_not_added_again(session: Session, peer: Peer) -> None
 def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
     """Drawings that were overtaken are not sent, and the last one always is."""
     for frame in range(200):
-        session.viewer.show(drawing(0, 10 + frame), {"frame": frame})
+        session.show(drawing(0, 10 + frame), {"frame": frame})
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 209)
     assert peer.batches < 100
 
@@ -56,17 +57,17 @@ def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
 def test_what_is_absent_is_hidden_and_comes_back(session: Session, peer: Peer) -> None:
     """An estimate that is lost for a while leaves nothing behind."""
     shown = drawing()
-    session.viewer.show(shown, {"frame": 0})
+    session.show(shown, {"frame": 0})
     wait_for(lambda: peer.visible.get("/estimate"))
-    session.viewer.show(replace(shown, primitives={"picture": shown.primitives["picture"]}), {"frame": 1})
+    session.show(replace(shown, primitives={"picture": shown.primitives["picture"]}), {"frame": 1})
     wait_for(lambda: peer.visible.get("/estimate") is False and peer.visible.get("/particles") is False)
-    session.viewer.show(drawing(2), {"frame": 2})
+    session.show(drawing(2), {"frame": 2})
     wait_for(lambda: peer.visible.get("/estimate"))
 
 
 def test_layers_are_switched_in_the_panel(session: Session, peer: Peer) -> None:
     """A layer that is off is not sent at all; switched on, it appears without waiting for a new frame."""
-    session.viewer.show(drawing(), {"frame": 0})
+    session.show(drawing(), {"frame": 0})
     wait_for(lambda: peer.visible.get("/particles"))
     assert "/label" not in peer.nodes
     peer.move("Labels", True)
@@ -102,33 +103,62 @@ def test_every_primitive_has_a_node(session: Session, peer: Peer) -> None:
     segments = np.array((((0, 0, 0), (5, 5, 5)),), dtype=np.float32)
     shown = with_item(shown, "links", Links(segments, COLOURS["second"], 2.0, "pose"))
     for _ in range(2):  # once to add, once to update
-        session.viewer.show(replace(shown, primitives=dict(shown.primitives)), {"frame": 0})
+        session.show(replace(shown, primitives=dict(shown.primitives)), {"frame": 0})
         wait_for(lambda: {"/axes", "/mesh", "/links"} <= peer.nodes.keys())
         shown = with_item(shown, "mesh", Mesh(2 * np.eye(3, dtype=np.float32), faces, COLOURS["second"], 0.5, "pose"))
     wait_for(lambda: np.frombuffer(peer.nodes["/mesh"]["vertices"], dtype=np.float32).max() > 1.9)
     line = Polyline(np.array(((0, 0, 0), (5, 5, 5)), dtype=np.float32), COLOURS["truth"], 1.0, "pose")
-    session.viewer.show(with_item(shown, "mesh", line), {"frame": 1})
+    session.show(with_item(shown, "mesh", line), {"frame": 1})
     wait_for(lambda: peer.nodes["/mesh"]["kind"] == "LineSegmentsMessage")
 
 
-def test_an_unchanged_picture_is_not_encoded_again(session: Session, peer: Peer) -> None:
-    """While paused only what a parameter moves is sent."""
+def test_a_picture_arrives_as_the_worker_has_encoded_it(session: Session, peer: Peer) -> None:
+    """The web process forwards the file; of the pixels it has seen nothing."""
+    sent = session.pictures.for_scene(drawing())
+    session.viewer.show(sent, {"frame": 0})
+    wait_for(lambda: "/picture" in peer.nodes)
+    assert peer.nodes["/picture"]["_data"] == sent.pictures["picture"].file
+    other = session.pictures.for_scene(with_item(drawing(1), "picture", dark()))
+    session.viewer.show(other, {"frame": 1})
+    wait_for(lambda: peer.nodes["/picture"]["_data"] == other.pictures["picture"].file)
+
+
+def test_an_unchanged_picture_is_not_sent_again(session: Session, peer: Peer) -> None:
+    """While paused only what a parameter moves is sent, also when the same file comes from another worker."""
     shown = drawing()
-    session.viewer.show(shown, {"frame": 0})
+    session.show(shown, {"frame": 0})
     wait_for(lambda: "/picture" in peer.nodes)
     data = peer.nodes["/picture"]["_data"]
-    picture = shown.primitives["picture"]
-    assert isinstance(picture, Picture)
-    session.viewer.show(with_item(drawing(0, 50), "picture", Picture(picture.image_rgb)), {"frame": 0})
+    session.pictures = PictureEncoder()
+    session.show(with_item(drawing(0, 50), "picture", shown.primitives["picture"]), {"frame": 0})
     wait_for(lambda: len(points(peer)) == 50)
     assert peer.nodes["/picture"]["_data"] is data
+
+
+def test_a_picture_that_was_hidden_comes_back_as_it_is_by_now(session: Session, peer: Peer) -> None:
+    """While its layer is off nothing of it is sent; then the newest is, of its own size."""
+    session.show(drawing(), {"frame": 0})
+    wait_for(lambda: peer.visible.get("/picture"))
+    data = peer.nodes["/picture"]["_data"]
+    peer.move("Picture", False)
+    wait_for(lambda: peer.visible.get("/picture") is False)
+    session.show(with_item(drawing(1, 50), "picture", dark((60, 80))), {"frame": 1})
+    wait_for(lambda: len(points(peer)) == 50)
+    assert peer.nodes["/picture"]["_data"] is data
+    peer.move("Picture", True)
+    wait_for(lambda: peer.visible.get("/picture") and peer.nodes["/picture"]["render_width"] == 80.0)
+    assert peer.nodes["/picture"]["_data"] != data
+
+
+def dark(size: tuple[int, int] = (240, 320)) -> Picture:
+    return Picture(np.full((*size, 3), 20, dtype=np.uint8))
 
 
 def test_a_drawing_that_cannot_be_shown_does_not_end_the_picture(session: Session, peer: Peer) -> None:
     """The next good one is shown."""
     bad = Points(np.zeros((3, 3), dtype=np.float32), np.zeros((2, 3), dtype=np.uint8), 1.0)
-    session.viewer.show(with_item(drawing(), "bad", bad), {"frame": 0})
-    session.viewer.show(drawing(1, 77), {"frame": 1})
+    session.show(with_item(drawing(), "bad", bad), {"frame": 0})
+    session.show(drawing(1, 77), {"frame": 1})
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 77)
 
 
@@ -139,26 +169,26 @@ def triangle(side: float) -> Mesh:
 
 def test_of_a_mesh_that_moves_only_the_vertices_are_sent(session: Session, peer: Peer) -> None:
     """Its triangles, which are most of it, stay what they were until there are others."""
-    session.viewer.show(with_item(drawing(), "mesh", triangle(3.0)), {"frame": 0})
+    session.show(with_item(drawing(), "mesh", triangle(3.0)), {"frame": 0})
     wait_for(lambda: "/mesh" in peer.nodes)
     node = peer.nodes["/mesh"]
     faces = node["faces"]
-    session.viewer.show(with_item(drawing(1), "mesh", triangle(5.0)), {"frame": 1})
+    session.show(with_item(drawing(1), "mesh", triangle(5.0)), {"frame": 1})
     wait_for(lambda: np.frombuffer(node["vertices"], dtype=np.float32)[3] == 5.0)
     assert node["faces"] is faces
     other = replace(triangle(5.0), faces=np.array(((0, 2, 1),), dtype=np.int32), colour=COLOURS["lost"])
-    session.viewer.show(with_item(drawing(2), "mesh", other), {"frame": 2})
+    session.show(with_item(drawing(2), "mesh", other), {"frame": 2})
     wait_for(lambda: node["faces"] is not faces and tuple(node["color"]) == COLOURS["lost"])
 
 
 def test_of_a_mesh_that_changes_its_colour_only_that_is_sent(session: Session, peer: Peer) -> None:
     """It stands where it stood."""
     mesh = triangle(3.0)
-    session.viewer.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
+    session.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
     wait_for(lambda: "/mesh" in peer.nodes)
     node = peer.nodes["/mesh"]
     vertices = node["vertices"]
-    session.viewer.show(with_item(drawing(1), "mesh", replace(mesh, colour=COLOURS["lost"])), {"frame": 1})
+    session.show(with_item(drawing(1), "mesh", replace(mesh, colour=COLOURS["lost"])), {"frame": 1})
     wait_for(lambda: tuple(node["color"]) == COLOURS["lost"])
     assert node["vertices"] is vertices
 
@@ -167,26 +197,26 @@ def test_a_mesh_with_colours_of_its_own_is_a_file_that_is_sent_when_it_changes(s
     """Viser takes colours of vertices in no other way; a mesh that becomes one of one colour is another node."""
     colours = np.array(((255, 0, 0), (0, 255, 0), (0, 0, 255)), dtype=np.uint8)
     mesh = replace(triangle(3.0), colour=colours)
-    session.viewer.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
+    session.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
     wait_for(lambda: "/mesh" in peer.nodes)
     node = peer.nodes["/mesh"]
     assert node["kind"] == "GlbMessage"
     file = bytes(node["glb_data"])
-    session.viewer.show(with_item(drawing(1, 50), "mesh", replace(mesh, colour=colours.copy())), {"frame": 1})
+    session.show(with_item(drawing(1, 50), "mesh", replace(mesh, colour=colours.copy())), {"frame": 1})
     wait_for(lambda: len(points(peer)) == 50)
     assert bytes(node["glb_data"]) == file
     fading = replace(mesh, opacity=np.array((1.0, 0.5, 0.0), dtype=np.float32))
-    session.viewer.show(with_item(drawing(2), "mesh", fading), {"frame": 2})
+    session.show(with_item(drawing(2), "mesh", fading), {"frame": 2})
     wait_for(lambda: bytes(node["glb_data"]) != file)
-    session.viewer.show(with_item(drawing(3), "mesh", triangle(3.0)), {"frame": 3})
+    session.show(with_item(drawing(3), "mesh", triangle(3.0)), {"frame": 3})
     wait_for(lambda: peer.nodes["/mesh"]["kind"] == "MeshMessage")
 
 
 def test_a_mesh_that_is_nowhere_is_not_shown(session: Session, peer: Peer) -> None:
     """A place that is not a number hides it, as in a film, until there is one."""
-    session.viewer.show(with_item(drawing(), "mesh", triangle(3.0)), {"frame": 0})
+    session.show(with_item(drawing(), "mesh", triangle(3.0)), {"frame": 0})
     wait_for(lambda: peer.visible.get("/mesh"))
-    session.viewer.show(with_item(drawing(1), "mesh", triangle(np.nan)), {"frame": 1})
+    session.show(with_item(drawing(1), "mesh", triangle(np.nan)), {"frame": 1})
     wait_for(lambda: peer.visible.get("/mesh") is False)
 
 
@@ -199,7 +229,7 @@ def test_a_mesh_is_pressed_into_its_layer(session: Session, peer: Peer) -> None:
     shown = drawing()
     line = np.array((((0, 0, 2), (9, 9, 9)),), dtype=np.float32)
     shown = with_item(with_item(shown, "mesh", triangle(9.0)), "line", Links(line, COLOURS["truth"], 1.0, "estimate"))
-    session.viewer.show(shown, {"frame": 0})
+    session.show(shown, {"frame": 0})
     wait_for(lambda: {"/mesh", "/line"} <= peer.nodes.keys())
     assert heights()[0] < heights()[2] < heights()[1] < ends(peer, "/line")[:, 2].min()
     peer.move_view("Side")
@@ -213,7 +243,7 @@ def test_the_camera_is_seen_from_aside_only(session: Session, peer: Peer) -> Non
     high = np.array((((40, 60, 100), (40, 60, 200)),), dtype=np.float32)
     shown = with_item(drawing(), "camera", camera)
     shown = with_item(shown, "high", Links(high, COLOURS["estimate"], 1.0, "estimate"))
-    session.viewer.show(shown, {"frame": 0})
+    session.show(shown, {"frame": 0})
     wait_for(lambda: peer.visible.get("/high"))
     assert not peer.visible.get("/camera")
     np.testing.assert_allclose(ends(peer, "/high")[:, :2], [(40, -60), (40, -60)])

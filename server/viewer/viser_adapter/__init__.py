@@ -3,6 +3,7 @@
 - `server`: how a viser server is started and stopped here
 - `endpoint`: connections to it within this process, in place of the port that viser would open
 - `clock`: no smoothing of the stream
+- `pictures`: pictures that are encoded already
 - `messages`: what a browser may say, and what viser must not hear
 - `client_page`, `client_bundle`: viser's client, taken apart and prepared to live inside a session's page
 - `client/`: the scripts and the style sheet that are put into that page; nothing else knows how viser's client is built
@@ -28,16 +29,19 @@ yet; how it is likely to differ is taken from what changed between 1.0.21 and 1.
 from server.viewer.viser_adapter.client_page import CONTENT_SECURITY_POLICY, client_asset, client_page
 from server.viewer.viser_adapter.endpoint import Connection, Endpoint
 from server.viewer.viser_adapter.messages import is_welcome
+from server.viewer.viser_adapter.pictures import add_jpeg, replace_jpeg
 from server.viewer.viser_adapter.server import connection_of, start, stop
 
 __all__ = [
     "CONTENT_SECURITY_POLICY",
     "Connection",
     "Endpoint",
+    "add_jpeg",
     "client_asset",
     "client_page",
     "connection_of",
     "is_welcome",
+    "replace_jpeg",
     "start",
     "stop",
 ]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 import viser
 from viser import _messages
@@ -41,6 +42,14 @@ HANDLED = {
 }
 """What a server of this version takes from browsers beside what the adapter removes, judged harmless or dropped."""
 
+
+LOOK: dict[str, Any] = {
+    "cast_shadow": False,
+    "receive_shadow": False,
+    "wxyz": (0.0, 1.0, 0.0, 0.0),
+    "position": (1.0, 2.0, 3.0),
+}
+"""How a picture lies in the scene."""
 
 SAID: dict[str, dict[str, Any]] = {
     "GuiUpdateMessage": {"uuid": "a", "updates": {"value": 1}},
@@ -127,6 +136,27 @@ def test_a_message_goes_by_the_name_of_its_class(name: str) -> None:
     fields = {field.name for field in dataclasses.fields(kind) if field.init}
     assert fields == SAID[name].keys(), f"{name} of {VERSION} has other fields"
     assert messages.is_welcome(msgspec.msgpack.encode({"type": name, **SAID[name]}))
+
+
+def test_a_picture_travels_as_a_file() -> None:
+    """A file that is encoded already takes the place of what viser would encode: nothing else differs."""
+    server, _ = viser_adapter.start("Ball")
+    try:
+        theirs = server.scene.add_image("/one", np.zeros((6, 8, 3), np.uint8), 8.0, 6.0, format="jpeg", **LOOK)
+        ours = viser_adapter.add_jpeg(
+            server, "/two", theirs._data, (8.0, 6.0), wxyz=(0.0, 1.0, 0.0, 0.0), position=(1.0, 2.0, 3.0)
+        )
+        assert vars(ours._impl.props) == vars(theirs._impl.props), f"{VERSION} describes an image in another way"
+        assert (ours.position == theirs.position).all()
+        assert (ours.wxyz == theirs.wxyz).all()
+        queued = server._websock_server.get_message_buffer()
+        before = queued.message_counter
+        viser_adapter.replace_jpeg(ours, b"other")
+        last = queued.message_from_id[before]
+        assert isinstance(last, _messages.SceneNodeUpdateMessage), f"{VERSION} tells another file by {last}"
+        assert (last.name, last.updates) == ("/two", {"_data": b"other"})
+    finally:
+        viser_adapter.stop(server)
 
 
 def test_a_control_is_changed_by_its_value() -> None:
