@@ -20,7 +20,6 @@ from server.worker import forkserver
 
 __all__ = ["Services"]
 
-TASK_MEMORY_BYTES = 1 << 30
 THREADS = 32
 
 
@@ -48,13 +47,13 @@ class Services:
         await asyncio.to_thread(forkserver.start)
         store = await asyncio.to_thread(Store, settings)
         compilation = await asyncio.to_thread(Compilation.open)
-        manager = Manager(settings, store, compilation.wait_for)
+        queues = Queues()
+        tasks = ChildTasks(queues)
+        manager = Manager(settings, store, tasks, compilation.wait_for)
         await manager.open()
         sweeps = Sweeps(settings, store)
         await sweeps.open()
         metrics.watch(manager, sweeps)
-        queues = Queues()
-        tasks = ChildTasks(queues, TASK_MEMORY_BYTES)
         imports = Imports(settings, store, tasks)
         kept = Suitabilities(store, settings)
         stopping = threading.Event()

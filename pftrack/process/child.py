@@ -32,15 +32,9 @@ def command(module: str, *arguments: str) -> list[str]:
     return [sys.executable, "-P", "-m", module, *arguments]
 
 
-def environment(*, bare: bool = False) -> dict[str, str]:
-    """Return the environment of a child, in which it finds the packages that this process finds.
-
-    Args:
-        bare: Leave out everything else that is in the environment here, where tokens and passwords may be, and have
-            the child write no bytecode.
-    """
-    own = {"PATH": os.defpath, "PYTHONDONTWRITEBYTECODE": "1"} if bare else os.environ
-    return {**own, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+def environment() -> dict[str, str]:
+    """Return the environment of a child, in which it finds the packages that this process finds."""
+    return {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
 
 
 def end_group(process: int) -> None:

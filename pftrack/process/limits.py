@@ -1,7 +1,8 @@
 """Limits that a child process sets itself before it touches what came from elsewhere, so that it harms only itself.
 
 They are those of the operating system, and none can be raised again. Linux has all of them; other Unixes lack those on
-memory and on the network.
+memory and on the network. They hold against a program that runs wild. Whoever takes a confined process over is still
+the same user, with that user's files; and a fork has the memory of the process that it was forked from.
 """
 
 import ctypes
@@ -10,15 +11,22 @@ import os
 import resource
 import signal
 import sys
+from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["confine", "leave_interrupts_to_parent"]
+__all__ = ["confine", "leave_interrupts_to_parent", "stand_alone"]
 
 CPU_GRACE_S = 5
 """Between the signal that tells why a process ends and the one that cannot be caught."""
 
 NEW_NETWORK, NEW_USER = 0x40000000, 0x10000000
 """Flags of unshare(2)."""
+
+SACRIFICE = 500
+"""For oom_score_adj: as if the process had half of all memory on top of what it has."""
+
+END_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of prctl(2)."""
 
 
 def confine(
@@ -31,6 +39,8 @@ def confine(
 ) -> None:
     """Limit this process for good; it leaves no core dump and, where the system allows that, has no network.
 
+    When all memory of the machine or the container is used up, Linux ends this process before its parent.
+
     Args:
         memory_bytes: Address space on top of what it has now, since most of that is shared with its siblings.
         cpu_seconds: CPU time from now on; then SIGXCPU ends it.
@@ -39,6 +49,7 @@ def confine(
         open_files: How many descriptors it may hold.
     """
     _leave_network()
+    _be_first_to_go()
     _lower(resource.RLIMIT_CORE, 0)
     if cpu_seconds is not None:
         used = resource.getrusage(resource.RUSAGE_SELF)
@@ -59,12 +70,40 @@ def leave_interrupts_to_parent() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
+def stand_alone(keep: int) -> None:
+    """Let go of what a fork has brought along: descriptors, standard streams, terminal and process group.
+
+    The process then leads a group of its own, so that whatever it starts can be ended with it (`end_group`). On Linux
+    it ends with the process that it was forked from, whatever it is doing. Call it after `confine`, since a change of
+    the user namespace may undo that.
+
+    Args:
+        keep: The one descriptor that it needs.
+    """
+    os.setsid()
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for standard in range(3):
+        os.dup2(nowhere, standard)
+    for descriptor in (int(each.name) for each in Path("/dev/fd").iterdir()):
+        if descriptor > 2 and descriptor != keep:
+            with suppress(OSError):  # the listing had one of its own
+                os.close(descriptor)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(END_WITH_PARENT, signal.SIGKILL, 0, 0, 0)
+
+
 def _lower(what: int, soft: int, grace: int = 0) -> None:
     """Set a limit and, `grace` above it, the one that cannot be raised; neither above what holds already."""
     _, most = resource.getrlimit(what)
     hard = soft + grace if most == resource.RLIM_INFINITY else min(soft + grace, most)
     # Where the shell allows less, the signal that tells why still comes before the one that cannot be caught.
     resource.setrlimit(what, (max(min(soft, hard - grace), min(1, hard)), hard))
+
+
+def _be_first_to_go() -> None:
+    place = Path("/proc/self/oom_score_adj")
+    with suppress(OSError):  # another system than Linux
+        place.write_text(str(max(SACRIFICE, int(place.read_text(encoding="ascii")))), encoding="ascii")
 
 
 def _leave_network() -> None:

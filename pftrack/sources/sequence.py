@@ -89,6 +89,11 @@ class FrameIndex:
         """How many frames there are."""
         return len(self.checksums)
 
+    @property
+    def duration_s(self) -> float:
+        """How long it lasts, s; the last frame is shown as long as the mean one."""
+        return self.times_s[-1] + 1 / self.frame_rate_hz
+
     def to_json(self) -> str:
         """Write the index as one line of JSON."""
         return _ADAPTER.dump_json(self).decode()
@@ -164,8 +169,9 @@ def open_sequence(
 ) -> FrameSequence:
     """Open a video, an animated GIF, a folder of pictures or a table of tracks.
 
-    Whoever serves strangers calls `pftrack.sources.probe.probe` first: decoders of hostile files belong in a process
-    with limits.
+    A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
+    more memory than there is. Whoever serves strangers opens it in a child process first that confines itself
+    (`pftrack.process`), and believes the index that comes from there.
 
     Args:
         path: The file or folder.

@@ -97,7 +97,12 @@ MULTIPART = {
 
 @router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
 async def add_upload(
-    request: Request, store: AStore, settings: SettingsNow, services: TheServices, ticket: Ticket = None
+    request: Request,
+    store: AStore,
+    settings: SettingsNow,
+    services: TheServices,
+    tasks: TheTasks,
+    ticket: Ticket = None,
 ) -> UploadPublic:
     """Take in a video, an animated GIF, several pictures that make a sequence, or a table of tracks."""
     announced = request.headers.get("content-length", "")
@@ -111,7 +116,7 @@ async def add_upload(
 
     async def looked_through() -> UploadRow:
         async with queue.place(ticket):
-            return await take_in(store, settings, folder, received, services.stopping)
+            return await take_in(store, settings, tasks, folder, received, services.stopping.is_set)
 
     try:
         row = await unless_gone(looked_through(), lambda: gone(request))
@@ -155,7 +160,7 @@ async def show_frame(
         picture = await asyncio.to_thread(path.read_bytes)
     else:
         where = str(store.files.upload(upload.id))
-        index = await asyncio.to_thread(index_of, store, settings, upload.id)
+        index = await index_of(store, settings, tasks, upload.id)
         picture = await tasks.run(frame_jpeg, where, index, frame, limits_of(settings))
         await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
     return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"})
@@ -177,7 +182,7 @@ async def find_target(
     experiment.check_footage(upload.kind)
     question = Question(experiment.id, frame, last, looked, hint)
     where = str(store.files.upload(upload.id))
-    index = await asyncio.to_thread(index_of, store, settings, upload.id)
+    index = await index_of(store, settings, tasks, upload.id)
     return SightingPublic(**await tasks.run(find_mark, where, index, question, limits_of(settings)))
 
 

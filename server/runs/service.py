@@ -95,7 +95,7 @@ async def bring_in(
         path = str(received.paths[0])
         # A seed of earlier times is refused with a sentence when the run is computed.
         saved = Record.model_validate(await tasks.run(read_record, path), context=EARLIER)
-        video = await asyncio.to_thread(_video, store, settings, saved)
+        video = await _video(store, settings, tasks, saved)
         found = await tasks.run_long(
             weigh_record,
             path,
@@ -172,8 +172,12 @@ def outcome(summary: dict[str, Any]) -> str:
     return f"Lost in {lost} of {frames} frames, first in frame {summary['first_lost_frame']}"
 
 
-def _video(store: Store, settings: Settings, record: Record) -> tuple[str, str] | None:
+async def _video(store: Store, settings: Settings, tasks: ChildTasks, record: Record) -> tuple[str, str] | None:
     """Return path and index of the upload that a run was made on, if it is here."""
     footage = record.recipe.footage
-    upload = store.upload_of(footage.sha256) if footage and footage.sha256 else None
-    return (str(store.files.upload(upload.id)), index_of(store, settings, upload.id)) if upload else None
+    if footage is None or not footage.sha256:
+        return None
+    upload = await asyncio.to_thread(store.upload_of, footage.sha256)
+    if upload is None:
+        return None
+    return str(store.files.upload(upload.id)), await index_of(store, settings, tasks, upload.id)

@@ -24,6 +24,7 @@ from server.settings import Settings
 from server.store import Store
 from server.store.files import is_name
 from server.store.room import is_full
+from server.tasks.child_tasks import ChildTasks
 from server.uploads.intake import index_of
 from server.worker.protocol import WorkerConfig
 
@@ -43,17 +44,21 @@ COMPLAIN_EVERY_S = 60.0
 class Manager:
     """All sessions of a server."""
 
-    def __init__(self, settings: Settings, store: Store, wait_for: Callable[[str], Awaitable[None]]) -> None:
+    def __init__(
+        self, settings: Settings, store: Store, tasks: ChildTasks, wait_for: Callable[[str], Awaitable[None]]
+    ) -> None:
         """Begin without any session.
 
         Args:
             settings: Of the server.
             store: Where sessions are kept.
+            tasks: Where an upload is decoded whose index is damaged.
             wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
         """
         self._settings = settings
         self._wait_for = wait_for
         self._store = store
+        self._tasks = tasks
         self._sessions: dict[str, Session] = {}
         self._rounds: asyncio.Task[None] | None = None
         self._writing = asyncio.Lock()
@@ -195,7 +200,7 @@ class Manager:
         await self._wait_for(session.spec.recipe.experiment)
         began = time.perf_counter()
         if session.spec.upload:
-            await asyncio.to_thread(index_of, self._store, self._settings, session.spec.upload)
+            await index_of(self._store, self._settings, self._tasks, session.spec.upload)
         # Again, and with nothing awaited before the place is taken: others may have come meanwhile.
         if not session.live:
             self._make_room()

@@ -1,23 +1,39 @@
 """Child tasks: work that must not run in the web process, each in a process of its own with limits.
 
-It is a child of the same forkserver as the workers, there in some 20 ms, and ended when it falls silent. Short work has
-other places than work that may take minutes, so that the one never waits for the other.
+It is a child of the same forkserver as the workers, there in some 20 ms, and ended when it falls silent, when nobody
+waits for it any more, and when the web process is gone. Short work has other places than work that may take minutes, so
+that the one never waits for the other.
 """
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from typing import Any
+from multiprocessing.context import ForkServerProcess
+from typing import Any, TypeAlias
 
+from pftrack.process import Ending, end_group, ending
 from server.errors import RefusedError, UnavailableError
-from server.tasks import functions
+from server.log import Seldom
+from server.tasks import child, functions
+from server.tasks.answers import unpack
+from server.tasks.child import Budget
 from server.tasks.queue import Queues, unless_gone
 from server.worker import forkserver
 from server.worker.pipe import WebEnd, pair
-from server.worker.protocol import Event, Failed, Reply, Step
+from server.worker.protocol import Event, Failed, Mistake, Reply, Step
 
-__all__ = ["ChildTasks"]
+__all__ = ["Answer", "ChildTasks"]
+
+Answer: TypeAlias = Reply | Failed | Ending
+"""A result, a refusal with a sentence, or how the process ended without either."""
+
+BUDGET = Budget()
+LOOK_S = 0.1
+LAST_WORDS_S = 5.0
+
+seldom = Seldom(__name__)
 
 
 async def _never() -> None:
@@ -30,12 +46,10 @@ class ChildTasks:
 
     Attributes:
         queues: Where tasks wait for their turn.
-        memory_bytes: What each may take.
         gone: Waits until the client that has asked is gone; its short tasks are then dropped.
     """
 
     queues: Queues
-    memory_bytes: int
     gone: Callable[[], Awaitable[object]] = _never
 
     async def check(self) -> None:
@@ -46,10 +60,10 @@ class ChildTasks:
             UnavailableError: They do not answer.
         """
         async with self.queues.check.place():
-            _result(await self._answer(functions.nothing, ()))
+            _result(await self.answer(functions.nothing))
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
-        """Return the result of a function of `server.tasks.functions`.
+        """Return the result of a function of `server.tasks.functions`, of values that JSON can say and bytes.
 
         Raises:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
@@ -77,23 +91,34 @@ class ChildTasks:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
             UnavailableError: It gave no sign of life for too long.
         """
+        budget = Budget(cpu_seconds=cpu_seconds)
         async with self.queues.heavy.place():
-            return _result(await self._answer(function, arguments, cpu_seconds, on_step))
+            return _result(await self.answer(function, *arguments, budget=budget, on_step=on_step))
 
-    async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Event | None:
+    async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Answer:
         async with self.queues.light.place():
-            return await self._answer(function, arguments)
+            return await self.answer(function, *arguments)
 
-    async def _answer(
+    async def answer(
         self,
         function: Callable[..., Any],
-        arguments: tuple[object, ...],
-        cpu_seconds: float = functions.PATIENCE_S,
+        *arguments: object,
+        budget: Budget = BUDGET,
         on_step: Callable[[int, int], None] = lambda *_: None,
-    ) -> Event | None:
-        """Return the first event that the process sends besides its steps, or None if it dies before."""
-        answer: asyncio.Future[Event | None] = asyncio.get_running_loop().create_future()
-        gone = asyncio.Event()
+        stopped: Callable[[], bool] = lambda: False,
+    ) -> Answer:
+        """Have a task carried out now, whoever waits for a turn, and return what came of it.
+
+        Its process, and whatever that has started, has ended when this returns or is cancelled.
+
+        Args:
+            function: One of `server.tasks.functions`.
+            arguments: For it.
+            budget: What it may take.
+            on_step: Called now and then with the steps that are done, and with all that there are.
+            stopped: Asked ten times a second whether to give up; the process is then killed.
+        """
+        last: asyncio.Future[Event | None] = asyncio.get_running_loop().create_future()
         heard = time.monotonic()
 
         def settle(event: Event | None) -> None:
@@ -101,53 +126,81 @@ class ChildTasks:
             heard = time.monotonic()
             if isinstance(event, Step):
                 on_step(event.done, event.total)
-            elif not answer.done():
-                answer.set_result(event)
+            elif not last.done():
+                last.set_result(event)
 
-        def lost() -> None:
-            gone.set()
-            settle(None)
+        async with _child(function, arguments, budget, settle) as process:
+            heard = time.monotonic()
+            while not last.done():
+                left = heard + budget.silence_s - time.monotonic()
+                if stopped():
+                    return Ending.KILLED
+                if left <= 0:
+                    return Ending.OUT_OF_TIME
+                await asyncio.wait({last}, timeout=min(left, LOOK_S))
+            match last.result():
+                case Reply() | Failed() as answer:
+                    return answer
+                case Mistake(traceback=traceback):
+                    seldom.warn("a task failed", task=function.__name__, traceback=traceback)
+                    return Ending.FAILED
+                case _:
+                    return await asyncio.to_thread(_fate, process)
 
-        ours, theirs = pair()
+
+@asynccontextmanager
+async def _child(
+    function: Callable[..., Any],
+    arguments: tuple[object, ...],
+    budget: Budget,
+    on_event: Callable[[Event | None], None],
+) -> AsyncIterator[ForkServerProcess]:
+    """Have a process carry out a task; it is ended with the context, with whatever it has started.
+
+    Every event that it sends is given to `on_event`, and None when it sends no more.
+    """
+    gone = asyncio.Event()
+
+    def lost() -> None:
+        gone.set()
+        on_event(None)
+
+    ours, theirs = pair()
+    try:
+        end = await WebEnd.connect(ours, on_event, lost, unpack, budget.answer_bytes)
         try:
-            end = await WebEnd.connect(ours, settle, lost)
-            try:
-                process = await forkserver.spawn(
-                    functions.main,
-                    theirs,
-                    function,
-                    arguments,
-                    self.memory_bytes,
-                    cpu_seconds,
-                    name=f"pftrack-{function.__name__}",
-                )
-            except BaseException:
-                end.close()
-                raise
-        finally:
-            theirs.close()
-        heard = time.monotonic()
-        try:
-            while not answer.done():
-                await asyncio.wait({answer}, timeout=max(heard + functions.PATIENCE_S - time.monotonic(), 0.0))
-                if not answer.done() and time.monotonic() - heard >= functions.PATIENCE_S:
-                    raise UnavailableError(
-                        f"This gave no sign of life for {functions.PATIENCE_S:g} s and was given up."
-                    )
-            return answer.result()
-        finally:
-            process.kill()
+            name = f"pftrack-{function.__name__}"
+            process = await forkserver.spawn(child.main, theirs, function, arguments, budget, name=name)
+        except BaseException:
             end.close()
-            await gone.wait()
-            await asyncio.to_thread(process.join, functions.PATIENCE_S)
-            process.close()
+            raise
+    finally:
+        theirs.close()
+    assert process.pid is not None  # noqa: S101 - it was started
+    try:
+        yield process
+    finally:
+        end_group(process.pid)
+        process.kill()  # it may not be the leader of a group yet
+        end.close()
+        await gone.wait()
+        await asyncio.to_thread(process.join, LAST_WORDS_S)
+        process.close()
 
 
-def _result(event: Event | None) -> Any:  # noqa: ANN401 - whatever the function returns
-    match event:
+def _fate(process: ForkServerProcess) -> Ending:
+    """Return how a process ended that has closed its pipe; one that goes on without a pipe is as good as crashed."""
+    process.join(LAST_WORDS_S)
+    return Ending.CRASHED if process.exitcode is None else ending(process.exitcode)
+
+
+def _result(answer: Answer) -> Any:  # noqa: ANN401 - whatever the function returns
+    match answer:
         case Reply(result=result):
             return result
         case Failed(message=message):
             raise RefusedError(message[:1].upper() + message[1:])
+        case Ending.OUT_OF_TIME:
+            raise UnavailableError(f"This gave no sign of life for {BUDGET.silence_s:g} s and was given up.")
         case _:
             raise RefusedError("This needs more memory or time than is allowed for it, or cannot be read safely.")

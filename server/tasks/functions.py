@@ -3,11 +3,9 @@
 One that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
 """
 
-import socket
-import sys
+import os
 import time
-import traceback
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -21,7 +19,6 @@ from pftrack.experiments import find
 from pftrack.heat import over
 from pftrack.marks import read_mark
 from pftrack.parameters import ParameterError
-from pftrack.process import confine, leave_interrupts_to_parent
 from pftrack.random import LARGEST_SEED
 from pftrack.rendering import png, render
 from pftrack.runs import record
@@ -30,78 +27,52 @@ from pftrack.runs.recipe import Footage
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
 from pftrack.sources.truth import TruthError
-from server.worker.pipe import WorkerEnd
-from server.worker.protocol import Failed, Reply, Step
 from server.worker.run_tree import check_timeline
 
 __all__ = [
-    "PATIENCE_S",
     "Question",
     "draw_experiment",
     "find_mark",
     "frame_jpeg",
-    "main",
     "nothing",
     "read_record",
     "read_truth",
+    "survey",
     "weigh_record",
     "weigh_target",
 ]
 
-PATIENCE_S = 30.0
-TELL_S = 0.2
-OPEN_FILES = 256
 # So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
 SEARCH_S = 1.5
 THUMBNAIL_FRAMES = 90
 THUMBNAIL_WIDTH_PX = 480
-
+MEBIBYTE = 1024**2
 
 Steps: TypeAlias = Generator[tuple[int, int], None, dict[str, Any]]
-
-
-def main(
-    end: socket.socket,
-    function: Callable[..., Any],
-    arguments: tuple[object, ...],
-    memory_bytes: int,
-    cpu_seconds: float,
-) -> None:
-    """Carry out one task in a confined process and send its result."""
-    from server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
-
-    assert_preloaded()
-    leave_interrupts_to_parent()
-    confine(memory_bytes=memory_bytes, cpu_seconds=cpu_seconds, open_files=OPEN_FILES)
-    pipe = WorkerEnd(end)
-    try:
-        result = function(*arguments)
-        pipe.send(Reply(0, _followed(pipe, result) if isinstance(result, Generator) else result))
-    except (SourceError, ParameterError, TruthError, record.RecordError, LookupError) as error:
-        pipe.send(Failed(str(error)))
-    except BrokenPipeError:
-        return
-    except Exception:  # noqa: BLE001 - reported as a process that died
-        traceback.print_exc()
-        sys.exit(1)
-
-
-def _followed(pipe: WorkerEnd, steps: Steps) -> object:
-    """Go through the steps of a task, tell of them now and then, and return its result."""
-    told = time.monotonic()
-    while True:
-        try:
-            done, total = next(steps)
-        except StopIteration as end:
-            return end.value
-        if time.monotonic() - told > TELL_S:
-            pipe.send(Step(done, total))
-            told = time.monotonic()
 
 
 def nothing() -> bool:
     """Do nothing; the answer proves that processes can be started."""
     return True
+
+
+def survey(path: str, limits: Limits, memory_bytes: int) -> str:
+    """Decode every frame of a file from a stranger, and return the index of it as JSON.
+
+    Args:
+        path: The file or folder.
+        limits: How large it may be.
+        memory_bytes: What this process may take.
+    """
+    # Tokens and passwords are none of a decoder's business. What was forked with this process may still hold them.
+    os.environ.clear()
+    try:
+        sequence = open_sequence(Path(path), limits)
+    except MemoryError:
+        allowed = f"{memory_bytes / MEBIBYTE:,.4g} MiB"
+        raise SourceError(f"decoding needs more than the {allowed} of memory that are allowed") from None
+    sequence.close()
+    return sequence.index.to_json()
 
 
 def draw_experiment(experiment_id: str) -> bytes:

@@ -8,13 +8,13 @@ import contextlib
 import dataclasses
 import re
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 import structlog
 
 from pftrack.sources.images import natural_order
-from pftrack.sources.probe import Probe, probe
 from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, Limits, SourceError
 from server.errors import ConflictError, NoRoomError
 from server.settings import Settings
@@ -22,9 +22,14 @@ from server.store.files import new_name, now
 from server.store.room import mebibytes
 from server.store.store import Store
 from server.store.tables import UploadRow
+from server.tasks.child_tasks import ChildTasks
 from server.uploads.multipart import Received
+from server.uploads.probe import probe
 
 __all__ = ["check_room", "index_of", "limits_of", "take_in"]
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
 
 log = structlog.get_logger(__name__)
 
@@ -56,25 +61,37 @@ def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
         )
 
 
-def index_of(store: Store, settings: Settings, upload: str) -> str:
+async def index_of(store: Store, settings: Settings, tasks: ChildTasks, upload: str) -> str:
     """Return what was found when an upload was decoded first, as JSON; if that is damaged or missing, decode it again.
 
     Raises:
         SourceError: The upload itself is damaged.
     """
+    text = await asyncio.to_thread(_kept_index, store, upload)
+    if text is None:
+        log.warning("what was found in an upload is damaged or missing; it is decoded again", upload=upload)
+        text = (await probe(tasks, store.files.upload(upload), limits_of(settings))).to_json()
+        with contextlib.suppress(OSError):
+            await asyncio.to_thread(store.files.keep_index, upload, text)
+    return text
+
+
+def _kept_index(store: Store, upload: str) -> str | None:
     try:
         text = store.files.index(upload)
         FrameIndex.from_json(text)
     except (OSError, ValueError):
-        log.warning("what was found in an upload is damaged or missing; it is decoded again", upload=upload)
-        text = probe(store.files.upload(upload), limits_of(settings)).index.to_json()
-        with contextlib.suppress(OSError):
-            store.files.keep_index(upload, text)
+        return None
     return text
 
 
 async def take_in(
-    store: Store, settings: Settings, folder: Path, received: Received, stopping: threading.Event
+    store: Store,
+    settings: Settings,
+    tasks: ChildTasks,
+    folder: Path,
+    received: Received,
+    stopped: Callable[[], bool],
 ) -> UploadRow:
     """Look through files that arrived, and keep them, unless the server stops meanwhile or nobody waits any more.
 
@@ -83,24 +100,27 @@ async def take_in(
         ConflictError: There are as many uploads as there may be.
         NoRoomError: There is no room for this one.
     """
-    dropped = threading.Event()
+    await asyncio.to_thread(check_room, store, settings, received.size_bytes)
+    content, names = await _to_the_end(_arranged, folder, received)
+    try:
+        found = await probe(tasks, content, limits_of(settings), stopped=stopped)
+    except SourceError as error:
+        raise SourceError(_by_their_names(str(error), names)) from None
 
-    def work() -> UploadRow:
-        check_room(store, settings, received.size_bytes)
-        content, names = _arranged(folder, received)
-        try:
-            found = probe(content, limits_of(settings), stopped=lambda: dropped.is_set() or stopping.is_set())
-        except SourceError as error:
-            raise SourceError(_by_their_names(str(error), names)) from None
+    def keep() -> UploadRow:
         with _keeping:
             check_room(store, settings, received.size_bytes)
             return _keep(store, _row(found, received, names), found, content)
 
-    working = asyncio.ensure_future(asyncio.to_thread(work))
+    return await _to_the_end(keep)
+
+
+async def _to_the_end(work: Callable[Given, Result], *arguments: Given.args, **options: Given.kwargs) -> Result:
+    """Do work in a thread, and leave it only when it has ended, also when nobody waits for it any more."""
+    working = asyncio.ensure_future(asyncio.to_thread(work, *arguments, **options))
     try:
         return await asyncio.shield(working)
     except asyncio.CancelledError:
-        dropped.set()
         await asyncio.wait((working,))
         raise
 
@@ -109,11 +129,11 @@ _keeping = threading.Lock()
 """Two that are kept at the same time would both find the last place free."""
 
 
-def _keep(store: Store, row: UploadRow, found: Probe, content: Path) -> UploadRow:
+def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> UploadRow:
     target = store.files.upload(row.id)
     target.parent.mkdir(mode=0o700)
     try:
-        store.files.keep_index(row.id, found.index.to_json())
+        store.files.keep_index(row.id, index.to_json())
         content.replace(target)
         store.add_upload(row)
     except BaseException:
@@ -142,13 +162,13 @@ def _by_their_names(text: str, names: Mapping[str, str]) -> str:
     return re.sub(r"\b\d{6}\b", lambda found: names.get(found[0], found[0]), text)
 
 
-def _row(found: Probe, received: Received, names: Mapping[str, str]) -> UploadRow:
+def _row(found: FrameIndex, received: Received, names: Mapping[str, str]) -> UploadRow:
     first, count = received.names[0], len(received.names)
     return UploadRow(
         id=new_name(),
         name=first if count == 1 else f"{first} and {count - 1} more",
         kind=found.kind,
-        frames=found.frames,
+        frames=found.frame_count,
         width=found.width,
         height=found.height,
         frame_rate_hz=found.frame_rate_hz,

@@ -4,7 +4,6 @@ A person draws a box, moves it, and moves it back: what was found lately is kept
 twice. It is small, and none of it is worth a place on the disk.
 """
 
-import asyncio
 import base64
 import json
 from collections import OrderedDict
@@ -51,7 +50,7 @@ class Suitabilities:
         key = json.dumps([upload, experiment.id, frame, mark], sort_keys=True)
         if key not in self._found:
             where = str(self._store.files.upload(upload))
-            index = await asyncio.to_thread(index_of, self._store, self._settings, upload)
+            index = await index_of(self._store, self._settings, tasks, upload)
             limits = limits_of(self._settings)
             found = await tasks.run(weigh_target, where, index, experiment.id, frame, mark, limits)
             self._found[key] = _public(found)

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import threading
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing import forkserver
 from multiprocessing.context import ForkServerProcess
@@ -22,6 +22,9 @@ PRELOAD = "server.worker.preload"
 LOCK = threading.Lock()
 SPAWNING = ThreadPoolExecutor(1, thread_name_prefix="spawning")
 """One thread for all that are to be made: until the forkserver is ready each waits, and would hold a thread."""
+
+SECRETS = ("PFTRACK_TOKEN", "PFTRACK_DATABASE_URL")
+"""Variables of the environment that stay in the web process."""
 
 LONGEST_FOLDER = 107 - len("/pymp-12345678/listener-12345678")
 """A Unix socket's name has at most 107 bytes, and this is what multiprocessing appends to the temporary directory."""
@@ -85,17 +88,23 @@ def _end(process: ForkServerProcess) -> None:
 @contextlib.contextmanager
 def _environment() -> Iterator[None]:
     """Give this process a child's environment while the forkserver starts, which inherits it."""
-    wanted = environment()
+    secrets = [name for name in os.environ if name.upper() in SECRETS]
+    wanted = {**environment(), **dict.fromkeys(secrets)}
     before = {name: os.environ.get(name) for name in wanted}
-    os.environ.update(wanted)
+    _set(wanted)
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        _set(before)
+
+
+def _set(variables: Mapping[str, str | None]) -> None:
+    """Change the environment of this process, without those that are None."""
+    for name, value in variables.items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value
 
 
 @contextlib.contextmanager

@@ -29,21 +29,30 @@ def pair() -> tuple[socket.socket, socket.socket]:
     return ends
 
 
-def _packed(message: object) -> list[bytes]:
-    body = pickle.dumps(message, protocol=5)
+def _pickled(message: object) -> bytes:
+    return pickle.dumps(message, protocol=5)
+
+
+def _with_length(body: bytes) -> list[bytes]:
     return [LENGTH.pack(len(body)), body]
 
 
 class WorkerEnd:
-    """The worker's end: blocking."""
+    """The worker's end: blocking.
 
-    def __init__(self, end: socket.socket) -> None:
+    Args:
+        end: One end of a pair.
+        pack: Writes an event, as the other end reads it.
+    """
+
+    def __init__(self, end: socket.socket, pack: Callable[[Event], bytes] = _pickled) -> None:
         self._socket = end
         self._socket.setblocking(True)
+        self._pack = pack
 
     def send(self, event: Event) -> None:
         """Send an event, waiting while the web process is busy."""
-        for part in _packed(event):
+        for part in _with_length(self._pack(event)):
             self._socket.sendall(part)
 
     def receive(self, wait_s: float) -> Request | Credit | None:
@@ -72,9 +81,17 @@ class WorkerEnd:
 class WebEnd(asyncio.BufferedProtocol):
     """The web process's end: reads straight into the buffer of the message that is coming."""
 
-    def __init__(self, on_event: Callable[[Event], None], on_lost: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        on_event: Callable[[Event], None],
+        on_lost: Callable[[], None],
+        unpack: Callable[[bytearray], Event],
+        most_bytes: int,
+    ) -> None:
         self._on_event = on_event
         self._on_lost = on_lost
+        self._unpack = unpack
+        self._most_bytes = most_bytes
         self._transport: asyncio.WriteTransport | None = None
         self._buffer = bytearray(LENGTH.size)
         self._filled = 0
@@ -82,18 +99,32 @@ class WebEnd(asyncio.BufferedProtocol):
 
     @classmethod
     async def connect(
-        cls, end: socket.socket, on_event: Callable[[Event], None], on_lost: Callable[[], None]
+        cls,
+        end: socket.socket,
+        on_event: Callable[[Event], None],
+        on_lost: Callable[[], None],
+        unpack: Callable[[bytearray], Event] = pickle.loads,
+        most_bytes: int = LARGEST_MESSAGE,
     ) -> "WebEnd":
-        """Take over one end of a pair and call back for every event, and once when the worker is gone."""
+        """Take over one end of a pair and call back for every event, and once when the worker is gone.
+
+        Args:
+            end: It.
+            on_event: Is called with every event.
+            on_lost: Is called when the worker is gone, or has sent what is no event.
+            unpack: Reads an event, or raises a `ValueError`. A pickle is read of nobody but a process that runs our
+                own program.
+            most_bytes: Length of an event.
+        """
         end.setblocking(False)
         loop = asyncio.get_running_loop()
-        _, protocol = await loop.create_unix_connection(lambda: cls(on_event, on_lost), sock=end)
+        _, protocol = await loop.create_unix_connection(lambda: cls(on_event, on_lost, unpack, most_bytes), sock=end)
         return protocol
 
     def send(self, message: Request | Credit) -> None:
         """Send a command without waiting; to a worker that is gone it is lost."""
         if self._transport is not None and not self._transport.is_closing():
-            self._transport.write(b"".join(_packed(message)))
+            self._transport.write(b"".join(_with_length(_pickled(message))))
 
     def close(self) -> None:
         """Hang up; the worker ends when it notices."""
@@ -117,13 +148,18 @@ class WebEnd(asyncio.BufferedProtocol):
         buffer, self._filled = self._buffer, 0
         if not self._in_body:
             (length,) = LENGTH.unpack(buffer)
-            if not 0 < length <= LARGEST_MESSAGE:
+            if not 0 < length <= self._most_bytes:
                 self.close()
                 return
             self._buffer, self._in_body = bytearray(length), True
             return
         self._buffer, self._in_body = bytearray(LENGTH.size), False
-        self._on_event(pickle.loads(buffer))  # noqa: S301 - from a process that this one made
+        try:
+            event = self._unpack(buffer)
+        except ValueError:
+            self.close()
+            return
+        self._on_event(event)
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's signature
         """Tell that the worker is gone (asyncio)."""

@@ -15,6 +15,7 @@ import numpy as np
 
 import pftrack.runs.record
 import pftrack.sources.images
+import pftrack.sources.tracks.sequence
 import pftrack.sources.video
 import server.tasks.functions
 import server.worker.worker

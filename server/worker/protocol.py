@@ -28,6 +28,7 @@ __all__ = [
     "Failed",
     "Form",
     "Heartbeat",
+    "Mistake",
     "Picture",
     "Progress",
     "Ready",
@@ -309,4 +310,15 @@ class Failed:
     error: Exception | None = None
 
 
-Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Step | Failed
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """A task came to an end that nobody has foreseen; its last event.
+
+    Attributes:
+        traceback: For the log.
+    """
+
+    traceback: str
+
+
+Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Step | Failed | Mistake

@@ -5,6 +5,10 @@ import signal
 import socket
 import subprocess
 import sys
+import time
+from pathlib import Path
+
+import pytest
 
 from pftrack.process import environment
 
@@ -57,6 +61,17 @@ def test_time_is_up() -> None:
     assert run("confine(wall_seconds=1)\nimport time\ntime.sleep(30)").returncode == -signal.SIGALRM
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux alone says which process goes first")
+def test_where_all_memory_is_used_up_others_stay() -> None:
+    """A confined process is ended before one that is not, as large as that may be; twice confined is no worse."""
+    told = "print(int(open('/proc/self/oom_score_adj').read()), int(open('/proc/self/oom_score').read()))\n"
+    (before, score), (once, higher), (twice, _) = (
+        map(int, line.split()) for line in run(told + "confine()\n" + told + "confine()\n" + told).stdout.splitlines()
+    )
+    assert once == twice == max(before, 500)
+    assert higher > score or before >= 500
+
+
 def test_no_network() -> None:
     """A confined process reaches nobody, not even on this machine, where the system lets it leave the network."""
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -76,3 +91,37 @@ def test_no_network() -> None:
     assert before
     assert after is not alone
     assert same
+
+
+FORK = """
+import os, sys, time
+from pathlib import Path
+from pftrack.process import confine, stand_alone
+told, keep = os.pipe()
+secret = open(sys.argv[1])
+child = os.fork()
+if child == 0:
+    confine()
+    stand_alone(keep)
+    open_now = {each.name: os.readlink(each) for each in Path('/proc/self/fd').iterdir() if os.path.exists(each)}
+    print('lost')
+    standing = os.getpid() == os.getsid(0) == os.getpgid(0)
+    os.write(keep, json.dumps([os.getpid(), standing, sorted(map(int, open_now)), keep, open_now['1']]).encode())
+    time.sleep(60)
+print(os.read(told, 10_000).decode())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_a_fork_lets_go_of_its_parent(tmp_path: Path) -> None:
+    """It keeps one descriptor, leads its own group, prints nowhere, and ends when its parent has ended."""
+    (tmp_path / "secret").touch()
+    done = run(FORK, str(tmp_path / "secret"))
+    child, standing, descriptors, keep, output = json.loads(done.stdout)
+    assert standing
+    assert descriptors == [0, 1, 2, keep]
+    assert output == "/dev/null"
+    end = time.monotonic() + 20
+    while Path(f"/proc/{child}").exists() and time.monotonic() < end:
+        time.sleep(0.02)
+    assert not Path(f"/proc/{child}").exists()

@@ -10,7 +10,11 @@ import pytest
 import structlog
 
 from server.settings import Settings
-from tests.server.host import Server, begin, running
+from server.tasks.child_tasks import ChildTasks
+from server.tasks.queue import Queues
+from tests.server.apart import run
+from tests.server.confined import children, descriptors
+from tests.server.host import Server, begin, running, wait_for
 
 # Plain tracebacks: structlog's own, with all locals, take seconds for an exception in an app.
 structlog.configure(
@@ -62,3 +66,12 @@ def client(server: Server) -> Iterator[httpx.Client]:
 def session(client: httpx.Client) -> dict[str, Any]:
     """A session on the simulated ball."""
     return begin(client)
+
+
+@pytest.fixture
+def nothing_is_left() -> Iterator[None]:
+    """A test leaves as many children of the forkserver, and as many open descriptors, as it has found."""
+    run(ChildTasks(Queues()).check())  # until the forkserver runs, it may be that a probe waits for it, within its time
+    before = children(), descriptors()
+    yield
+    wait_for(lambda: (children(), descriptors()) == before)

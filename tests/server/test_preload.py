@@ -17,7 +17,7 @@ from tests.server.host import Server
 
 def test_a_workers_garbage_collector_leaves_what_is_shared_alone() -> None:
     """Otherwise its first full collection copies the pages of everything that was preloaded."""
-    frozen = run(ChildTasks(Queues(), 1 << 30).run(gc.get_freeze_count))
+    frozen = run(ChildTasks(Queues()).run(gc.get_freeze_count))
     assert frozen > 100_000
 
 

@@ -8,7 +8,6 @@ import pytest
 
 from pftrack.parameters import Parameters
 from pftrack.sources.formats import SourceError
-from pftrack.sources.probe import probe
 from pftrack.sources.sequence import Limits, open_sequence
 from pftrack.sources.source import History
 from pftrack.sources.tracks.recorded import RecordedTracks
@@ -169,12 +168,12 @@ def test_variances_have_an_inverse(tmp_path: Path) -> None:
 
 
 def test_a_table_is_a_sequence(tmp_path: Path) -> None:
-    """It is told by its content, surveyed by the probe, and its frames are pictures with a dot for each point seen."""
+    """It is told by its content, opens by its index, and its frames are pictures with a dot for each point seen."""
     path = tmp_path / "clip.mp4"
     path.write_text(LONG)
-    found = probe(path)
-    assert (found.kind, found.frames, found.index.warnings) == ("tracks", 4, ("In 1 of 4 frames no point is seen.",))
-    sequence = open_sequence(path, index=found.index)
+    found = open_sequence(path).index
+    assert (found.kind, found.frame_count, found.warnings) == ("tracks", 4, ("In 1 of 4 frames no point is seen.",))
+    sequence = open_sequence(path, index=found)
     assert isinstance(sequence, TrackSequence)
     assert sequence.size == (found.width, found.height)
     assert sequence.positions[0, 0].tolist() == [15.0, 10.0]

@@ -1,0 +1,32 @@
+"""Children that are confined as for a probe, and do something else."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from server.tasks.child_tasks import ChildTasks
+from server.tasks.queue import Queues
+from server.uploads.probe import BUDGET
+from server.worker.protocol import Reply
+from tests.server.apart import run
+
+
+def ask(task: Callable[..., Any], *arguments: object) -> Any:
+    """Have a child that is confined as for a probe do something else, and return its answer."""
+    answer = run(ChildTasks(Queues()).answer(task, *arguments, budget=BUDGET))
+    assert isinstance(answer, Reply), answer
+    return answer.result
+
+
+def children() -> list[psutil.Process]:
+    """The processes that were forked from this process's forkserver, or started by one of those."""
+    family = psutil.Process().children(recursive=True)
+    return [each for each in family if each.ppid() != os.getpid() and each.status() != psutil.STATUS_ZOMBIE]
+
+
+def descriptors() -> int:
+    """How many this process holds."""
+    return len(list(Path("/proc/self/fd").iterdir()))

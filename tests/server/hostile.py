@@ -1,0 +1,194 @@
+"""Tasks that do what a hostile file might have a decoder do, in the confined child."""
+
+import ctypes
+import os
+import resource
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from pftrack.sources.sequence import DEFAULT_LIMITS
+from server.tasks.functions import survey
+
+HARM = Path(tempfile.gettempdir(), f"harm-of-{os.getuid()}")
+NAMES = ("AS", "CPU", "FSIZE", "NOFILE", "CORE")
+
+
+def crash(*_: object) -> None:
+    """Read where nothing is."""
+    ctypes.string_at(0)
+
+
+def abort(*_: object) -> None:
+    """End as the C library ends a program that has spoilt its memory."""
+    os.abort()
+
+
+def be_killed(*_: object) -> None:
+    """End as when the system is short of memory."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def fail(*_: object) -> None:
+    """End by a mistake of our own."""
+    raise RuntimeError("on purpose")
+
+
+def leave(*_: object) -> None:
+    """End without a word, as if all were well."""
+    os._exit(0)
+
+
+def leave_with_status(*_: object) -> None:
+    """End without a word, and not well."""
+    os._exit(3)
+
+
+def hang(*_: object) -> None:
+    """Wait for what never comes, in native code that holds the interpreter."""
+    ctypes.PyDLL(None).sleep(60)
+
+
+def hang_up(*_: object) -> None:
+    """Close the pipe and go on."""
+    os.closerange(3, 64)
+    time.sleep(60)
+
+
+def answer_nonsense(*_: object) -> str:
+    """Answer with what is no index."""
+    return "nonsense"
+
+
+def answer_half(*_: object) -> str:
+    """Answer with half an index."""
+    return '{"kind": "video"}'
+
+
+def answer_a_number(*_: object) -> int:
+    """Answer with what is not even text."""
+    return 7
+
+
+def say(*parts: bytes) -> None:
+    """Write bytes to the pipe of the answer, past our own program."""
+    pipe = socket.socket(fileno=_pipe())
+    for part in parts:
+        pipe.sendall(part)
+    time.sleep(60)
+
+
+def say_no_json(*_: object) -> None:
+    """Say what is no JSON."""
+    say((7).to_bytes(8, "big"), b"no json")
+
+
+def say_a_pickle(*_: object) -> None:
+    """Say a pickle, which would run a command in whoever reads it."""
+    text = f"cos\nsystem\n(S'touch {HARM}'\ntR.".encode()
+    say(len(text).to_bytes(8, "big"), text)
+
+
+def flood(*_: object) -> None:
+    """Announce, and begin to say, more than anybody wants to hear."""
+    say((20_000_000).to_bytes(8, "big"), bytes(20_000_000))
+
+
+def flood_a_reply(*_: object) -> str:
+    """Answer in due form, and at far too great a length."""
+    return "x" * 20_000_000
+
+
+def unfold(*_: object) -> int:
+    """Take far more memory than is allowed, and use it."""
+    return len(b"x" * (1 << 31))
+
+
+def limits() -> dict[str, Any]:
+    """Tell the limits that hold here, and how large this process is."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    held = {name: resource.getrlimit(getattr(resource, f"RLIMIT_{name}")) for name in NAMES}
+    return {**held, "size": pages * resource.getpagesize()}
+
+
+def surroundings() -> dict[str, Any]:
+    """Tell what this process has of its parent's."""
+    links = {each.name: _target(each) for each in Path("/proc/self/fd").iterdir()}
+    return {
+        "pid": os.getpid(),
+        "parent": os.getppid(),
+        "group": os.getpgid(0),
+        "session": os.getsid(0),
+        "threads": threading.active_count(),
+        "tasks": len(list(Path("/proc/self/task").iterdir())),
+        "descriptors": {number: target for number, target in links.items() if not target.startswith("/proc/")},
+        "dispositions": [str(signal.getsignal(each)) for each in (signal.SIGALRM, signal.SIGXCPU, signal.SIGTERM)],
+        "blocked": len(signal.pthread_sigmask(signal.SIG_BLOCK, ())),
+    }
+
+
+def write(folder: str) -> list[str]:
+    """Write to a new file and to one that is there, and return what came of it."""
+    return [_written(Path(folder) / name) for name in ("new", "there")]
+
+
+def reach(port: int) -> dict[str, bool]:
+    """Call somebody on this machine; tell whether that was answered, and whether there is a network of one's own."""
+    own = Path("/proc/self/ns/net").readlink() != Path(f"/proc/{os.getppid()}/ns/net").readlink()
+    try:
+        socket.create_connection(("127.0.0.1", port), 5).close()
+    except OSError:
+        return {"reached": False, "alone": own}
+    return {"reached": True, "alone": own}
+
+
+def talk() -> str:
+    """Print a lot, as a decoder may."""
+    for stream in (1, 2):
+        os.write(stream, b"A DECODER'S COMPLAINT\n" * 1000)
+    return "quiet"
+
+
+def start_another(told: str) -> None:
+    """Start a process, tell its number in a file, and hang."""
+    child = subprocess.Popen(["/bin/sleep", "60"], env={})
+    Path(told).write_text(str(child.pid), encoding="ascii")
+    time.sleep(60)
+
+
+def wait_for_ever(told: str) -> None:
+    """Tell this process's number in a file, and hang in native code that holds the interpreter."""
+    Path(told).write_text(str(os.getpid()), encoding="ascii")
+    hang()
+
+
+def decode_and_look_around(path: str) -> dict[str, str]:
+    """Decode a file, and tell the environment in which that was done."""
+    survey(path, DEFAULT_LIMITS, 1 << 30)
+    return dict(os.environ)
+
+
+def _pipe() -> int:
+    """Return the descriptor of the pipe: the one socket that is open."""
+    return next(int(each.name) for each in Path("/proc/self/fd").iterdir() if _target(each).startswith("socket:"))
+
+
+def _target(link: Path) -> str:
+    try:
+        return str(link.readlink())
+    except OSError:  # that of the listing itself
+        return "/proc/"
+
+
+def _written(path: Path) -> str:
+    try:
+        with path.open("ab") as file:
+            file.write(b"harm")
+    except OSError as error:
+        return type(error).__name__
+    return "written"

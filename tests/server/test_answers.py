@@ -1,0 +1,74 @@
+"""Answers of tasks: read as what was written, and refused otherwise, whatever they are."""
+
+import math
+import pickle
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from server.tasks.answers import pack, unpack
+from server.worker.protocol import Event, Failed, Heartbeat, Mistake, Reply, Step
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text() | st.binary(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner).filter(lambda it: it.keys() != {"base64"}),
+    max_leaves=8,
+)
+
+
+@given(VALUES)
+def test_a_result_comes_back(value: object) -> None:
+    """Whatever JSON can say, and bytes anywhere in it, is read as it was written, to the last bit."""
+    assert unpack(pack(Reply(0, value))) == Reply(0, value)
+
+
+@pytest.mark.parametrize("event", [Failed("the file is empty \udcff"), Mistake("Traceback"), Step(3, 7)])
+def test_an_event_comes_back(event: Event) -> None:
+    """Refusals, mistakes and steps are events as well."""
+    assert unpack(pack(event)) == event
+
+
+def test_what_is_no_number_comes_back() -> None:
+    """A measure may be undefined."""
+    read = unpack(pack(Reply(0, math.nan)))
+    assert isinstance(read, Reply)
+    assert math.isnan(read.result)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("event", [Heartbeat(), Reply(0, object()), Reply(0, {1, 2})])
+def test_what_cannot_be_said_is_refused(event: Event) -> None:
+    """A task that returns something else is a mistake of ours, and noticed where it is made."""
+    with pytest.raises(TypeError, match="not "):
+        pack(event)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"null",
+        b"[]",
+        b"{}",
+        b'{"failed": 3}',
+        b'{"mistake": ["a"]}',
+        b'{"done": "1", "total": 2}',
+        b'{"result": 1, "failed": "b"}',
+        b'{"result": {"base64": "=no="}}',
+        b"\xff\xfe",
+        b"[" * 100_000,
+        b"1" * 10_000,
+        pickle.dumps(Reply(0, 1)),
+    ],
+)
+def test_nonsense_is_refused(data: bytes) -> None:
+    """Nothing but an event is read as one, and no other exception comes of it."""
+    with pytest.raises(ValueError):  # noqa: PT011 - each parser has words of its own
+        unpack(bytearray(data))
+
+
+@given(st.binary())
+def test_no_bytes_do_harm(data: bytes) -> None:
+    """Random bytes are refused."""
+    with pytest.raises(ValueError):  # noqa: PT011 - each parser has words of its own
+        unpack(data)
