@@ -107,6 +107,7 @@ class SceneFeed:
             on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),
             on_transport=lambda command: self._from_thread(self._on_transport, dict(command)),
             on_ready=lambda: self._from_thread(self._want),
+            loop=self._loop,
         )
 
     def _from_thread(self, callback: Callable[..., None], *arguments: object) -> None:

@@ -4,6 +4,7 @@
 What was overtaken is never sent, each browser is sent what it can follow, and nothing is drawn while all are late.
 """
 
+import asyncio
 import logging
 import threading
 import time
@@ -47,6 +48,7 @@ class Viewer:
         on_change: Takes new values by name, not yet validated; `tracker` is the identifier of a tracker.
         on_transport: Takes a transport command, such as `{"action": "speed", "speed": 2.0}`.
         on_ready: Called when another drawing could be shown, and again only after `show`.
+        loop: Where viser works, which must not be that of the calling thread; None for a thread of its own.
 
     Attributes:
         endpoint: Where `bridge` connects to the viser server.
@@ -60,9 +62,10 @@ class Viewer:
         on_change: Callable[[dict[str, Value]], None],
         on_transport: Callable[[dict[str, Any]], None],
         on_ready: Callable[[], None] = lambda: None,
+        loop: asyncio.AbstractEventLoop | None = None,
     ) -> None:
         self._on_ready = on_ready
-        server, self.endpoint = viser_adapter.start(description.title)
+        server, self.endpoint = viser_adapter.start(description.title, loop)
         self._server = server
         self._layers = tuple(description.layers)
         self._closed = threading.Event()

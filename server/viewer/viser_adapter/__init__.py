@@ -2,6 +2,7 @@
 
 - `server`: how a viser server is started and stopped here
 - `endpoint`: connections to it within this process, in place of the port that viser would open
+- `loops`: the event loop in which it works, that of the web server
 - `clock`: no smoothing of the stream
 - `pictures`: pictures that are encoded already
 - `messages`: what a browser may say, and what viser must not hear
@@ -17,10 +18,12 @@ yet; how it is likely to differ is taken from what changed between 1.0.21 and 1.
 1. `test_endpoint`: viser must open its port by `websockets.asyncio.server.serve` and use four members of a connection.
    That was the same in 1.0.21. A version that does otherwise is refused when a server is started, so that no port is
    opened. The endpoint could go if viser took a listening socket or a server of the caller's.
-2. `test_contracts`: the only clock in `viser.infra._infra` times messages (the same in 1.0.21), so it may run fast; it
+2. `test_loops`: viser must make its event loop by `asyncio.new_event_loop` and run one coroutine in it. A viser that
+   works otherwise works in threads of its own, or is not started.
+3. `test_contracts`: the only clock in `viser.infra._infra` times messages (the same in 1.0.21), so it may run fast; it
    could go with an option that turns smoothing off. New kinds of messages from browsers have to be judged. A client
    that is packed in another way is served in one piece until `client_bundle` learns the new way.
-3. `test_client_in_browser`: `__viserMutable`, `drainMessageQueue` and `messageQueue` are not in 1.0.21 at all, so these
+4. `test_client_in_browser`: `__viserMutable`, `drainMessageQueue` and `messageQueue` are not in 1.0.21 at all, so these
    are what a new version is most likely to change; `client/frames.js` and `client/state.js` are then to be adapted.
    What `style.css`, `numbers.js` and `folds.js` look for are names of the library that draws the panel (mantine), and
    of its icons.

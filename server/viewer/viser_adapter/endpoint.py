@@ -6,9 +6,9 @@ listens: where viser would open its port it is given an `Endpoint`, and the brid
 application has checked who is asking. A Unix socket would keep browsers out as well, but it leaves a file behind when
 the process is killed, and it copies each frame twice through the kernel.
 
-viser runs a loop of its own in a thread of its own. A `Connection` stands between that loop and the caller's. It has no
-buffer towards the browser: viser's sender waits until the caller has taken a message, and meanwhile viser replaces what
-it has not sent yet by what is newer.
+A `Connection` stands between the loop in which viser works and the caller's, which may be the same. It has no buffer
+towards the browser: viser's sender waits until the caller has taken a message, and meanwhile viser replaces what it has
+not sent yet by what is newer.
 """
 
 import asyncio
@@ -146,7 +146,10 @@ class Connection:
             raise ConnectionClosedOK(None, None)
         taking = self._take(message)
         try:
-            await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(taking, self._loop))
+            if self._loop is self._viser_loop:
+                await taking
+            else:
+                await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(taking, self._loop))
         except Exception:  # noqa: BLE001 - whatever it was, the message cannot be taken
             taking.close()
             raise ConnectionClosedError(None, None) from None

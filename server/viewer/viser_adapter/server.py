@@ -1,5 +1,6 @@
 """A viser server, reached by its endpoint alone, that has no smoothing, no public tunnel, no uploads and no banner."""
 
+import asyncio
 import contextlib
 import threading
 from collections.abc import Iterator
@@ -8,7 +9,7 @@ from typing import cast
 import rich
 import viser
 
-from server.viewer.viser_adapter import clock, endpoint, messages
+from server.viewer.viser_adapter import clock, endpoint, loops, messages
 from server.viewer.viser_adapter.endpoint import Connection, Endpoint
 
 __all__ = ["connection_of", "start", "stop"]
@@ -16,19 +17,21 @@ __all__ = ["connection_of", "start", "stop"]
 _console = threading.Lock()
 
 
-def start(title: str) -> tuple[viser.ViserServer, Endpoint]:
+def start(title: str, loop: asyncio.AbstractEventLoop | None = None) -> tuple[viser.ViserServer, Endpoint]:
     """Start a server, and return it with the only place where it is reached.
 
     Args:
         title: Heading of its panel.
+        loop: Where it works, which must not be that of the calling thread; None for a thread of its own.
 
     Raises:
         RuntimeError: The installed viser cannot be kept from opening a port.
     """
     endpoint.install()
     clock.install()
+    loops.install()
     reached = Endpoint()
-    with _quiet():
+    with _quiet(), loops.working_in(loop):
         server = viser.ViserServer(cast("str", reached), 0, label=title, verbose=False)
     messages.remove_handlers(server)
     messages.drop_bad_values(server)
