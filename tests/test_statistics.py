@@ -6,7 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from pftrack.statistics import chi_square, fisher_exact, holm, rank_sum, wilson
+from pftrack.statistics import (
+    chi_square,
+    fisher_exact,
+    holm,
+    paired_mean_interval,
+    paired_rate_interval,
+    rank_sum,
+    wilson,
+)
 
 counts = st.integers(1, 400).flatmap(lambda runs: st.tuples(st.integers(0, runs), st.just(runs)))
 probabilities = st.lists(st.floats(0, 1) | st.just(np.nan), min_size=1, max_size=40)
@@ -124,3 +132,44 @@ def test_holm_keeps_order_and_leaves_out_what_was_not_tested(p_values: list[floa
     order = np.argsort(given_values[tested], kind="stable")
     assert (np.diff(adjusted[tested][order]) >= 0).all()
     assert holm(np.append(given_values, np.nan))[:-1] == pytest.approx(adjusted, nan_ok=True)
+
+
+def test_the_interval_of_paired_values_agrees_with_scipy() -> None:
+    """It is that of the one-sample t-test of the differences."""
+    gains = np.random.default_rng(4).normal(0.3, 2.0, 17)
+    low, high = paired_mean_interval(gains.mean(), gains.std(ddof=1), 17, 0.9)
+    expected = stats.ttest_1samp(gains, 0).confidence_interval(0.9)
+    assert (float(low), float(high)) == pytest.approx((expected.low, expected.high))
+
+
+def test_the_interval_of_paired_values_needs_a_spread() -> None:
+    """Of fewer than two pairs, or of differences that are all equal, nothing is known."""
+    low, high = paired_mean_interval([np.nan, 0.5, 0.5, 0.5], [np.nan, np.nan, 0.0, 0.1], [0, 1, 9, 9])
+    assert np.isnan(low[:3]).all()
+    assert np.isnan(high[:3]).all()
+    assert low[3] < 0.5 < high[3]
+
+
+def test_the_interval_of_paired_rates_gives_the_known_one() -> None:
+    """Of 21 pairs, of which 1 and 7 disagree, by hand: -6 / 23 and 1.96 standard errors of 0.12627."""
+    low, high = paired_rate_interval(1, 7, 21)
+    assert (float(low), float(high)) == pytest.approx((-0.5083, -0.0134), abs=1e-4)
+
+
+def test_the_interval_of_paired_rates_covers_the_difference() -> None:
+    """Over all outcomes of 20 pairs, by their probability, it has the difference in it about 95 times in 100."""
+    for first, second in ((0.3, 0.1), (0.05, 0.05), (0.6, 0.3)):
+        b, c = (each.ravel() for each in np.mgrid[:21, :21])
+        chances = np.where(b + c <= 20, stats.multinomial.pmf(
+            np.column_stack([b, c, np.maximum(20 - b - c, 0)]), 20, [first, second, 1 - first - second]
+        ), 0.0)  # fmt: skip
+        low, high = paired_rate_interval(b, c, 20)
+        assert 0.93 < chances[(low <= first - second) & (first - second <= high)].sum() <= 1.0
+
+
+def test_the_interval_of_paired_rates_is_one_at_the_edges() -> None:
+    """It does not collapse where the methods agree, stays within -1 and 1, and there is none without pairs."""
+    low, high = paired_rate_interval([0, 5, 0], [0, 0, 0], [10, 5, 0])
+    assert low[0] < 0 < high[0]
+    assert high[1] == 1.0
+    assert np.isnan([low[2], high[2]]).all()
