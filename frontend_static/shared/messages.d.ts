@@ -135,6 +135,10 @@ export interface ComparisonPublic {
   level: number;
   correction: "none" | "holm";
   difference: (number | null)[];
+  paired: (number | null)[];
+  paired_low: (number | null)[];
+  paired_high: (number | null)[];
+  pairs: number[];
   verdict: ("first" | "second" | "none" | "untested")[];
   p_value: (number | null)[];
 }

@@ -77,7 +77,8 @@ function outcome({ known: sweep, measure }, { runs, problems, rate, low, high, e
  * @param {ComparisonPublic} comparison
  * @param {number} index
  */
-function against(store, { first, second, difference, verdict, p_value: pValues }, index) {
+function against(store, comparison, index) {
+  const { first, second, difference, verdict, p_value: pValues } = comparison;
   const value = difference[index];
   const p = pValues[index];
   const words = {
@@ -90,5 +91,18 @@ function against(store, { first, second, difference, verdict, p_value: pValues }
     value === null ? "" : `Difference ${value > 0 ? "+" : ""}${short(value)}, `,
     words[verdict[index]],
     p === null ? "" : ` (p ${p < 0.0001 ? "< 0.0001" : `= ${p.toFixed(4)}`})`,
+    ...onSameScenes(comparison, index),
   ];
+}
+
+/**
+ * @param {ComparisonPublic} comparison
+ * @param {number} index
+ * @returns {Child[]}
+ */
+function onSameScenes({ paired, paired_low: lows, paired_high: highs, pairs }, index) {
+  const [value, low, high] = [paired[index], lows[index], highs[index]];
+  if (value === null) return [];
+  const interval = low === null || high === null ? "" : ` (${short(low)} to ${short(high)})`;
+  return [h("br"), `On the same scenes ${value > 0 ? "+" : ""}${short(value)}${interval}, ${count(pairs[index], "pair")}`];
 }

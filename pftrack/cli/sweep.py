@@ -129,9 +129,12 @@ def report(
         emit(made.as_dict())
         return
     for shown in made.tables:
-        table(shown.title, shown.columns, shown.rows)
-        typer.echo("")
-    note(f"pftrack: {len(made.files)} files written to {folder}; open {made.page}")
+        if not shown.folded:
+            table(shown.title, shown.columns, shown.rows)
+            typer.echo("")
+    folded = sum(shown.folded for shown in made.tables)
+    rest = f"; {folded} more tables, a measure each, are on the page and in tables.csv" if folded else ""
+    note(f"pftrack: {len(made.files)} files written to {folder}; open {made.page}{rest}")
 
 
 def _plan(

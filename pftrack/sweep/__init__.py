@@ -6,7 +6,9 @@ fills every map evenly. A *journal* keeps each finished chunk on disk, so that a
 stopped, by whatever. The *result* is one Parquet file; its *cells* are what a map shows, and each row opens as a live
 run that comes to the same numbers.
 
-In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_result`, `cells`, `significance`.
+What methods are compared by is a *quantity*: success, the error, or a measure that the experiment declares.
+
+In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_result`, `cells`, `samples`, `compare`.
 """
 
 from pftrack.sweep.axis import MOST_RUNS, Axis, parse_axis
@@ -15,15 +17,15 @@ from pftrack.sweep.cells import (
     Code,
     Significance,
     cells,
-    error_significance,
-    measure_significance,
     significance,
 )
+from pftrack.sweep.comparison import Comparison, Paired, UsedTest, compare
 from pftrack.sweep.counts import Counts, columns, count
 from pftrack.sweep.driver import Estimate, Progress, carry_out, estimate
 from pftrack.sweep.errors import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, begin, partial_of, resume
 from pftrack.sweep.plan import Plan, Single
+from pftrack.sweep.quantities import Quantity, Samples, quantities, quantity_named, samples
 from pftrack.sweep.result import Result, csv_pieces, read_chunk, read_result, rows_of, summary
 
 __all__ = [
@@ -31,31 +33,38 @@ __all__ = [
     "Axis",
     "CellMap",
     "Code",
+    "Comparison",
     "Counts",
     "Estimate",
     "Journal",
+    "Paired",
     "Plan",
     "Progress",
+    "Quantity",
     "Result",
+    "Samples",
     "Significance",
     "Single",
     "SweepError",
     "SweepStopped",
+    "UsedTest",
     "begin",
     "carry_out",
     "cells",
     "columns",
+    "compare",
     "count",
     "csv_pieces",
-    "error_significance",
     "estimate",
-    "measure_significance",
     "parse_axis",
     "partial_of",
+    "quantities",
+    "quantity_named",
     "read_chunk",
     "read_result",
     "resume",
     "rows_of",
+    "samples",
     "significance",
     "summary",
 ]

@@ -10,15 +10,11 @@ from enum import IntEnum
 from typing import Literal, TypeAlias
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from pftrack.measures import Measure
-from pftrack.statistics import chi_square, fisher_exact, holm, rank_sum, wilson
+from pftrack.statistics import chi_square, fisher_exact, holm, wilson
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.counts import OF_MEASURE, SUMS, Counts, columns, count, floats, nulls, row_places
-from pftrack.sweep.errors import SweepError
+from pftrack.sweep.counts import OF_MEASURE, SUMS, Counts, columns, count
 from pftrack.sweep.result import Result
 
 __all__ = [
@@ -26,11 +22,8 @@ __all__ = [
     "Code",
     "Significance",
     "cells",
-    "error_significance",
-    "errors_by_cell",
-    "measure_significance",
+    "coded",
     "significance",
-    "values_by_cell",
 ]
 
 CONFIDENCE = 0.95
@@ -125,131 +118,28 @@ def significance(
     """
     tested = chi_square if test == "chi-square" else fisher_exact
     p_values = tested(first.successes, first.judged, second.successes, second.judged)
-    return _coded(p_values, first.rate - second.rate, level, correction)
+    return coded(p_values, first.rate - second.rate, level=level, correction=correction)
 
 
-def error_significance(
-    result: Result,
-    first: str,
-    second: str,
-    x: str | None,
-    y: str | None = None,
-    *,
-    level: float = 0.01,
-    correction: Correction = "none",
+def coded(
+    p_values: NDArray[np.float64], effect: NDArray[np.float64], *, level: float = 0.01, correction: Correction = "none"
 ) -> Significance:
-    """Say in which cells one tracker's errors are smaller, by the rank-sum test on successful runs (specification 6.3).
+    """Say in which cells one tracker is better, of what a test came to.
 
     Args:
-        result: Of the sweep.
-        first: Name of one tracker.
-        second: Name of the other.
-        x: Name of the axis across.
-        y: Name of the axis down.
+        p_values: Of each cell; NaN where the test is not applicable.
+        effect: Positive where the first is better.
         level: Of significance.
         correction: See `significance`.
-
-    Raises:
-        SweepError: The sweep has no such axis or tracker.
     """
-    _check_trackers(result, first, second)
-    errors = errors_by_cell(result, x, y)
-    p_values, effect = _ranked(errors[first], errors[second], _shape(result, x, y))
-    return _coded(p_values, effect, level, correction)
-
-
-def measure_significance(
-    result: Result,
-    measure: Measure,
-    first: str,
-    second: str,
-    x: str | None,
-    y: str | None = None,
-    *,
-    level: float = 0.01,
-    correction: Correction = "none",
-) -> Significance:
-    """Say in which cells a measure is better for one tracker, by the rank-sum test on all runs that have it.
-
-    Args:
-        result: Of the sweep.
-        measure: Declared by its experiment.
-        first: Name of one tracker.
-        second: Name of the other.
-        x: Name of the axis across.
-        y: Name of the axis down.
-        level: Of significance.
-        correction: See `significance`.
-
-    Raises:
-        SweepError: The sweep has no such axis or tracker.
-    """
-    _check_trackers(result, first, second)
-    values = values_by_cell(result, measure.name, x, y)
-    p_values, effect = _ranked(values[first], values[second], _shape(result, x, y))
-    return _coded(p_values, -effect if measure.better == "higher" else effect, level, correction)
-
-
-def errors_by_cell(result: Result, x: str | None, y: str | None = None) -> dict[str, list[NDArray[np.float64]]]:
-    """Return for each tracker the errors of each cell's successful runs (of all runs where there are no verdicts).
-
-    Cells are in row-major order, y before x.
-    """
-    return values_by_cell(result, "mean_error", x, y, successful=True)
-
-
-def values_by_cell(
-    result: Result, column: str, x: str | None, y: str | None = None, *, successful: bool = False
-) -> dict[str, list[NDArray[np.float64]]]:
-    """Return for each tracker the values of each cell's runs that have one.
-
-    Args:
-        result: Of the sweep.
-        column: Of its table, numbers; a result of an earlier version may lack that of a measure.
-        x: Name of the axis across.
-        y: Name of the axis down.
-        successful: Whether to leave out the runs that failed.
-
-    Returns:
-        By tracker, a list of cells in row-major order, y before x.
-    """
-    plan = result.plan
-    empty = count(plan, None, x, y)
-    size = empty.sums[0].size
-    places, values = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
-    for piece in result.pieces(columns(plan, x, y)):
-        if column not in piece.column_names:
-            continue
-        matters = ~nulls(piece, column)
-        if successful:
-            matters &= nulls(piece, "success") | (floats(pc.cast(piece["success"], pa.float64())) > 0)
-        places.append(row_places(plan, piece, empty.x, empty.y)[matters])
-        values.append(floats(piece[column])[matters])
-    place, value = np.concatenate(places), np.concatenate(values)
-    order = np.argsort(place, kind="stable")
-    edges = np.searchsorted(place[order], np.arange(size + 1))
-    split = [value[order[edges[index] : edges[index + 1]]] for index in range(size)]
-    width = size // len(plan.trackers)
-    return {name: split[index * width : (index + 1) * width] for index, name in enumerate(plan.trackers)}
-
-
-def _check_trackers(result: Result, *names: str) -> None:
-    for name in names:
-        if name not in result.plan.trackers:
-            raise SweepError(f"the sweep has no tracker {name!r}; it has {', '.join(result.plan.trackers)}")
-
-
-def _shape(result: Result, x: str | None, y: str | None) -> tuple[int, ...]:
-    return count(result.plan, None, x, y).sums.shape[2:]
-
-
-def _ranked(
-    first: list[NDArray[np.float64]], second: list[NDArray[np.float64]], shape: tuple[int, ...]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return p-values and effects of the rank-sum test cell by cell, an effect positive where the first is smaller."""
-    found = [rank_sum(one, other) for one, other in zip(first, second, strict=True)]
-    p_values = np.array([each.p_value for each in found]).reshape(shape)
-    return p_values, np.array([each.rank_biserial for each in found]).reshape(shape)
+    if correction == "holm":
+        p_values = holm(p_values)
+    codes = np.full(p_values.shape, Code.NOT_SIGNIFICANT, dtype=np.uint8)
+    codes[np.isnan(p_values)] = Code.NOT_APPLICABLE
+    significant = p_values < level
+    codes[significant & (effect > 0)] = Code.FIRST_BETTER
+    codes[significant & (effect < 0)] = Code.SECOND_BETTER
+    return Significance(codes, p_values, effect)
 
 
 def _counted(result: Result, x: str | None, y: str | None) -> Counts:
@@ -275,16 +165,3 @@ def _map(counts: Counts, tracker: int) -> CellMap:
     return CellMap(
         counts.x, counts.y, runs, judged, successes, rate, low, high, mean_error, mean_lost, problems, measures
     )
-
-
-def _coded(
-    p_values: NDArray[np.float64], effect: NDArray[np.float64], level: float, correction: Correction
-) -> Significance:
-    if correction == "holm":
-        p_values = holm(p_values)
-    codes = np.full(p_values.shape, Code.NOT_SIGNIFICANT, dtype=np.uint8)
-    codes[np.isnan(p_values)] = Code.NOT_APPLICABLE
-    significant = p_values < level
-    codes[significant & (effect > 0)] = Code.FIRST_BETTER
-    codes[significant & (effect < 0)] = Code.SECOND_BETTER
-    return Significance(codes, p_values, effect)

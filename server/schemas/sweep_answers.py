@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.parameters import Value, declarations
-from pftrack.sweep import CellMap, Code, Plan
+from pftrack.sweep import CellMap, Code, Comparison, Plan
 from server.sweeps.tally import Pair
-from server.sweeps.views import AxisPublic, CellsPublic, MapPublic, Verdict
+from server.sweeps.views import AxisPublic, CellsPublic, ComparisonPublic, Correction, MapPublic, Verdict
 
-__all__ = ["NO_AXIS", "VERDICTS", "axis_view", "cells_view", "fixed_views", "numbers"]
+__all__ = ["NO_AXIS", "axis_view", "cells_view", "comparison_view", "fixed_views"]
 
 NO_AXIS = "none"
 """The name that stands for no axis, so that all values are pooled."""
@@ -48,9 +48,24 @@ def cells_view(plan: Plan, pair: Pair, maps: dict[str, CellMap], done: int) -> C
     )
 
 
-def numbers(values: NDArray[np.float64]) -> list[float | None]:
-    """Return numbers as JSON can say them: six digits, null for none."""
-    return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.ravel().tolist()]
+def comparison_view(found: Comparison, level: float, correction: Correction) -> ComparisonPublic:
+    """Return two methods against each other, tested at a level."""
+    tested = found.significance(level, correction)
+    return ComparisonPublic(
+        first=found.first,
+        second=found.second,
+        measure=found.quantity.name,
+        test=found.test,
+        level=level,
+        correction=correction,
+        difference=_numbers(found.difference),
+        paired=_numbers(found.paired.mean),
+        paired_low=_numbers(found.paired.low),
+        paired_high=_numbers(found.paired.high),
+        pairs=found.paired.pairs.ravel().tolist(),
+        verdict=[VERDICTS[int(code)] for code in tested.codes.ravel()],
+        p_value=_numbers(tested.p_values),
+    )
 
 
 def _described(plan: Plan, name: str, values: tuple[Value, ...]) -> AxisPublic:
@@ -66,10 +81,15 @@ def _map(tracker: str, one: CellMap) -> MapPublic:
         runs=one.runs.ravel().tolist(),
         problems=one.problems.ravel().tolist(),
         successes=[int(value) if known else None for value, known in zip(one.successes.ravel(), judged, strict=True)],
-        rate=numbers(one.rate),
-        low=numbers(one.low),
-        high=numbers(one.high),
-        error=numbers(one.mean_error),
-        lost_frames=numbers(one.mean_lost_frames),
-        measures={name: numbers(means) for name, means in one.measures.items()},
+        rate=_numbers(one.rate),
+        low=_numbers(one.low),
+        high=_numbers(one.high),
+        error=_numbers(one.mean_error),
+        lost_frames=_numbers(one.mean_lost_frames),
+        measures={name: _numbers(means) for name, means in one.measures.items()},
     )
+
+
+def _numbers(values: NDArray[np.float64]) -> list[float | None]:
+    """Return numbers as JSON can say them: six digits, null for none."""
+    return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.ravel().tolist()]

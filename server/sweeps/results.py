@@ -5,21 +5,11 @@ All methods block for some milliseconds, are called in threads, and may be calle
 
 import threading
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-from pftrack.measures import Measure
-from pftrack.sweep import (
-    Plan,
-    Result,
-    cells,
-    error_significance,
-    measure_significance,
-    read_result,
-    rows_of,
-    significance,
-)
+from pftrack.sweep import Plan, Quantity, Result, cells, compare, quantities, read_result, rows_of, samples
 from server.errors import NotFoundError, RefusedError
-from server.schemas.sweep_answers import NO_AXIS, VERDICTS, cells_view, numbers
+from server.schemas.sweep_answers import NO_AXIS, cells_view, comparison_view
 from server.sweeps.tally import Pair, Tally
 from server.sweeps.views import CellsPublic, ComparisonPublic, Correction, RowPublic, RowsPublic, Test
 
@@ -72,38 +62,15 @@ class Results:
             RefusedError: There is no such axis, method or measure.
         """
         pair = self._pair(x, y)
-        declared = self._measure(measure)
+        quantity = self._quantity(measure)
         for field, name in (("first", first), ("second", second)):
             self._check_tracker(name, field)
         with self._lock:
             maps = cells(self._tally.counted(pair))
             result = self._tally.result()
-        one, other = maps[first], maps[second]
-        used: Test = "rank-sum"
-        if declared is not None:
-            found = measure_significance(result, declared, first, second, *pair, level=level, correction=correction)
-            difference = one.measures[measure] - other.measures[measure]
-            if declared.better == "lower":
-                difference = -difference
-        elif measure == "error":
-            found = error_significance(result, first, second, *pair, level=level, correction=correction)
-            difference = other.mean_error - one.mean_error
-        else:
-            counted: Literal["chi-square", "fisher"] = "fisher" if test == "fisher" else "chi-square"
-            used = counted
-            found = significance(one, other, level=level, correction=correction, test=counted)
-            difference = one.rate - other.rate
-        return ComparisonPublic(
-            first=first,
-            second=second,
-            measure=measure,
-            test=used,
-            level=level,
-            correction=correction,
-            difference=numbers(difference),
-            verdict=[VERDICTS[int(code)] for code in found.codes.ravel()],
-            p_value=numbers(found.p_values),
-        )
+        values = samples(result, quantity, *pair)
+        found = compare(quantity, maps, values, first, second, test="fisher" if test == "fisher" else "chi-square")
+        return comparison_view(found, level, correction)
 
     def rows(
         self, x: str | None, y: str | None, place: tuple[int, int], tracker: str | None, offset: int, limit: int
@@ -189,18 +156,15 @@ class Results:
             raise RefusedError(f"A map needs two different axes, got {across} twice.", field="y", value=down)
         return across, down
 
-    def _measure(self, name: str) -> Measure | None:
-        """Return the measure of a name; None for success and error, which are none."""
-        measures = {measure.name: measure for measure in self._plan.wiring.run_measures}
-        if name in {"success", "error"}:
-            return None
-        if name not in measures:
-            known = ", ".join(("success", "error", *measures))
+    def _quantity(self, name: str) -> Quantity:
+        known = {quantity.name: quantity for quantity in quantities(self._plan)}
+        if name not in known:
+            names = ", ".join(known)
             raise RefusedError(
-                f"measure must be one that the sweep has ({known}), got {name}.",
-                field="measure", bound=f"one of {known}", value=name,
+                f"measure must be one that the sweep has ({names}), got {name}.",
+                field="measure", bound=f"one of {names}", value=name,
             )  # fmt: skip
-        return measures[name]
+        return known[name]
 
     def _check_tracker(self, name: str, field: str) -> None:
         if name not in self._plan.trackers:

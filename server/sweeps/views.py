@@ -123,6 +123,7 @@ class ComparisonPublic(BaseModel):
 
     `measure` is "success", "error" or the name of one of the sweep's measures. `difference` is positive where the first
     is better: that of the success rates, of the mean errors of successful runs, or of a measure's means over all runs.
+    `paired` is the mean difference between runs on the same scenes, of which there are `pairs`, with its 95 % interval.
     `verdict` is the outcome of the test; "untested" where its conditions of use do not hold.
     """
 
@@ -133,6 +134,10 @@ class ComparisonPublic(BaseModel):
     level: float
     correction: Correction
     difference: list[float | None]
+    paired: list[float | None]
+    paired_low: list[float | None]
+    paired_high: list[float | None]
+    pairs: list[int]
     verdict: list[Verdict]
     p_value: list[float | None]
 

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.sweep import cells, measure_significance, read_result, significance
+from pftrack.sweep import cells, compare, quantity_named, read_result, samples, significance
 from server.settings import Settings
 from tests.server.host import Server, error_of, running, steer, wait_for
 from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, show, until_state
@@ -172,13 +172,19 @@ class TestLooking:
         query = {"first": "h-spf", "second": "pc-pf", "level": 0.2, "measure": name}
         shown = client.get(f"{url}/cells", params=query).json()["comparison"]
         axes = "occlusion_width_px", "distracter_radius_px"
-        measure = result.plan.wiring.measure_named(name)
-        expected = measure_significance(result, measure, "h-spf", "pc-pf", *axes, level=0.2)
+        quantity = quantity_named(result.plan, name)
+        means = cells(result, *axes)
+        compared = compare(quantity, means, samples(result, quantity, *axes), "h-spf", "pc-pf")
+        expected = compared.significance(0.2)
         assert (shown["measure"], shown["test"]) == (name, "rank-sum")
         assert shown["verdict"] == [["untested", "none", "first", "second"][code] for code in expected.codes.ravel()]
-        means = cells(result, *axes)
         apart = (means["h-spf"].measures[name] - means["pc-pf"].measures[name]).ravel()
         assert shown["difference"] == pytest.approx(apart if name == "inside_share" else -apart, rel=1e-5, abs=1e-9)
+        assert shown["paired"] == pytest.approx(shown["difference"], rel=1e-5, abs=1e-9)
+        assert shown["pairs"] == compared.paired.pairs.ravel().tolist()
+        for column, ends in (("paired_low", compared.paired.low), ("paired_high", compared.paired.high)):
+            known = [np.nan if value is None else value for value in shown[column]]
+            assert known == pytest.approx(ends.ravel().tolist(), rel=1e-5, nan_ok=True)
 
     @pytest.mark.parametrize(
         ("path", "query", "field"),

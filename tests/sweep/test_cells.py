@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.statistics import chi_square, fisher_exact, holm, rank_sum, wilson
+from pftrack.statistics import chi_square, fisher_exact, holm, wilson
 from pftrack.sweep import (
     CellMap,
     Code,
@@ -12,11 +12,8 @@ from pftrack.sweep import (
     SweepError,
     cells,
     count,
-    error_significance,
-    measure_significance,
     significance,
 )
-from pftrack.sweep.cells import errors_by_cell, values_by_cell
 
 X, Y = "occlusion_width_px", "distracter_radius_px"
 
@@ -102,44 +99,3 @@ def test_holm_is_stricter_and_fisher_is_always_applicable() -> None:
     exact = significance(first, second, test="fisher")
     assert exact.codes[0, 3] == Code.NOT_SIGNIFICANT
     assert exact.p_values == pytest.approx(fisher_exact(first.successes, first.runs, second.successes, second.runs))
-
-
-def test_errors_are_compared_over_successful_runs(finished: Result, plan: Plan) -> None:
-    """Each cell's rank-sum test has the errors of its successful runs, and smaller ones are better."""
-    rows = finished.table.to_pylist()
-    found = error_significance(finished, "h-spf", "condensation", X, level=0.2)
-    grouped = errors_by_cell(finished, X)
-    for place, width in enumerate(plan.axis(X).values):
-        first, second = (
-            sorted(row["mean_error"] for row in rows if row[X] == width and row["tracker"] == name and row["success"])
-            for name in ("h-spf", "condensation")
-        )
-        assert sorted(grouped["h-spf"][place]) == first
-        assert sorted(grouped["condensation"][place]) == second
-        tested = rank_sum(first, second)
-        assert found.p_values[0, place] == pytest.approx(tested.p_value, nan_ok=True)
-        assert found.effect[0, place] == pytest.approx(tested.rank_biserial, nan_ok=True)
-        if found.codes[0, place] == Code.FIRST_BETTER:
-            assert np.median(first) < np.median(second)
-    with pytest.raises(SweepError, match="no tracker 'apf'"):
-        error_significance(finished, "apf", "h-spf", X)
-
-
-@pytest.mark.parametrize(("name", "sign"), [("inside_share", -1.0), ("median_error_px", 1.0)])
-def test_measures_are_compared_over_all_runs(finished: Result, plan: Plan, name: str, sign: float) -> None:
-    """Each cell's rank-sum test has a measure of all its runs; larger shares are better, and smaller errors."""
-    measure = plan.wiring.measure_named(name)
-    found = measure_significance(finished, measure, "h-spf", "condensation", X, Y, level=0.3)
-    grouped = values_by_cell(finished, name, X, Y)
-    assert found.codes.shape == (2, 4)
-    for place, (down, across) in enumerate(np.ndindex(2, 4)):
-        values = plan.axis(X).values[across], plan.axis(Y).values[down]
-        rows = [row for row in finished.table.to_pylist() if (row[X], row[Y]) == values]
-        first, second = ([row[name] for row in rows if row["tracker"] == it] for it in ("h-spf", "condensation"))
-        assert sorted(grouped["h-spf"][place]) == sorted(first)
-        assert len(first) == plan.trials
-        tested = rank_sum(first, second)
-        assert found.p_values[down, across] == pytest.approx(tested.p_value)
-        assert found.effect[down, across] == pytest.approx(sign * tested.rank_biserial)
-    with pytest.raises(SweepError, match="no tracker 'apf'"):
-        measure_significance(finished, measure, "h-spf", "apf", X)

@@ -1,17 +1,35 @@
 """Reports: tables that say what the rows say, figures that are pictures, and a page that needs nothing else."""
 
+import base64
 import csv
+import gzip
+import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.sweep import Axis, Plan, Result, SweepError, begin, carry_out, cells, read_result
+from pftrack.sweep import (
+    Axis,
+    Plan,
+    Result,
+    SweepError,
+    begin,
+    carry_out,
+    cells,
+    compare,
+    quantities,
+    read_result,
+    samples,
+)
 from pftrack.sweep.report import Report, write_report
 from pftrack.sweep.report.study import Study
+from server.sweeps.results import Results
 
 
 @pytest.fixture(scope="module")
@@ -20,10 +38,9 @@ def report(finished: Result, tmp_path_factory: pytest.TempPathFactory) -> Report
 
 
 def test_a_report_has_all_its_files(report: Report) -> None:
-    """Maps of success, error, measures, difference and significance, curves, tables, and the page."""
+    """A picture each of success, the error and every measure, curves, tables, and the page."""
     names = {path.name for path in report.files}
-    maps = {"success.png", "error.png", "difference.png", "significance.png"}
-    maps |= {f"{measure.name}.png" for measure in EXPERIMENTS["ball"].run_measures}
+    maps = {"success.png", "error.png"} | {f"{measure.name}.png" for measure in EXPERIMENTS["ball"].run_measures}
     assert names == maps | {"curves.png", "tables.csv", "index.html"}
     assert {path.name for path in report.page.parent.iterdir()} == names
 
@@ -39,7 +56,7 @@ def test_every_figure_is_a_picture_with_something_on_it(report: Report) -> None:
 
 def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None:
     """Rates of trackers and along the axes are those of the cells, in the report and in its file."""
-    by_tracker, along, *_ = report.tables
+    by_tracker, measures, along, *_ = report.tables
     for row in by_tracker.rows:
         assert row[2] == f"{cells(finished)[row[0]].rate[0, 0]:.3f}"
     of_axis = cells(finished, "occlusion_width_px")
@@ -49,7 +66,6 @@ def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None
     with (report.page.parent / "tables.csv").open(newline="") as file:
         lines = list(csv.reader(file))
     assert lines[:3] == [["By tracker"], list(by_tracker.columns), list(by_tracker.rows[0])]
-    measures = report.tables[-1]
     assert measures.columns[:3] == ("tracker", "not lost", "inside the true box")
     for row in measures.rows:
         assert row[2] == f"{cells(finished)[row[0]].measures['inside_share'][0, 0]:.3g}"
@@ -63,8 +79,85 @@ def test_the_page_needs_nothing_else(report: Report) -> None:
     assert not re.findall(r"<script[^>]*src", text)
     for row in report.tables[0].rows:
         assert f"<td>{row[2]}</td>" in text
-    for shown in ("95 % interval", "mean error", "h-spf less condensation", "not applicable"):
+    for shown in ("95 % interval", "mean error", "1: h-spf, 2: condensation", "not applicable", "on the same scenes"):
         assert shown in text
+
+
+def sources(value: Any) -> Iterator[dict[str, Any]]:
+    """Yield the columns of every map in what a page draws."""
+    if isinstance(value, dict):
+        if value.get("name") == "ColumnDataSource":
+            yield {name: column_of(column) for name, column in value["attributes"]["data"]["entries"]}
+        value = [*value.values()]
+    for inner in value if isinstance(value, list) else ():
+        yield from sources(inner)
+
+
+def column_of(column: Any) -> list[Any]:
+    if isinstance(column, list):
+        return column
+    array = column["array"]
+    if isinstance(array, list):
+        return array
+    return np.frombuffer(gzip.decompress(base64.b64decode(array["data"])), column["dtype"]).tolist()
+
+
+def known(values: list[float | None]) -> list[float]:
+    return [np.nan if value is None else value for value in values]
+
+
+def test_maps_have_the_numbers_of_the_servers_view(report: Report, finished: Result) -> None:
+    """Means, differences, intervals, p-values and verdicts on the page are those that the sweep's page gets."""
+    view = Results(finished.plan, finished.path)
+    view.refresh()
+    text = report.page.read_text()
+    for quantity in quantities(finished.plan):
+        drawn = {
+            part: list(
+                sources(json.loads(re.search(rf'data-place="plot-{quantity.name}-{part}">(.*?)</script>', text)[1]))
+            )
+            for part in ("means", "difference", "significance")
+        }
+        maps = view.cells("occlusion_width_px", "distracter_radius_px").maps
+        for shown, column in zip(maps, drawn["means"], strict=True):
+            means = {"success": shown.rate, "error": shown.error, **shown.measures}[quantity.name]
+            assert column["value"] == pytest.approx(known(means), rel=1e-5, nan_ok=True), quantity.name
+        seen = view.compare(
+            "occlusion_width_px",
+            "distracter_radius_px",
+            "h-spf",
+            "condensation",
+            quantity.name,
+            "chi-square",
+            0.2,
+            "none",
+        )
+        (difference,), (significance,) = drawn["difference"], drawn["significance"]
+        for name, expected in {
+            "value": seen.difference, "paired": seen.paired, "low": seen.paired_low, "high": seen.paired_high
+        }.items():  # fmt: skip
+            assert difference[name] == pytest.approx(known(expected), rel=1e-5, abs=1e-9, nan_ok=True), quantity.name
+        assert difference["pairs"] == seen.pairs
+        assert significance["p"] == ["not applicable" if p is None else f"{p:.2g}" for p in seen.p_value]
+        words = {"first": "Hard switching (h-SPF) better", "second": "Condensation better", "none": "not significant"}
+        assert significance["verdict"] == [words.get(it, "not applicable") for it in seen.verdict]
+
+
+def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:
+    """Difference, interval, pairs and p-value of a quantity are those of the one cell that pools all runs."""
+    by_quantity = {table.quantity: table for table in report.tables if table.quantity}
+    assert list(by_quantity) == [quantity.name for quantity in quantities(finished.plan)]
+    for quantity in quantities(finished.plan):
+        seen = compare(quantity, cells(finished), samples(finished, quantity, None), "h-spf", "condensation")
+        paired, table = seen.paired, by_quantity[quantity.name]
+        assert table.rows[0][1:6] == (
+            f"{seen.difference[0, 0]:+.3g}",
+            f"{paired.mean[0, 0]:+.3g} ({paired.low[0, 0]:+.3g} to {paired.high[0, 0]:+.3g})",
+            str(paired.pairs[0, 0]),
+            "Chi-square" if quantity.name == "success" else "Rank-sum",
+            f"{seen.p_values[0, 0]:.2g}",
+        )
+        assert table.folded == (quantity.name not in {"success", "error"})
 
 
 @pytest.mark.browser
@@ -81,6 +174,12 @@ def test_the_page_shows_a_cell_under_the_pointer(report: Report, chromium: objec
     page.mouse.move(box["x"] + 120, box["y"] + 120)
     page.get_by_text("95 % interval", exact=False).nth(1).wait_for()
     assert page.locator(".bk-Figure").count() >= 6
+    assert page.locator("details[open]").count() == 2
+    folded = page.locator("#median_error_px")
+    assert folded.locator(".bk-Figure").count() == 0
+    folded.locator("summary").click()
+    folded.locator(".bk-Figure").nth(4).wait_for()
+    assert folded.locator(".bk-Figure").count() == 5
     assert not faults
     page.close()
 
@@ -89,7 +188,8 @@ def test_one_axis_of_numbers_gives_boxes(tmp_path: Path) -> None:
     """Over the number of particles errors are drawn as boxes, and there is no map of a single row."""
     plan = Plan("ball", (Axis("sample_count", (20, 50, 100)),), ("h-spf", "s-spf"), trials=6, frames=10)
     made = write_report(carry_out(plan, tmp_path / "n.parquet"), tmp_path / "out")
-    assert {path.name for path in made.files} == {"boxes.png", "curves.png", "tables.csv", "index.html"}
+    pictures = {f"{it.name}.png" for it in quantities(plan)}
+    assert {path.name for path in made.files} == pictures | {"curves.png", "tables.csv", "index.html"}
 
 
 def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -> None:
@@ -98,8 +198,11 @@ def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -
         "sine", (Axis("sample_count", (5, 10)), Axis("dimension", (1, 2))), ("condensation", "kalman"), 3, frames=9
     )
     made = write_report(carry_out(plan, tmp_path / "sine.parquet"), tmp_path / "sine")
-    assert {"error.png", "significance.png", "curves.png"} <= {path.name for path in made.files}
+    assert {"error.png", "curves.png"} <= {path.name for path in made.files}
     assert "success.png" not in {path.name for path in made.files}
+    assert not any("success" in table.title.lower() for table in made.tables)
+    assert [table.quantity for table in made.tables if table.quantity] == ["error"]
+    assert "<h2>Success" not in made.page.read_text()
     single = write_report(carry_out(Plan("sine", trials=2, frames=5), tmp_path / "one.parquet"), tmp_path / "one")
     assert {path.name for path in single.files} == {"tables.csv", "index.html"}
 

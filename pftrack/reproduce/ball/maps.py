@@ -18,7 +18,7 @@ import numpy as np
 from pftrack.reproduce.ball.study import Scene
 from pftrack.reproduce.finding import Finding, claim
 from pftrack.reproduce.pool import Pool
-from pftrack.sweep import Axis, CellMap, Code, Plan, Result, cells, error_significance, significance
+from pftrack.sweep import Axis, CellMap, Code, Plan, Result, cells, compare, quantity_named, samples, significance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,25 +83,21 @@ def whole_protocol(pool: Pool, full: bool) -> list[Finding]:
 def draw(maps: Maps) -> "dict[str, Figure]":
     """Return the document's figures by name."""
     # Drawing loads much that computing does not need, in every process of the pool.
-    from pftrack.sweep.report.figures import (  # noqa: PLC0415
-        boxes,
-        curves,
-        error_maps,
-        significance_maps,
-        success_maps,
-    )
+    from pftrack.sweep.report.curves import boxes, curves  # noqa: PLC0415
+    from pftrack.sweep.report.maps import mean_maps, significance_maps  # noqa: PLC0415
     from pftrack.sweep.report.study import Study  # noqa: PLC0415
 
     methods, fewer, more = (Study.of(result, x=RADIUS, y=WIDTH) for result in (maps.methods, maps.fewer, maps.more))
     counts = Study.of(maps.counts, x="sample_count", y=WIDTH)
+    success, error = (quantity_named(maps.methods.plan, name) for name in ("success", "error"))
     return {
-        "figure-3.5-success": success_maps([methods]),
-        "figure-3.6-chi-square": significance_maps(methods, ["success"]),
-        "figure-3.7-error": error_maps([methods]),
-        "figure-3.8-rank-sum": significance_maps(methods, ["error"]),
-        "figure-3.9-success-by-particles": success_maps([fewer, more]),
-        "figure-3.10-error-by-particles": error_maps([fewer, more]),
-        "figure-3.11-error-over-particles": boxes(counts, maps.counts.plan.axis("sample_count")),
+        "figure-3.5-success": mean_maps([methods], success),
+        "figure-3.6-chi-square": significance_maps(methods, success),
+        "figure-3.7-error": mean_maps([methods], error),
+        "figure-3.8-rank-sum": significance_maps(methods, error),
+        "figure-3.9-success-by-particles": mean_maps([fewer, more], success),
+        "figure-3.10-error-by-particles": mean_maps([fewer, more], error),
+        "figure-3.11-error-over-particles": boxes(counts, maps.counts.plan.axis("sample_count"), error),
         "figure-3.11-success-over-particles": curves(counts, [maps.counts.plan.axis("sample_count")]),
     }
 
@@ -137,11 +133,13 @@ def _judged(maps: Maps, full: bool) -> list[Finding]:
 def _tested(maps: Maps) -> list[Finding]:
     """Count the cells in which one is better at 1 %; one cell in a hundred may be so by chance."""
     found = cells(maps.methods, RADIUS, WIDTH)
+    error = quantity_named(maps.methods.plan, "error")
+    errors = samples(maps.methods, error, RADIUS, WIDTH)
     findings = []
     for other in ("s-spf", "pc-pf"):
         by_test = {
             "success, chi-square": significance(found["h-spf"], found[other]),
-            "error, rank-sum": error_significance(maps.methods, "h-spf", other, RADIUS, WIDTH),
+            "error, rank-sum": compare(error, found, errors, "h-spf", other).significance(),
         }
         for kind, tested in by_test.items():
             better, worse = (int((tested.codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER))

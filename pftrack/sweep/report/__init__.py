@@ -1,6 +1,7 @@
 """Reports: the result of a sweep for people. Tables, figures as PNG, and one page that needs nothing else.
 
-Modules: `study` (what is looked at), `tables`, `figures`, `page`, and the `colours` that all share.
+Modules: `study` (what is looked at); `tables`; `figures` as pictures, by `maps` and `curves`; `page`, by `plots`; and
+the `colours` that all share.
 """
 
 import csv

@@ -1,4 +1,4 @@
-"""What a report is about: a result, the two axes its maps span, and every comparison of two trackers."""
+"""What a report is about: a result, the two axes its maps span, and what its trackers are compared by."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,40 +6,21 @@ from itertools import combinations
 
 import numpy as np
 
-from pftrack.measures import Measure
 from pftrack.parameters import Value
 from pftrack.sweep.axis import Axis, declared
-from pftrack.sweep.cells import CellMap, Significance, cells, error_significance, significance
+from pftrack.sweep.cells import CellMap, Test, cells
+from pftrack.sweep.comparison import Comparison, compare
 from pftrack.sweep.errors import SweepError
+from pftrack.sweep.quantities import Quantity, quantities, quantity_named, samples
 from pftrack.sweep.result import Result
 
-__all__ = ["Comparison", "Study", "label", "shown"]
+__all__ = ["FIRST_SHOWN", "Study", "label", "shown"]
+
+FIRST_SHOWN = ("success", "error")
+"""The quantities that a reader sees at once; the measures are folded."""
 
 MOST_PAIRS = 6
 """With more trackers than four, each is compared with the first alone."""
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Two trackers, cell by cell.
-
-    Attributes:
-        first: Name of one tracker.
-        second: Name of the other.
-        success: By the chi-square test, each cell by itself, as in document 1.
-        success_holm: The same, corrected over the map.
-        success_fisher: By Fisher's exact test, which small counts permit, corrected over the map.
-        error: By the rank-sum test on successful runs, each cell by itself.
-        error_holm: The same, corrected over the map.
-    """
-
-    first: str
-    second: str
-    success: Significance
-    success_holm: Significance
-    success_fisher: Significance
-    error: Significance
-    error_holm: Significance
 
 
 @dataclass(frozen=True)
@@ -96,12 +77,10 @@ class Study:
         return cells(self.result)
 
     @cached_property
-    def measures(self) -> tuple[Measure, ...]:
-        """Those that any run has."""
-        declared = self.result.plan.wiring.run_measures
-        return tuple(
-            it for it in declared if any(np.isfinite(one.measures[it.name]).any() for one in self.totals.values())
-        )
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What any run has a number of: success, the error, then the measures in the order of their declaration."""
+        known = quantities(self.result.plan)
+        return tuple(it for it in known if any(np.isfinite(it.means(one)).any() for one in self.totals.values()))
 
     @cached_property
     def judged(self) -> bool:
@@ -109,12 +88,30 @@ class Study:
         return any(total.judged.any() for total in self.totals.values())
 
     @cached_property
-    def comparisons(self) -> tuple[Comparison, ...]:
-        """Every pair of trackers, or each with the first where those would be too many."""
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Every two trackers, or each with the first where those would be too many."""
         pairs = list(combinations(self.trackers, 2))
-        if len(pairs) > MOST_PAIRS:
-            pairs = pairs[: len(self.trackers) - 1]
-        return tuple(self._compared(first, second) for first, second in pairs)
+        return tuple(pairs[: len(self.trackers) - 1] if len(pairs) > MOST_PAIRS else pairs)
+
+    @cached_property
+    def comparisons(self) -> dict[str, tuple[Comparison, ...]]:
+        """Each pair, cell by cell, by name of the quantity."""
+        return {it.name: self._compared(it, self.maps, *self.names) for it in self.quantities if self.pairs}
+
+    @cached_property
+    def exact(self) -> tuple[Comparison, ...]:
+        """Each pair by success, cell by cell, tested by Fisher's exact test, which small counts permit."""
+        return self._compared(quantity_named(self.result.plan, "success"), self.maps, *self.names, test="fisher")
+
+    @cached_property
+    def pooled(self) -> dict[str, tuple[Comparison, ...]]:
+        """Each pair with all runs in one cell, by name of the quantity."""
+        return {it.name: self._compared(it, self.totals, None, None) for it in self.quantities if self.pairs}
+
+    @cached_property
+    def pooled_exact(self) -> tuple[Comparison, ...]:
+        """The same with all runs in one cell."""
+        return self._compared(quantity_named(self.result.plan, "success"), self.totals, None, None, test="fisher")
 
     def by_axis(self, axis: Axis) -> dict[str, CellMap]:
         """Return each tracker's cells along one axis, all others pooled."""
@@ -124,17 +121,11 @@ class Study:
         """Return what a tracker is called."""
         return self.result.plan.wiring.trackers[tracker].title
 
-    def _compared(self, first: str, second: str) -> Comparison:
-        one, other = self.maps[first], self.maps[second]
-        return Comparison(
-            first,
-            second,
-            significance(one, other, level=self.level),
-            significance(one, other, level=self.level, correction="holm"),
-            significance(one, other, level=self.level, correction="holm", test="fisher"),
-            error_significance(self.result, first, second, *self.names, level=self.level),
-            error_significance(self.result, first, second, *self.names, level=self.level, correction="holm"),
-        )
+    def _compared(
+        self, quantity: Quantity, maps: dict[str, CellMap], x: str | None, y: str | None, test: Test = "chi-square"
+    ) -> tuple[Comparison, ...]:
+        values = samples(self.result, quantity, x, y)
+        return tuple(compare(quantity, maps, values, *pair, test=test) for pair in self.pairs)
 
 
 def label(study: Study, axis: Axis) -> str:

@@ -1,31 +1,45 @@
-"""The tables of a report: success by tracker, along every axis, and of one tracker against another."""
+"""The tables of a report: success by tracker, along every axis, and one tracker against another by every quantity."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from pftrack.statistics import chi_square, fisher_exact
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.cells import CellMap, Code, Significance
-from pftrack.sweep.report.study import Comparison, Study, label, shown
+from pftrack.sweep.cells import CellMap, Code
+from pftrack.sweep.comparison import TEST_TITLES, Comparison
+from pftrack.sweep.quantities import Quantity
+from pftrack.sweep.report.study import FIRST_SHOWN, Study, label, shown
 
 __all__ = ["Table", "tables"]
 
 
 @dataclass(frozen=True)
 class Table:
-    """Text in rows and columns under a title."""
+    """Text in rows and columns under a title.
+
+    Attributes:
+        title: Above it.
+        columns: Their names.
+        rows: As long as the columns.
+        quantity: Name of the one that it compares by, if it does.
+    """
 
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    quantity: str = ""
+
+    @property
+    def folded(self) -> bool:
+        """Whether it is one of many that are looked at by those who want this measure."""
+        return self.quantity not in ("", *FIRST_SHOWN)
 
 
 def tables(study: Study) -> tuple[Table, ...]:
     """Return all tables."""
     along = tuple(_along(study, axis) for axis in study.result.plan.axes if len(axis.values) > 1)
-    measures = (_measures(study),) if study.measures else ()
-    return (_by_tracker(study), *along, *((_compared(study),) if study.comparisons else ()), *measures)
+    compared = tuple(_compared(study, quantity) for quantity in study.quantities if study.pairs)
+    return (_by_tracker(study), *_measures(study), *along, *compared)
 
 
 def _by_tracker(study: Study) -> Table:
@@ -49,14 +63,14 @@ def _by_tracker(study: Study) -> Table:
     return Table("By tracker", columns, tuple(rows))
 
 
-def _measures(study: Study) -> Table:
-    """The means of the measures over all runs, by tracker."""
-    rows = [
-        (name, *(_number(total.measures[it.name][0, 0]) for it in study.measures))
-        for name, total in study.totals.items()
-    ]
-    titles = (f"{it.title.lower()}, {it.unit}" if it.unit else it.title.lower() for it in study.measures)
-    return Table("Measures, means over all runs", ("tracker", *titles), tuple(rows))
+def _measures(study: Study) -> tuple[Table, ...]:
+    """The means of the measures over all runs, by tracker, if there are any."""
+    measures = [it for it in study.quantities if it.name not in FIRST_SHOWN]
+    if not measures:
+        return ()
+    rows = [(name, *(_number(it.means(total)[0, 0]) for it in measures)) for name, total in study.totals.items()]
+    titles = (it.label[0].lower() + it.label[1:] for it in measures)
+    return (Table("Measures, means over all runs", ("tracker", *titles), tuple(rows)),)
 
 
 def _along(study: Study, axis: Axis) -> Table:
@@ -75,34 +89,60 @@ def _along(study: Study, axis: Axis) -> Table:
     return Table(f"{what} by {label(study, axis)}", (axis.name, *study.trackers), tuple(rows))
 
 
-def _compared(study: Study) -> Table:
-    rows: list[tuple[str, ...]] = []
-    for pair in study.comparisons:
-        names = f"{pair.first} / {pair.second}"
-        if study.judged:
-            rows += [
-                (names, "success, chi2", *_tallied(pair.success), _pooled(study, pair)),
-                (names, "success, chi2, Holm", *_tallied(pair.success_holm), ""),
-                (names, "success, Fisher, Holm", *_tallied(pair.success_fisher), _pooled(study, pair, exact=True)),
-            ]
+def _compared(study: Study, quantity: Quantity) -> Table:
+    """Every pair of trackers by one quantity: over all runs, and in how many cells one is better."""
+    rows = [
+        (*_pair(pair), *_over_all(pooled), *_tested(study, pair, pooled))
+        for pair, pooled in zip(study.comparisons[quantity.name], study.pooled[quantity.name], strict=True)
+    ]
+    if quantity.name == "success":
         rows += [
-            (names, "error, rank-sum", *_tallied(pair.error), ""),
-            (names, "error, rank-sum, Holm", *_tallied(pair.error_holm), ""),
+            (*_pair(pair), "", "", "", *_tested(study, pair, pooled))
+            for pair, pooled in zip(study.exact, study.pooled_exact, strict=True)
         ]
-    columns = "1 / 2", "test", "1 better", "2 better", "neither", "untested", "pooled p"
-    return Table(f"Cells in which tracker 1 or 2 is better, at a level of {study.level:g}", columns, tuple(rows))
+    columns = (
+        "1 / 2",
+        "difference",
+        "on the same scenes (95 % interval)",
+        "pairs",
+        "test",
+        "p of all",
+        "cells 1 better",
+        "2 better",
+        "neither",
+        "untested",
+    )
+    title = (
+        f"{quantity.label} ({quantity.better} is better): difference, positive where 1 is better, and cells at "
+        f"{study.level:g}, in brackets after Holm"
+    )
+    return Table(title, columns, tuple(rows), quantity.name)
 
 
-def _tallied(found: Significance) -> tuple[str, ...]:
+def _pair(pair: Comparison) -> tuple[str]:
+    return (f"{pair.first} / {pair.second}",)
+
+
+def _over_all(pooled: Comparison) -> tuple[str, str, str]:
+    """Return the difference of the means, that on the same scenes with its interval, and how many pairs these are."""
+    mean, low, high = (float(it[0, 0]) for it in (pooled.paired.mean, pooled.paired.low, pooled.paired.high))
+    interval = "" if np.isnan(low) else f" ({_signed(low)} to {_signed(high)})"
+    return _signed(pooled.difference[0, 0]), _signed(mean) + interval, f"{pooled.paired.pairs[0, 0]:,}"
+
+
+def _tested(study: Study, pair: Comparison, pooled: Comparison) -> tuple[str, ...]:
+    """Return the test, its p-value over all runs, and the cells by what it says, in brackets after Holm."""
     order = Code.FIRST_BETTER, Code.SECOND_BETTER, Code.NOT_SIGNIFICANT, Code.NOT_APPLICABLE
-    return tuple(str(int((found.codes == code).sum())) for code in order)
-
-
-def _pooled(study: Study, pair: Comparison, *, exact: bool = False) -> str:
-    one, other = study.totals[pair.first], study.totals[pair.second]
-    test = fisher_exact if exact else chi_square
-    p_value = float(test(one.successes, one.judged, other.successes, other.judged)[0, 0])
-    return "not applicable" if np.isnan(p_value) else f"{p_value:.2g}"
+    alone, corrected = pair.significance(study.level).codes, pair.significance(study.level, "holm").codes
+    *counts, untested = (int((alone == code).sum()) for code in order)
+    kept = (int((corrected == code).sum()) for code in order[:-1])
+    p_value = float(pooled.p_values[0, 0])
+    return (
+        TEST_TITLES[pair.test],
+        "not applicable" if np.isnan(p_value) else f"{p_value:.2g}",
+        *(f"{one} ({other})" for one, other in zip(counts, kept, strict=True)),
+        str(untested),
+    )
 
 
 def _rate(cells: CellMap, place: int) -> str:
@@ -115,3 +155,7 @@ def _interval(cells: CellMap, place: int) -> str:
 
 def _number(value: float) -> str:
     return "" if np.isnan(value) else f"{value:.3g}"
+
+
+def _signed(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:+.3g}"
