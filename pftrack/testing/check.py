@@ -1,13 +1,15 @@
 """What a check is, and the runs that checks are made on."""
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
-from pftrack.experiment import Experiment
+from pftrack.drawing import Drawing
+from pftrack.experiment import Experiment, Step
 from pftrack.runs.run import Change, Run
 
-__all__ = ["FRAMES", "Check", "CheckError", "begun", "demand", "each_tracker", "named"]
+__all__ = ["FRAMES", "Check", "CheckError", "Straight", "begun", "demand", "each_tracker", "named", "straight"]
 
 FRAMES = 12
 """Length of the runs: as much as differs between frames has shown itself by then, and no check takes long."""
@@ -62,9 +64,9 @@ def named(experiment: Experiment, parts: Sequence[tuple[str, Callable[[Experimen
 def each_tracker(
     experiment: Experiment, parts: Sequence[tuple[str, Callable[[Experiment, str], None]]]
 ) -> Iterator[Check]:
-    """Yield checks that are made of each tracker, whose name stands behind the check's own."""
-    for name, function in parts:
-        for tracker in experiment.trackers:
+    """Yield checks that are made of each tracker, one tracker after the other; its name stands behind the check's."""
+    for tracker in experiment.trackers:
+        for name, function in parts:
             yield Check(f"{name} ({tracker})", partial(function, experiment, tracker))
 
 
@@ -73,3 +75,39 @@ def begun(
 ) -> Run:
     """Return a short run on the simulated scene, at its frame 0."""
     return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=FRAMES, timeline=timeline)
+
+
+@dataclass(frozen=True)
+class Straight:
+    """A short run that was computed from its first frame to its last: what other ways are compared with.
+
+    Checks share it, and leave it as it is.
+
+    Attributes:
+        run: At its last frame.
+        steps: All of its steps.
+    """
+
+    run: Run
+    steps: tuple[Step, ...]
+
+    @cached_property
+    def drawings(self) -> tuple[Drawing, ...]:
+        """Of each step as it was drawn when it was the last one."""
+        draw, rows = self.run.experiment.draw, self.run.diagnostics
+        return tuple(draw(step, rows[:number]) for number, step in enumerate(self.steps, 1))
+
+
+_LATEST: deque[tuple[Experiment, str, Straight]] = deque(maxlen=2)
+"""Those that were asked for last: neighbouring checks look at the same one."""
+
+
+def straight(experiment: Experiment, tracker: str) -> Straight:
+    """Return the straight run of a tracker on the simulated scene."""
+    for known, name, found in _LATEST:
+        if known is experiment and name == tracker:
+            return found
+    run = begun(experiment, tracker)
+    made = Straight(run, tuple(run))
+    _LATEST.append((experiment, tracker, made))
+    return made

@@ -10,7 +10,7 @@ from pftrack.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawin
 from pftrack.experiment import Experiment
 from pftrack.faults import faults
 from pftrack.rendering import render, render_beside
-from pftrack.testing.check import FRAMES, Check, CheckError, begun, demand, each_tracker
+from pftrack.testing.check import FRAMES, Check, CheckError, begun, demand, each_tracker, straight
 from pftrack.world import World
 
 __all__ = ["checks"]
@@ -54,9 +54,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 def _drawn(experiment: Experiment, tracker: str) -> Iterator[tuple[int, Drawing]]:
-    run = begun(experiment, tracker)
-    for step in run:
-        yield step.diagnostics.frame, experiment.draw(step, run.diagnostics)
+    yield from enumerate(straight(experiment, tracker).drawings)
 
 
 def _drawings_have_no_faults(experiment: Experiment, tracker: str) -> None:
@@ -176,10 +174,10 @@ def _no_future_is_drawn(experiment: Experiment, tracker: str) -> None:
 
 
 def _a_second_run_is_drawn(experiment: Experiment, tracker: str) -> None:
-    run, other = begun(experiment, tracker), begun(experiment, seed=0)
-    step, there = run.finish(), other.finish().diagnostics
-    before = experiment.draw(step, run.diagnostics)
-    drawing = experiment.draw(step, run.diagnostics, there)
+    run = straight(experiment, tracker).run
+    there = begun(experiment, seed=0).finish().diagnostics
+    before = experiment.draw(run.current, run.diagnostics)
+    drawing = experiment.draw(run.current, run.diagnostics, there)
     _demand_sound(experiment, drawing, FRAMES - 1)
     more = drawing.primitives.keys() - before.primitives.keys()
     demand(more, "nothing is drawn of a second run beside the first")

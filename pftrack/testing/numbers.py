@@ -7,7 +7,7 @@ import numpy as np
 from pftrack.experiment import Experiment, Step
 from pftrack.runs.scoring import course_of
 from pftrack.series import check_value, columns
-from pftrack.testing.check import Check, CheckError, begun, demand, each_tracker
+from pftrack.testing.check import Check, CheckError, begun, demand, each_tracker, straight
 
 __all__ = ["checks"]
 
@@ -26,9 +26,9 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 def _estimates_are_finite(experiment: Experiment, tracker: str) -> None:
-    run = begun(experiment, tracker)
-    length = len(run.source.start.position)
-    for step in run:
+    course = straight(experiment, tracker)
+    length = len(course.run.source.start.position)
+    for step in course.steps:
         frame, state = step.diagnostics.frame, step.state
         for name, values in (("estimate", state.estimate), ("sigma", state.sigma)):
             shape, finite = np.shape(values), np.isfinite(values).all()
@@ -57,7 +57,7 @@ def _copied(step: Step) -> dict[str, np.ndarray]:
 
 def _series_are_declared(experiment: Experiment, tracker: str) -> None:
     declared = {series.name: series for series in experiment.declared(tracker)}
-    for step in begun(experiment, tracker):
+    for step in straight(experiment, tracker).steps:
         frame = step.diagnostics.frame
         # A run leaves out what cannot be used, so they are asked directly.
         reported = dict(experiment.trackers[tracker].measure(step.state))
@@ -74,8 +74,7 @@ def _series_are_declared(experiment: Experiment, tracker: str) -> None:
 
 
 def _measures_are_numbers(experiment: Experiment, tracker: str) -> None:
-    run = begun(experiment, tracker)
-    run.finish()
+    run = straight(experiment, tracker).run
     course = course_of(run.diagnostics, judged=experiment.lost is not None)
     for measure in experiment.run_measures:
         values = measure.frames(course)

@@ -18,7 +18,7 @@ from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import reductions
 from pftrack.sources.source import History
-from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, each_tracker, named
+from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, each_tracker, named, straight
 
 __all__ = ["checks"]
 
@@ -60,19 +60,13 @@ def checks(experiment: Experiment) -> Iterator[Check]:
     )
 
 
-def _finished(experiment: Experiment, tracker: str | None = None) -> Run:
-    run = begun(experiment, tracker)
-    run.finish()
-    return run
-
-
 def _frames_are_the_same(experiment: Experiment) -> None:
     setup = experiment.simulate()
     history = History(((0, setup.parameters),))
     one, other = (setup.open_source(SEED, setup.parameters) for _ in range(2))
-    straight = [one.frame(index, history) for index in range(FRAMES)]
+    known = [one.frame(index, history) for index in range(FRAMES)]
     for index in TO_AND_FRO:
-        same = _look_alike(straight[index], other.frame(index, history))
+        same = _look_alike(known[index], other.frame(index, history))
         demand(same, f"frame {index} of the source depends on which frames were asked for before")
 
 
@@ -93,19 +87,19 @@ def _look_alike(one: Frame, other: Frame) -> bool:
 
 
 def _seeking_agrees(experiment: Experiment, tracker: str) -> None:
-    straight, wandering = _finished(experiment, tracker), begun(experiment, tracker)
+    reference, wandering = straight(experiment, tracker).run, begun(experiment, tracker)
     for frame in TO_AND_FRO:
         wandering.seek(frame)
-    demand_equal(straight, wandering, "a run that seeks to and fro")
+    demand_equal(reference, wandering, "a run that seeks to and fro")
     wandering.seek(MIDDLE)
     again = wandering.finish().state.arrays()
-    for name, array in straight.current.state.arrays().items():
+    for name, array in reference.current.state.arrays().items():
         same = np.array_equal(again[name], array, equal_nan=array.dtype.kind == "f")
         demand(same, f"{name} of the last state differs after seeking back and computing it once more")
 
 
 def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
-    trunk = _finished(experiment, tracker)
+    trunk = straight(experiment, tracker).run
     before = trunk.estimates_sha256
     twin = trunk.branch(MIDDLE)
     twin.finish()
@@ -138,7 +132,7 @@ def _other_values(experiment: Experiment, tracker: str) -> Iterator[tuple[str, V
 
 def _a_saved_run_agrees(experiment: Experiment, tracker: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        run = _finished(experiment, tracker)
+        run = straight(experiment, tracker).run
         save(run, Path(folder, "run.pft"), states=True)
         again = _loaded(Path(folder, "run.pft"))
     again.finish()
@@ -156,7 +150,8 @@ def _another_process_agrees(experiment: Experiment) -> None:
     with tempfile.TemporaryDirectory() as folder:
         runs, files = [], []
         for tracker in experiment.trackers:
-            runs.append(_finished(experiment, tracker))
+            runs.append(begun(experiment, tracker))
+            runs[-1].finish()
             files.append(str(Path(folder, f"{tracker}.pft")))
             save(runs[-1], Path(files[-1]))
         command = [sys.executable, "-c", CHILD, *files]
