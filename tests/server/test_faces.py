@@ -1,6 +1,7 @@
 """Faces in uploads: found, shown with their points, tracked from these, kept, and measured by a table of poses."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,28 @@ def nobody(shown: list[Picture]) -> bytes:
     return film([empty(shown[0])] * 3)
 
 
+@pytest.fixture(scope="module")
+def known(server: Server, clip: bytes) -> str:
+    """The clip as an upload, for tests that leave it as it is."""
+    with httpx.Client(base_url=server.url, timeout=60) as client:
+        return str(put(client, clip)["id"])
+
+
+@pytest.fixture(scope="module")
+def known_late(server: Server, late: bytes) -> str:
+    """The clip of who enters late as an upload, for tests that leave it as it is."""
+    with httpx.Client(base_url=server.url, timeout=60) as client:
+        return str(put(client, late)["id"])
+
+
+@pytest.fixture
+def judged(client: httpx.Client, known: str) -> Iterator[str]:
+    """The clip as an upload that has no truth, neither before nor after the test."""
+    yield known
+    for experiment in ("head", "ball"):
+        client.delete(f"/api/v1/uploads/{known}/truth", params={"experiment": experiment})
+
+
 def put(client: httpx.Client, content: bytes, name: str = "face.mp4") -> dict[str, Any]:
     answer = send(client, (name, content))
     assert answer.status_code == 201, answer.text
@@ -83,9 +106,9 @@ def put_truth(client: httpx.Client, upload: str, text: str, experiment: str = "h
 
 
 class TestFound:
-    def test_points_and_what_they_are(self, client: httpx.Client, clip: bytes) -> None:
+    def test_points_and_what_they_are(self, client: httpx.Client, known: str) -> None:
         """The points of the first face lie where they truly are; it is told which were placed by the model."""
-        found = look(client, put(client, clip)["id"]).json()
+        found = look(client, known).json()
         assert (found["frame"], found["looked"], found["remarks"]) == (0, 1, [])
         assert list(found["mark"]["points"]) == list(FEATURES)
         for name, place in marked().items():
@@ -105,12 +128,11 @@ class TestFound:
         assert experiments["ball"]["finds"] is None
         assert [mark["kind"] for mark in experiments["ball"]["marks"]] == ["box"]
 
-    def test_who_enters_late(self, client: httpx.Client, late: bytes) -> None:
+    def test_who_enters_late(self, client: httpx.Client, known_late: str) -> None:
         """The first frame with a face is told, and for a single frame without one why there is none."""
-        upload = put(client, late)["id"]
-        found = look(client, upload).json()
+        found = look(client, known_late).json()
         assert (found["frame"], len(found["mark"]["points"])) == (7, len(FEATURES))
-        alone = look(client, upload, last=0).json()
+        alone = look(client, known_late, last=0).json()
         assert (alone["mark"], alone["looked"], alone["of"]) == (None, 1, 1)
         assert "found none in the picture" in alone["remarks"][0]
 
@@ -125,18 +147,17 @@ class TestFound:
         alone = look(client, upload, last=0).json()
         assert (alone["frame"], "better start" in alone["remarks"][-1]) == (0, True)
 
-    def test_looking_goes_on(self, client: httpx.Client, late: bytes) -> None:
+    def test_looking_goes_on(self, client: httpx.Client, known_late: str) -> None:
         """What was looked into before is not looked into again, so that a long search can be told in parts."""
-        upload = put(client, late)["id"]
-        found = look(client, upload, looked=9).json()
+        found = look(client, known_late, looked=9).json()
         assert (found["frame"], found["looked"]) == (9, 10)
 
-    def test_a_box_is_enough(self, client: httpx.Client, clip: bytes, nobody: bytes) -> None:
+    def test_a_box_is_enough(self, client: httpx.Client, known: str, nobody: bytes) -> None:
         """In a box the face is found; where none is recognised a mean face fills the box, within the picture."""
         points = marked()
         xs, ys = zip(*points.values(), strict=True)
         around = hint(min(xs) - 20, min(ys) - 20, float(np.ptp(xs)) + 40, float(np.ptp(ys)) + 40)
-        found = look(client, put(client, clip)["id"], hint=around).json()
+        found = look(client, known, hint=around).json()
         assert found["placed"] == ["points.lmc", "points.rmc"]
         placed = look(client, put(client, nobody)["id"], hint=hint(250, 100, 70, 140)).json()
         assert placed["placed"] == [f"points.{name}" for name in FEATURES]
@@ -163,9 +184,9 @@ class TestFound:
         answer = client.post("/api/v1/sessions", json={"experiment": "head", "upload": upload}, timeout=60)
         assert words in error_of(answer, 422)["message"]
 
-    def test_no_frames_to_look_into(self, client: httpx.Client, clip: bytes) -> None:
+    def test_no_frames_to_look_into(self, client: httpx.Client, known: str) -> None:
         """A last frame before the first is refused by its name."""
-        error = error_of(look(client, put(client, clip)["id"], frame=5, last=2), 422)
+        error = error_of(look(client, known, frame=5, last=2), 422)
         assert "Last must be a frame from 5 on" in error["message"]
 
     def test_two_faces(self, client: httpx.Client, shown: list[Picture]) -> None:
@@ -189,42 +210,41 @@ class TestFound:
         ],
     )
     def test_questions_that_make_no_sense(
-        self, client: httpx.Client, clip: bytes, query: dict[str, Any], field: str | None
+        self, client: httpx.Client, known: str, query: dict[str, Any], field: str | None
     ) -> None:
         """A frame, a box or an experiment that is not to be had is refused with what is allowed."""
-        error = error_of(look(client, put(client, clip)["id"], **{"frame": 0, **query}), 422)
+        error = error_of(look(client, known, **{"frame": 0, **query}), 422)
         assert error.get("field") == field
 
 
 class TestTracked:
-    def test_points_are_where_it_begins(self, client: httpx.Client, clip: bytes) -> None:
+    def test_points_are_where_it_begins(self, client: httpx.Client, known: str) -> None:
         """A session begins at the points that it was given, shows them, and has no box then."""
         points = {name: list(place) for name, place in marked().items()}
-        session = begin(client, experiment="head", upload=put(client, clip)["id"], points=points)
+        session = begin(client, experiment="head", upload=known, points=points)
         assert begun_at(session) == (0, points)
         assert steer(client, session["id"], "seek", frame=FRAMES - 1)["computed"] == FRAMES - 1
         rows = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
         assert rows["searching"][-1] is False
 
-    def test_what_was_found_is_kept(self, client: httpx.Client, late: bytes) -> None:
+    def test_what_was_found_is_kept(self, client: httpx.Client, known_late: str) -> None:
         """Without a box the face is found, later than asked for if need be, and a second start does not look again."""
-        upload = put(client, late)["id"]
-        first = begin(client, experiment="head", upload=upload)
+        first = begin(client, experiment="head", upload=known_late)
         start, points = begun_at(first)
         assert (start, first["frames"], len(points)) == (7, FRAMES, len(FEATURES))
-        second = begin(client, experiment="head", upload=upload, start=start, points=points)
+        second = begin(client, experiment="head", upload=known_late, start=start, points=points)
         for session in (first, second):
             steer(client, session["id"], "seek", frame=FRAMES - 1)
         assert estimates(client, first["id"]) == estimates(client, second["id"])
 
-    def test_a_box_becomes_points(self, client: httpx.Client, clip: bytes) -> None:
+    def test_a_box_becomes_points(self, client: httpx.Client, known: str) -> None:
         """Of a box what was found in it is kept."""
-        session = begin(client, experiment="head", upload=put(client, clip)["id"], box=[90, 20, 130, 160])
+        session = begin(client, experiment="head", upload=known, box=[90, 20, 130, 160])
         assert len(begun_at(session)[1]) == len(FEATURES)
 
-    def test_a_crash_changes_nothing(self, server: Server, client: httpx.Client, late: bytes) -> None:
+    def test_a_crash_changes_nothing(self, server: Server, client: httpx.Client, known_late: str) -> None:
         """A worker that is killed and made again has the same face and comes to the same numbers."""
-        session = begin(client, experiment="head", upload=put(client, late)["id"])
+        session = begin(client, experiment="head", upload=known_late)
         steer(client, session["id"], "seek", frame=9)
         before = estimates(client, session["id"])
         server.manager.get(session["id"]).worker.kill("by the test")
@@ -262,18 +282,17 @@ class TestTracked:
         ],
     )
     def test_points_that_make_no_face(
-        self, client: httpx.Client, clip: bytes, points: Any, field: str | None, words: str
+        self, client: httpx.Client, known: str, points: Any, field: str | None, words: str
     ) -> None:
         """A point that is unknown, no point or outside is refused by its name, and points that make no face too."""
-        body = {"experiment": "head", "upload": put(client, clip)["id"], "points": points}
+        body = {"experiment": "head", "upload": known, "points": points}
         error = error_of(client.post("/api/v1/sessions", json=body), 422)
         assert error.get("field") == field
         assert words in error["message"]
 
-    def test_a_number_that_is_none(self, client: httpx.Client, clip: bytes) -> None:
+    def test_a_number_that_is_none(self, client: httpx.Client, known: str) -> None:
         """A point that is not at two finite numbers is refused by its name."""
-        upload = put(client, clip)["id"]
-        body = f'{{"experiment": "head", "upload": "{upload}", "points": {{"leye": [NaN, 1], "reye": [9, 9]}}}}'
+        body = f'{{"experiment": "head", "upload": "{known}", "points": {{"leye": [NaN, 1], "reye": [9, 9]}}}}'
         answer = client.post("/api/v1/sessions", content=body, headers={"content-type": "application/json"})
         assert error_of(answer, 422)["field"] == "mark.points.leye.0"
 
@@ -287,11 +306,11 @@ class TestTracked:
         ],
     )
     def test_what_does_not_go_together(
-        self, client: httpx.Client, clip: bytes, body: dict[str, Any], field: str
+        self, client: httpx.Client, known: str, body: dict[str, Any], field: str
     ) -> None:
         """An upload, a box and points that do not go together are refused by the one that is too much or missing."""
-        known = {"experiment": "head", "upload": put(client, clip)["id"]}
-        assert error_of(client.post("/api/v1/sessions", json={**known, **body}), 422)["field"] == field
+        sound = {"experiment": "head", "upload": known}
+        assert error_of(client.post("/api/v1/sessions", json={**sound, **body}), 422)["field"] == field
 
 
 class TestKept:
@@ -322,15 +341,14 @@ class TestKept:
 
 
 class TestTruth:
-    def test_poses_measure_a_session(self, client: httpx.Client, clip: bytes) -> None:
+    def test_poses_measure_a_session(self, client: httpx.Client, judged: str) -> None:
         """A table of poses is told in short, measures what begins from then on, and can be forgotten."""
-        upload = put(client, clip)["id"]
-        path = f"/api/v1/uploads/{upload}/truth?experiment=head"
+        path = f"/api/v1/uploads/{judged}/truth?experiment=head"
         assert client.get(path).json() is None
-        given = put_truth(client, upload, poses()).json()
+        given = put_truth(client, judged, poses()).json()
         assert given == {"frames": FRAMES, "first": 0, "last": FRAMES - 1, "warnings": []}
         assert client.get(path).json() == given
-        session = begin(client, experiment="head", upload=upload)
+        session = begin(client, experiment="head", upload=judged)
         steer(client, session["id"], "seek", frame=FRAMES - 1)
         errors = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["error"]
         assert errors[0] == pytest.approx(0, abs=1e-6)
@@ -338,13 +356,12 @@ class TestTruth:
         assert client.delete(path).status_code == 204
         assert client.get(path).json() is None
 
-    def test_boxes_measure_a_ball(self, client: httpx.Client, clip: bytes) -> None:
+    def test_boxes_measure_a_ball(self, client: httpx.Client, judged: str) -> None:
         """The kind of truth is that of the experiment."""
-        upload = put(client, clip)["id"]
-        answer = put_truth(client, upload, "frame,x,y,w,h\n0,10,20,10,10\n1,11,20,10,10\n", "ball")
+        answer = put_truth(client, judged, "frame,x,y,w,h\n0,10,20,10,10\n1,11,20,10,10\n", "ball")
         assert answer.json()["frames"] == 2
-        assert client.get(f"/api/v1/uploads/{upload}/truth?experiment=head").json() is None
-        session = begin(client, upload=upload, box=[10, 20, 10, 10])
+        assert client.get(f"/api/v1/uploads/{judged}/truth?experiment=head").json() is None
+        session = begin(client, upload=judged, box=[10, 20, 10, 10])
         errors = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["error"]
         assert errors[0] is not None
         steer(client, session["id"], "seek", frame=1)
@@ -365,12 +382,11 @@ class TestTruth:
             ("\x00\x01", "The file"),
         ],
     )
-    def test_what_is_no_truth(self, client: httpx.Client, clip: bytes, text: str, words: str) -> None:
+    def test_what_is_no_truth(self, client: httpx.Client, judged: str, text: str, words: str) -> None:
         """A table that cannot be used is refused with its line and what is allowed, and what was there stays."""
-        upload = put(client, clip)["id"]
-        put_truth(client, upload, poses())
-        assert words in error_of(put_truth(client, upload, text), 422)["message"]
-        assert client.get(f"/api/v1/uploads/{upload}/truth?experiment=head").json()["frames"] == FRAMES
+        put_truth(client, judged, poses())
+        assert words in error_of(put_truth(client, judged, text), 422)["message"]
+        assert client.get(f"/api/v1/uploads/{judged}/truth?experiment=head").json()["frames"] == FRAMES
 
     def test_an_upload_that_was_deleted_meanwhile(self, start_server: Any, clip: bytes) -> None:
         """Where the upload has gone while its table was read, nothing is kept, and that is said."""
@@ -381,17 +397,16 @@ class TestTruth:
             assert "deleted" in error_of(put_truth(client, upload, poses()), 409)["message"]
             assert not files.truth(upload, "poses").parent.exists()
 
-    def test_what_was_passed_over(self, client: httpx.Client, clip: bytes) -> None:
+    def test_what_was_passed_over(self, client: httpx.Client, judged: str) -> None:
         """Of several objects the first is taken, and it is said that others were left out."""
         text = "frame,object,yaw_deg,pitch_deg,roll_deg\n0,a,1,2,3\n0,b,4,5,6\n"
-        (warning,) = put_truth(client, put(client, clip)["id"], text).json()["warnings"]
+        (warning,) = put_truth(client, judged, text).json()["warnings"]
         assert warning.startswith("The file has several objects; further poses")
 
-    def test_another_origin_may_not(self, client: httpx.Client, clip: bytes) -> None:
+    def test_another_origin_may_not(self, client: httpx.Client, judged: str) -> None:
         """A page of another origin cannot give a truth."""
-        upload = put(client, clip)["id"]
         answer = client.put(
-            f"/api/v1/uploads/{upload}/truth",
+            f"/api/v1/uploads/{judged}/truth",
             params={"experiment": "head"},
             files={"file": ("x.csv", poses().encode())},
             headers={"origin": "http://elsewhere.example"},
