@@ -14,6 +14,9 @@ import pytest
 
 from pftrack.cli.app import main
 from pftrack.sweep import read_result
+from tests.pooling import fork_server, shared_fork_server
+
+__all__ = ["fork_server", "shared_fork_server"]
 
 Call = Callable[..., tuple[int, str, str]]
 

@@ -3,6 +3,9 @@
 import pytest
 
 from pftrack.sweep import Axis, Plan, Result, carry_out
+from tests.pooling import fork_server, shared_fork_server
+
+__all__ = ["fork_server", "shared_fork_server"]
 
 WIDTHS = (0.0, 20.0, 40.0, 60.0)
 RADII = (1.0, 10.0)
