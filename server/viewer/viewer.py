@@ -1,10 +1,12 @@
 """A session's viewer: one viser server, kept at the newest drawing.
 
-`show` never waits: it leaves the newest drawing for one thread that changes the scene, up to 30 times a second.
-What was overtaken is never sent, each browser is sent what it can follow, and nothing is drawn while all are late.
+`show` leaves the newest drawing for one task in viser's loop, which changes the scene up to 30 times a second. What was
+overtaken is never sent, each browser is sent what it can follow, and nothing is drawn while all are late.
 """
 
 import asyncio
+import concurrent.futures
+import contextlib
 import logging
 import threading
 import time
@@ -68,11 +70,13 @@ class Viewer:
         server, self.endpoint = viser_adapter.start(description.title, loop)
         self._server = server
         self._layers = tuple(description.layers)
-        self._closed = threading.Event()
-        self._changed = threading.Condition()
+        self._loop = server.get_event_loop()
+        self._news = asyncio.Event()
+        self._lock = threading.Lock()
+        self._closed = False
         self._newest: tuple[SceneDrawing, dict[str, Any]] | None = None
         self._shown: tuple[SceneDrawing, dict[str, Any]] | None = None
-        self._redraw = self._woken = self._asked = False
+        self._redraw = self._asked = False
         self._due = 0.0
         with server.atomic():
             server.gui.configure_theme(
@@ -87,8 +91,7 @@ class Viewer:
             self._panel = Panel(server, description, in_force, requests)
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
-        self._thread = threading.Thread(target=self._work, name="viewer", daemon=True)
-        self._thread.start()
+        self._task = asyncio.run_coroutine_threadsafe(self._work(), self._loop)
 
     @property
     def clients(self) -> int:
@@ -96,10 +99,10 @@ class Viewer:
         return len(self._server.get_clients())
 
     def show(self, drawing: SceneDrawing, diagnostics: dict[str, Any]) -> None:
-        """Show a drawing, unless a newer one comes before it can be sent."""
-        with self._changed:
+        """Show a drawing, unless a newer one comes before it can be sent; it never waits."""
+        with self._lock:
             self._newest = (drawing, diagnostics)
-            self._changed.notify()
+        self._wake()
 
     def tell(self, in_force: InForce) -> None:
         """Show what is in force now; nothing is asked for it."""
@@ -110,23 +113,25 @@ class Viewer:
         self._panel.refuse(message)
 
     def close(self) -> None:
-        """Disconnect all browsers and end the viser server; a second call does nothing."""
-        with self._changed:
-            if self._closed.is_set():
+        """Disconnect all browsers and end the viser server; a second call does nothing.
+
+        It waits for viser's loop, so it must not be called there.
+        """
+        with self._lock:
+            if self._closed:
                 return
-            self._closed.set()
-            self._changed.notify()
+            self._closed = True
+        self._wake()
         self._pacer.close()
-        self._thread.join(timeout=5.0)
+        concurrent.futures.wait([self._task], timeout=5.0)
         viser_adapter.stop(self._server)
         self._pacer.join()
 
     def _join(self, client: viser.ClientHandle) -> None:
         self._cameras.join(client)
         self._pacer.watch(client)
-        with self._changed:
-            self._due = 0.0
-            self._changed.notify()
+        self._due = 0.0
+        self._wake()
 
     def _leave(self, client: viser.ClientHandle) -> None:
         self._pacer.forget(client.client_id)
@@ -151,40 +156,34 @@ class Viewer:
         return [layer.name for layer in self._layers if layer.role == role]
 
     def _draw_again(self) -> None:
-        with self._changed:
+        with self._lock:
             self._redraw = True
-            self._changed.notify()
+        self._wake()
 
     def _wake(self) -> None:
-        with self._changed:
-            self._woken = True
-            self._changed.notify()
+        with contextlib.suppress(RuntimeError):  # the loop has been closed
+            self._loop.call_soon_threadsafe(self._news.set)
 
-    def _has_work(self) -> bool:
-        return self._closed.is_set() or self._woken or self._redraw or self._newest is not None
-
-    def _work(self) -> None:
-        while True:
+    async def _work(self) -> None:
+        while not self._closed:
+            self._news.clear()
             rest = self._panel.tend()
             if not self._ask():
                 rest = HELD_S if rest is None else min(rest, HELD_S)
-            with self._changed:
-                self._changed.wait_for(self._has_work, timeout=rest)
-                self._woken = False
-                if self._closed.is_set():
-                    return
-                if not (self._newest or self._redraw):
-                    continue
+            if self._newest or self._redraw:
                 # The pause comes before taking the drawing, so that what is sent after it is the newest.
-                while not self._closed.is_set() and (rest := self._pause_s()) > 0.0:
-                    self._changed.wait(rest)
-                if self._closed.is_set():
-                    return
-                self._due = time.monotonic() + (FASTEST_S if self.clients else UNWATCHED_S)
-                self._redraw, self._asked = False, self._asked and self._newest is None
-                self._shown, self._newest = self._newest or self._shown, None
-            if self._shown is not None:
-                self._draw(*self._shown)
+                rest = self._pause_s()
+                if rest <= 0.0:
+                    self._draw_newest()
+                    continue
+            await self._wait(rest)
+
+    async def _wait(self, rest_s: float | None) -> None:
+        """Wait for news, but no longer than this."""
+        timer = None if rest_s is None else self._loop.call_later(rest_s, self._news.set)
+        await self._news.wait()
+        if timer is not None:
+            timer.cancel()
 
     def _ask(self) -> bool:
         """Ask for a drawing unless nobody would be sent it; return whether one is on its way."""
@@ -197,6 +196,14 @@ class Viewer:
         """Return the time until the next frame may go out; not positive if it may now."""
         rest = self._due - time.monotonic()
         return max(rest, HELD_S) if self._pacer.all_held else rest
+
+    def _draw_newest(self) -> None:
+        self._due = time.monotonic() + (FASTEST_S if self.clients else UNWATCHED_S)
+        with self._lock:
+            self._redraw, self._asked = False, self._asked and self._newest is None
+            self._shown, self._newest = self._newest or self._shown, None
+        if self._shown is not None:
+            self._draw(*self._shown)
 
     def _draw(self, shown: SceneDrawing, diagnostics: dict[str, Any]) -> None:
         drawing = shown.drawing

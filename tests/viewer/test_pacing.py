@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pftrack.drawing import Drawing
+from server.pictures import SceneDrawing
 from server.viewer import pacing
 from server.viewer.pacing import LATE_S, Pace
 from server.viewer.scene import Scene
@@ -158,7 +158,7 @@ def test_who_is_held_no_longer_is_noticed_in_any_order(
     wait_for(lambda: peer.asked > 0)
     held[0], viewer._asked = True, False
     viewer._wake()
-    wait_for(lambda: not viewer._woken)
+    wait_for(lambda: not viewer._news.is_set())
     before = len(ready)
     held[0] = False
     wait_for(lambda: len(ready) > before)
@@ -170,9 +170,9 @@ def test_nothing_is_drawn_while_all_are_held(session: Session, peer: Peer, monke
     drawn: list[str | None] = []
     apply = Scene.apply
 
-    def counted(scene: Scene, drawing: Drawing, *more: Any) -> None:
-        drawn.append(drawing.caption)
-        apply(scene, drawing, *more)
+    def counted(scene: Scene, shown: SceneDrawing, *more: Any) -> None:
+        drawn.append(shown.drawing.caption)
+        apply(scene, shown, *more)
 
     monkeypatch.setattr(Scene, "apply", counted)
     frames = itertools.count()
