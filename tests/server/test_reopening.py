@@ -1,7 +1,6 @@
 """Runs that take long to compute again: everybody sees how far they are, and only silence is a reason to give up."""
 
 import os
-import shutil
 import signal
 import time
 from collections.abc import Iterator
@@ -18,14 +17,15 @@ from server.worker.checkpoints import KEEP_AFTER_S, Checkpoints
 from server.worker.protocol import WorkerConfig
 from server.worker.run_tree import RunTree
 from tests.server.command import link, serving
+from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
 from tests.server.host import Server, begin, steer, wait_for
 from tests.server.test_crashes import diagnostics, state
 from tests.server.test_run_tree import config
 from tests.server.test_stream import hear
 
 FAR = 20
-# Some 0.15 s a frame: three seconds until frame 20.
-HEAVY = {"frames": 200, "tracker": "upf", "parameters": {"sample_count": 100_000}}
+HELD = 5
+"""The frame at which workers stand still."""
 
 
 def shown(client: httpx.Client, session: str) -> dict[str, Any]:
@@ -52,34 +52,37 @@ def kill(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
 
 @contextmanager
 def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[dict[str, Any]]:
-    """A heavy session that had gone back by five frames when its worker was killed and its checkpoint was lost."""
-    client.timeout = httpx.Timeout(100)
-    session = begin(client, **HEAVY)
+    """A session that had gone back by five frames when its worker was killed; its next one is held."""
+    session = begin(client)
     steer(client, session["id"], "seek", frame=FAR)
     steer(client, session["id"], "seek", frame=FAR - 5)
     kill(server, client, session)
-    shutil.rmtree(states_of(data, session), ignore_errors=True)
+    allow(data / "data", HELD)
     yield session
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 
-@pytest.mark.usefixtures("impatient", "server")
+@pytest.mark.usefixtures("impatient", "server", "held")
 class TestResuming:
     def test_it_takes_as_long_as_it_takes(self, start_server: Any, tmp_path: Path) -> None:
-        """A run that needs longer than any silence is allowed comes back, and tells on the way how far it is."""
+        """A run that needs longer than a start may comes back, and tells on the way how far it is."""
         with (
             start_server(start_seconds=2, hang_seconds=5) as (server, client),
             stopped(server, client, tmp_path) as session,
         ):
             before = diagnostics(client, session["id"])
             resumed = resume(client, session["id"])
+            begun = time.monotonic()
             assert (resumed["state"], resumed["goal"]) == ("ready", FAR)
-            assert resumed["computed"] < FAR
+            assert resumed["computed"] <= HELD
+            wait_for(lambda: server.manager.get(session["id"]).worker.heard > begun + 3, 60)
             with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
                 hear(socket)
                 told = []
-                while not told or told[-1]["goal"] is not None:
-                    told += [message for message in [hear(socket)] if message["type"] == "position"]
+                for frames in [*range(HELD + 1, HELD + 7), FAR]:
+                    allow(tmp_path / "data", frames)
+                    while not told or told[-1]["computed"] < frames or (frames == FAR and told[-1]["goal"] is not None):
+                        told += [message for message in [hear(socket)] if message["type"] == "position"]
             assert [message["computed"] for message in told] == sorted(message["computed"] for message in told)
             assert len({message["computed"] for message in told}) > 5
             arrived = shown(client, session["id"])
@@ -98,32 +101,41 @@ class TestResuming:
             assert resume(client, session["id"])["goal"] == FAR
             paused = steer(client, session["id"], "pause")
             assert paused["goal"] is None
-            assert paused["position"] == paused["computed"] < FAR
+            assert paused["position"] == paused["computed"] <= HELD
+            allow(tmp_path / "data")
             assert steer(client, session["id"], "step")["position"] == paused["position"] + 1
             steer(client, session["id"], "seek", frame=FAR)
             kill(server, client, session)
+            allow(tmp_path / "data", HELD)
             assert resume(client, session["id"])["goal"] == FAR
             pid = server.pid_of(session["id"])
             assert client.delete(f"/api/v1/sessions/{session['id']}").status_code == 204
             wait_for(lambda: not psutil.pid_exists(pid))
 
-    def test_with_its_states_it_is_back_at_once(self, start_server: Any, tmp_path: Path) -> None:
-        """What took long is kept on the disk while it is computed: little of it is computed again."""
-        with (
-            start_server() as (server, client),
-        ):
-            client.timeout = httpx.Timeout(100)
-            session, far = begin(client, **HEAVY), 0
-            while not list(states_of(tmp_path, session).glob("b0.states")):
-                far = steer(client, session["id"], "seek", frame=far + 4)["position"]
+    def test_with_its_states_it_is_back_at_once(
+        self, start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """What took long is kept on the disk while it is computed, and is not computed again."""
+        monkeypatch.setattr("server.sessions.worker_handle.main", held_worker_that_keeps_all)
+        with start_server() as (server, client):
+            session = begin(client)
+            steer(client, session["id"], "seek", frame=FAR)
+            assert list(states_of(tmp_path, session).glob("b0.states"))
             before = diagnostics(client, session["id"])
             kill(server, client, session)
-            assert resume(client, session["id"])["computed"] > far - 5
+            allow(tmp_path / "data", 0)
+            assert resume(client, session["id"])["computed"] == FAR
             wait_for(lambda: shown(client, session["id"])["goal"] is None, 30)
-            assert shown(client, session["id"])["position"] == far
+            assert shown(client, session["id"])["position"] == FAR
             assert diagnostics(client, session["id"]) == before
             client.delete(f"/api/v1/sessions/{session['id']}")
             assert not states_of(tmp_path, session).exists()
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have workers stand still where a test says."""
+    monkeypatch.setattr("server.sessions.worker_handle.main", held_worker)
 
 
 @pytest.fixture
@@ -184,7 +196,7 @@ def test_a_freeze_of_everything_harms_nobody(tmp_path: Path) -> None:
         for late_s in (0.0, 1.0):
             for each in (first, *others):
                 each.suspend()
-            time.sleep(4)
+            time.sleep(3)
             first.resume()
             time.sleep(late_s)
             for each in others:
