@@ -84,7 +84,8 @@ def stand_alone(keep: int) -> None:
     nowhere = os.open(os.devnull, os.O_RDWR)
     for standard in range(3):
         os.dup2(nowhere, standard)
-    for descriptor in (int(each.name) for each in Path("/dev/fd").iterdir()):
+    listing = Path("/proc/self/fd" if sys.platform == "linux" else "/dev/fd")
+    for descriptor in [int(each.name) for each in listing.iterdir()]:
         if descriptor > 2 and descriptor != keep:
             with suppress(OSError):  # the listing had one of its own
                 os.close(descriptor)

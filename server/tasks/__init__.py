@@ -1,3 +1,8 @@
-"""Tasks: short work on what people sent, in confined processes (`child_tasks`), and the functions that do it."""
+"""Tasks: work on what people sent, each in a confined process, so that it harms nobody and nobody waits for it.
+
+- `child_tasks`: how the web process has them carried out, and `queue`: who is next;
+- `child`: what their process gives up first, and `answers`: how it tells what came of them;
+- `functions`: what they do.
+"""
 
 __all__: list[str] = []

@@ -8,6 +8,8 @@ import base64
 import json
 from typing import Any
 
+import numpy as np
+
 from server.worker.protocol import Event, Failed, Mistake, Reply, Step
 
 __all__ = ["pack", "unpack"]
@@ -60,6 +62,8 @@ def unpack(data: bytes | bytearray) -> Event:
 def _encoded(value: object) -> object:
     if isinstance(value, bytes):
         return {BYTES: base64.b64encode(value).decode()}
+    if isinstance(value, np.generic):  # a measure of an experiment of another package may be one
+        return value.item()
     raise TypeError(f"a task's result may hold what JSON can say, and bytes, not {type(value).__name__}")
 
 

@@ -125,7 +125,7 @@ def surroundings() -> dict[str, Any]:
         "group": os.getpgid(0),
         "session": os.getsid(0),
         "threads": threading.active_count(),
-        "tasks": len(list(Path("/proc/self/task").iterdir())),
+        "threads_of_parent": len(list(Path(f"/proc/{os.getppid()}/task").iterdir())),
         "descriptors": {number: target for number, target in links.items() if not target.startswith("/proc/")},
         "dispositions": [str(signal.getsignal(each)) for each in (signal.SIGALRM, signal.SIGXCPU, signal.SIGTERM)],
         "blocked": len(signal.pthread_sigmask(signal.SIG_BLOCK, ())),

@@ -3,6 +3,7 @@
 import math
 import pickle
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -27,6 +28,12 @@ def test_a_result_comes_back(value: object) -> None:
 def test_an_event_comes_back(event: Event) -> None:
     """Refusals, mistakes and steps are events as well."""
     assert unpack(pack(event)) == event
+
+
+def test_a_number_of_numpy_is_a_number() -> None:
+    """An experiment of another package need not know that its measures travel."""
+    value = {"hits": np.int64(3), "share": np.float32(0.5), "success": np.bool_(True)}
+    assert unpack(pack(Reply(0, value))) == Reply(0, {"hits": 3, "share": 0.5, "success": True})
 
 
 def test_what_is_no_number_comes_back() -> None:
