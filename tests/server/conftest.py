@@ -68,10 +68,15 @@ def session(client: httpx.Client) -> dict[str, Any]:
     return begin(client)
 
 
+@pytest.fixture(scope="session")
+def _forkserver() -> None:
+    """The forkserver runs: within a test that has it start, time would pass and descriptors would be opened."""
+    run(ChildTasks(Queues()).check())
+
+
 @pytest.fixture
-def nothing_is_left() -> Iterator[None]:
+def nothing_is_left(_forkserver: None) -> Iterator[None]:
     """A test leaves as many children of the forkserver, and as many open descriptors, as it has found."""
-    run(ChildTasks(Queues()).check())  # until the forkserver runs, it may be that a probe waits for it, within its time
     before = children(), descriptors()
     yield
     wait_for(lambda: (children(), descriptors()) == before)

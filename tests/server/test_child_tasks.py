@@ -20,7 +20,7 @@ from server.tasks.queue import Queues
 from server.uploads.probe import BUDGET
 from tests.server import hostile
 from tests.server.apart import run
-from tests.server.confined import ask
+from tests.server.confined import ask, ended
 from tests.server.host import wait_for
 from tests.server.test_uploads import video
 
@@ -93,7 +93,7 @@ def test_what_the_process_has_started_ends_with_it(tmp_path: Path) -> None:
         return told.exists() and told.read_text() != ""
 
     assert run(ChildTasks(Queues()).answer(hostile.start_another, str(told), stopped=started)) is Ending.KILLED
-    wait_for(lambda: not psutil.pid_exists(int(told.read_text())))
+    wait_for(lambda: ended(int(told.read_text())))
 
 
 def test_a_mistake_of_ours_is_in_the_log(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -135,4 +135,4 @@ def test_the_process_ends_with_the_web_process(tmp_path: Path) -> None:
         for process in (child, parent):
             assert b"secret-of-the-server" not in Path(f"/proc/{process.pid}/environ").read_bytes()
         web.send_signal(signal.SIGKILL)
-    wait_for(lambda: not child.is_running() and not parent.is_running())
+    wait_for(lambda: ended(child.pid) and ended(parent.pid))

@@ -7,6 +7,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from PIL import Image
 
@@ -19,8 +20,8 @@ from server.uploads.probe import BUDGET
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.confined import ask
+from tests.server.host import Server, wait_for
 from tests.server.test_uploads import png, video
-from tests.tracks import table
 
 pytestmark = pytest.mark.usefixtures("nothing_is_left")
 
@@ -82,9 +83,10 @@ def test_folders_animations_and_tables_are_probed_too(tmp_path: Path) -> None:
         (folder / f"{number}.png").write_bytes(png(40 * number))
     images = [Image.open(path) for path in sorted(folder.iterdir())]
     images[0].save(tmp_path / "a.gif", save_all=True, append_images=images[1:], duration=40)
-    (tmp_path / "a.csv").write_text(table())
+    rows = [f"{frame},{point},{10 * point + frame},{point * point}" for frame in range(2) for point in range(5)]
+    (tmp_path / "a.csv").write_text("\n".join(("frame,point,x_px,y_px", *rows)))
     kinds = [(index.kind, index.frame_count) for index in map(probe, (folder, tmp_path / "a.gif", tmp_path / "a.csv"))]
-    assert kinds == [("images", 3), ("gif", 3), ("tracks", 26)]
+    assert kinds == [("images", 3), ("gif", 3), ("tracks", 2)]
 
 
 def test_no_file_is_decoded_here(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,8 +133,8 @@ def test_any_name_may_be_probed(clip: Path, tmp_path: Path) -> None:
 
 def test_a_decoder_without_end_runs_out_of_processor_time(endless: Path) -> None:
     """A file that keeps its decoder busy is given up after the processor time allowed."""
-    with pytest.raises(SourceError, match="takes more than the 1 s of processor time that are allowed"):
-        probe(endless, cpu_seconds=1)
+    with pytest.raises(SourceError, match=r"takes more than the 0\.9 s of processor time that are allowed"):
+        probe(endless, cpu_seconds=0.9)  # the system counts whole seconds, from what was used already
 
 
 def test_a_decoder_without_end_runs_out_of_time(endless: Path) -> None:
@@ -145,7 +147,7 @@ def test_a_probe_may_be_stopped(endless: Path) -> None:
     """Who asks may give up, and the process is gone at once."""
     begun = time.monotonic()
     with pytest.raises(SourceError, match="stopped before it came to an end"):
-        probe(endless, stopped=lambda: time.monotonic() > begun + 1.0)
+        probe(endless, stopped=lambda: time.monotonic() > begun + 0.3)
     assert time.monotonic() < begun + 5.0
 
 
@@ -161,6 +163,14 @@ def test_a_probe_may_be_dropped(endless: Path) -> None:
 
     for after_s in (0.0, 0.005, 0.05, 0.3):
         run(drop(after_s))
+
+
+def test_an_upload_is_dropped_with_its_client(server: Server, endless: Path) -> None:
+    """A browser that is closed while its file is looked through leaves neither process nor file behind."""
+    incoming = server.app.state.services.store.files.incoming
+    with pytest.raises(httpx.ReadTimeout):
+        httpx.post(f"{server.url}/api/v1/uploads", files={"file": ("a.gif", endless.read_bytes())}, timeout=0.5)
+    wait_for(lambda: not list(incoming.iterdir()))
 
 
 def test_a_memory_bomb_is_told(endless: Path) -> None:
@@ -195,7 +205,7 @@ def test_a_process_that_goes_wrong_becomes_a_sentence(
 ) -> None:
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
     monkeypatch.setattr(module, "survey", harm)
-    monkeypatch.setattr("server.tasks.child_tasks.LAST_WORDS_S", 1.0)
+    monkeypatch.setattr("server.tasks.child_tasks.LAST_WORDS_S", 0.3)
     with pytest.raises(SourceError, match=sentence):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
     assert not hostile.HARM.exists()
