@@ -32,6 +32,7 @@ Answer: TypeAlias = Reply | Failed | Ending
 BUDGET = Budget()
 LOOK_S = 0.1
 LAST_WORDS_S = 5.0
+END_S = 30.0
 
 seldom = Seldom(__name__)
 
@@ -184,7 +185,7 @@ async def _child(
         process.kill()  # it may not be the leader of a group yet
         end.close()
         await gone.wait()
-        await asyncio.to_thread(process.join, LAST_WORDS_S)
+        await asyncio.to_thread(process.join, END_S)
         process.close()
 
 

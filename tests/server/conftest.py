@@ -8,6 +8,7 @@ from typing import Any
 import httpx
 import pytest
 import structlog
+from PIL import Image
 
 from server.settings import Settings
 from server.tasks.child_tasks import ChildTasks
@@ -80,3 +81,17 @@ def nothing_is_left(_forkserver: None) -> Iterator[None]:
     before = children(), descriptors()
     yield
     wait_for(lambda: (children(), descriptors()) == before)
+
+
+@pytest.fixture(scope="session")
+def endless(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small GIF of 2,000 large pictures, which take long to unfold."""
+    frames = [Image.new("P", (2000, 2000), colour) for colour in (0, 1)]
+    for frame in frames:
+        frame.putpalette([0, 0, 0, 255, 255, 255])
+    path = tmp_path_factory.mktemp("endless") / "endless.gif"
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=50)
+    content = path.read_bytes()
+    second = content.rindex(b"\x21\xf9\x04")  # where the second picture's control block begins
+    path.write_bytes(content[:second] + content[second:-1] * 2000 + b";")
+    return path

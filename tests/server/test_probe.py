@@ -7,7 +7,6 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 from PIL import Image
 
@@ -20,7 +19,6 @@ from server.uploads.probe import BUDGET
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.confined import ask
-from tests.server.host import Server, wait_for
 from tests.server.test_uploads import png, video
 
 pytestmark = pytest.mark.usefixtures("nothing_is_left")
@@ -41,20 +39,6 @@ def probe(
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("clips") / "clip.mp4"
     path.write_bytes(video())
-    return path
-
-
-@pytest.fixture(scope="module")
-def endless(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small GIF of 2,000 large pictures, which take long to unfold."""
-    frames = [Image.new("P", (2000, 2000), colour) for colour in (0, 1)]
-    for frame in frames:
-        frame.putpalette([0, 0, 0, 255, 255, 255])
-    path = tmp_path_factory.mktemp("endless") / "endless.gif"
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=50)
-    content = path.read_bytes()
-    second = content.rindex(b"\x21\xf9\x04")  # where the second picture's control block begins
-    path.write_bytes(content[:second] + content[second:-1] * 2000 + b";")
     return path
 
 
@@ -163,14 +147,6 @@ def test_a_probe_may_be_dropped(endless: Path) -> None:
 
     for after_s in (0.0, 0.005, 0.05, 0.3):
         run(drop(after_s))
-
-
-def test_an_upload_is_dropped_with_its_client(server: Server, endless: Path) -> None:
-    """A browser that is closed while its file is looked through leaves neither process nor file behind."""
-    incoming = server.app.state.services.store.files.incoming
-    with pytest.raises(httpx.ReadTimeout):
-        httpx.post(f"{server.url}/api/v1/uploads", files={"file": ("a.gif", endless.read_bytes())}, timeout=0.5)
-    wait_for(lambda: not list(incoming.iterdir()))
 
 
 def test_a_memory_bomb_is_told(endless: Path) -> None:

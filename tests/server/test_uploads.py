@@ -12,6 +12,7 @@ import httpx
 import numpy as np
 import pytest
 
+from tests.server.confined import children
 from tests.server.host import Server, begin, error_of, steer, wait_for
 
 SIZE = (64, 48)
@@ -266,6 +267,13 @@ class TestLimits:
             )
         wait_for(lambda: list(incoming.iterdir()) == [])
         assert client.get("/healthz").status_code == 200
+
+    def test_a_browser_that_vanishes_while_its_file_is_decoded(self, server: Server, endless: Path) -> None:
+        """An upload whose sender waits no more leaves neither process nor file behind."""
+        incoming, before = server.app.state.services.store.files.incoming, set(children())
+        with pytest.raises(httpx.ReadTimeout):
+            httpx.post(f"{server.url}/api/v1/uploads", files={"file": ("a.gif", endless.read_bytes())}, timeout=0.5)
+        wait_for(lambda: set(children()) <= before and not list(incoming.iterdir()))
 
 
 def test_pictures_have_the_names_that_people_know(client: httpx.Client) -> None:
