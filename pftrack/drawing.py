@@ -24,6 +24,7 @@ from pftrack.world import World
 
 __all__ = [
     "COLOURS",
+    "TITLES_FROM_PX",
     "Arrows",
     "Axes",
     "Colour",
@@ -40,6 +41,9 @@ __all__ = [
     "Text",
     "WorldDrawing",
 ]
+
+TITLES_FROM_PX = 520.0
+"""Width of a picture, where letters are 12 px high, from which on there is room for names that are written out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,13 +196,26 @@ class Ellipsoids:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A short label at a position (3,), px."""
+    """A short label.
+
+    Attributes:
+        position: (3,) where it is, px.
+        text: What it says.
+        colour: Of its letters.
+        layer: That it is on.
+        anchor: Which part of the line is at the position.
+        title: What the text is short for, written instead of it where the picture is at least `TITLES_FROM_PX` wide,
+            and said under a pointer; empty where the text says it all.
+        point: (3,) what it is the name of, px; None if nothing but what is at its position.
+    """
 
     position: NDArray[np.float32]
     text: str
     colour: Colour
     layer: str
-    anchor: Literal["start", "middle"] = "start"
+    anchor: Literal["start", "middle", "end"] = "start"
+    title: str = ""
+    point: NDArray[np.float32] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,7 @@ SHAPES: Mapping[str, tuple[int | None, ...]] = {
     "faces": (None, 3),
     "segments": (None, 2, 3),
     "position": (3,),
+    "point": (3,),
     "apex": (3,),
     "corners": (4, 3),
 }
@@ -36,7 +37,9 @@ SHAPES: Mapping[str, tuple[int | None, ...]] = {
 
 PICTURE = (None, None, 3)
 NUMBERS = ("size", "width", "length", "opacity", "sigmas")
-TEXTS = ("text", "layer")
+TEXTS = ("text", "title", "layer")
+OPTIONAL = ("point",)
+ANCHORS = ("start", "middle", "end")
 WHOLE_KINDS = "iu"
 ARRAY_KINDS = "f" + WHOLE_KINDS + "b"
 """NumPy's letters for numbers that are real, whole, whole and not negative, and truths."""
@@ -71,6 +74,8 @@ def _fault(item: Primitive) -> str:
 
 
 def _fault_of_field(name: str, value: object) -> str:
+    if value is None and name in OPTIONAL:
+        return ""
     if name == "image_rgb":
         holds, wanted = _is_picture(value), "(height, width, 3) bytes"
     elif name in SHAPES:
@@ -81,6 +86,8 @@ def _fault_of_field(name: str, value: object) -> str:
         holds, wanted = _is_colour(value), "three numbers from 0 to 255"
     elif name in NUMBERS:
         holds, wanted = _is_number(value), "a finite number that is not negative"
+    elif name == "anchor":
+        holds, wanted = value in ANCHORS, "start, middle or end"
     else:
         holds, wanted = name not in TEXTS or isinstance(value, str), "a text"
     return "" if holds else f"{name} must be {wanted}, got {_shown(value)}"

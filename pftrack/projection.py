@@ -99,6 +99,8 @@ class Projection:
                 changed = {"origin": self.points(item.origin), "rotation": directions, "length": length}
             case Text():
                 changed = {"position": self.points(item.position)}
+                if item.point is not None:
+                    changed["point"] = self.points(item.point)
             case _:
                 raise TypeError(f"a {type(item).__name__} belongs to a picture, not to a world")
         return replace(item, **changed)

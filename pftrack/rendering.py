@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import (
     COLOURS,
+    TITLES_FROM_PX,
     Arrows,
     Axes,
     Colour,
@@ -287,10 +288,17 @@ def _opacities(places: NDArray[np.int32], opacities: NDArray[np.float32], size: 
 def _text(text: Text, canvas: NDArray[np.uint8], scale: float) -> None:
     if np.isfinite(text.position[:2]).all():
         x, y = _whole(_sixteenths(text.position[None], scale)[0]).tolist()
-        size = 0.4 * max(1.0, scale)
-        if text.anchor == "middle":
-            x -= cv2.getTextSize(text.text.translate(GLYPHS), cv2.FONT_HERSHEY_SIMPLEX, size, 1)[0][0] // 2
-        _write(canvas, text.text, (x, y), text.colour, size)
+        size, room = 0.4 * max(1.0, scale), canvas.shape[1]
+        words = text.title if text.title and room >= TITLES_FROM_PX * max(1.0, scale) else text.text
+        length = _length(words, size)
+        x -= {"start": 0, "middle": length // 2, "end": length}[text.anchor]
+        if text.title:
+            x = max(RIM_PX, min(x, room - length - RIM_PX))
+        _write(canvas, words, (x, y), text.colour, size)
+
+
+def _length(words: str, size: float) -> int:
+    return int(cv2.getTextSize(words.translate(GLYPHS), cv2.FONT_HERSHEY_SIMPLEX, size, 1)[0][0])
 
 
 def _write(canvas: NDArray[np.uint8], text: str, place: tuple[int, int], colour: Colour, size: float) -> None:

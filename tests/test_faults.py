@@ -31,6 +31,9 @@ BROKEN: dict[str, tuple[Primitive, str]] = {
     "faces of no vertices": (replace(SOLID, vertices=np.zeros((0, 3), np.float32)), "faces must name vertices"),
     "faces between vertices": (replace(SOLID, faces=np.zeros((1, 3))), "faces must hold whole numbers, got float64"),
     "a label that is a number": (replace(LABEL, text=7), "text must be a text, got 7"),
+    "a title that is none": (replace(LABEL, title=None), "title must be a text, got None"),
+    "a named point in the plane": (replace(LABEL, point=np.zeros(2, np.float32)), r"point must be an array \(3\), got"),
+    "an anchor in between": (replace(LABEL, anchor="left"), "anchor must be start, middle or end, got 'left'"),
     "a list of places": (replace(CLOUD, positions=[[0.0, 0.0, 0.0]]), r"positions must be an array \(n, 3\), got \[\["),
     "places in the plane": (
         replace(CLOUD, positions=np.zeros((5, 2), np.float32)),

@@ -83,12 +83,16 @@ def test_every_primitive_is_mapped_like_its_points() -> None:
         np.testing.assert_allclose(mapped.segments[0], view.points(ends))
         assert mapped.width == 2.0
     line, text = view.primitive(Polyline(ends, BLUE, 1.0, "l")), view.primitive(Text(ends[0], "a", BLUE, "l"))
+    named = view.primitive(Text(ends[0], "a", BLUE, "l", point=ends[1]))
     mesh = view.primitive(Mesh(f32(*ends, [0, 0, 0]), np.array([[0, 1, 2]], np.int32), BLUE, 1.0, "l"))
     assert isinstance(line, Polyline)
     assert isinstance(text, Text)
     assert isinstance(mesh, Mesh)
     np.testing.assert_allclose(line.positions, view.points(ends))
     np.testing.assert_allclose(text.position, view.points(ends[0]))
+    assert isinstance(named, Text)
+    assert text.point is None
+    np.testing.assert_allclose(named.point, view.points(ends[1]))
     np.testing.assert_allclose(mesh.vertices[:2], view.points(ends))
 
 

@@ -1,6 +1,7 @@
 """Drawings are painted where their coordinates say, in their colours, layer by layer."""
 
 import itertools
+from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -65,6 +66,7 @@ EVERY = {
     "links": Links(f32([[5, 5, 0], [9, 9, 0]], [[20, 5, 0], [25, 9, 0]]), BLUE, 1.0, "links"),
     "text": Text(f32(5, 20, 0), "lost", BLUE, "labels"),
     "middle": Text(f32(20, 20, 0), "lost", BLUE, "labels", anchor="middle"),
+    "end": Text(f32(35, 20, 0), "lost", BLUE, "labels", anchor="end"),
 }
 
 
@@ -150,8 +152,34 @@ def test_what_lies_outside_or_is_not_finite_does_no_harm(name: str) -> None:
             "links": Links(f32([[5, 5, 0], [9, 9, 0]]) + shift, BLUE, 1.0, "links"),
             "text": Text(f32(5, 20, 0) + shift, "lost", BLUE, "labels"),
             "middle": Text(f32(5, 20, 0) + shift, "lost", BLUE, "labels", anchor="middle"),
+            "end": Text(f32(5, 20, 0) + shift, "lost", BLUE, "labels", anchor="end"),
         }
         assert (single(moved[name]) == 255).all()
+
+
+def columns_of(width: int, text: Text) -> NDArray[np.int64]:
+    """The columns of a picture of a width in which a text has left something."""
+    return np.flatnonzero((render(Drawing(width, 40, {"name": text})) != 255).any(axis=(0, 2)))
+
+
+def test_a_name_is_written_out_where_there_is_room() -> None:
+    """It is short on a narrow picture and long on a wide one, on the side of its position that its anchor says."""
+    name = Text(f32(240, 20, 0), "rlc", BLUE, "names", anchor="end", title="right eye, outer corner")
+    short, full = columns_of(500, name), columns_of(640, name)
+    assert np.ptp(short) < 40
+    assert np.ptp(full) > 120
+    assert np.ptp(full) == pytest.approx(np.ptp(columns_of(640, replace(name, anchor="start"))), abs=3)
+    assert max(short.max(), full.max()) < 244 < columns_of(640, replace(name, anchor="start")).max()
+
+
+def test_a_name_that_is_written_out_stays_in_the_picture() -> None:
+    """Near the edge it is moved as far as need be, so that all of it can be read; other texts stay where they are."""
+    name = Text(f32(30, 20, 0), "rlc", BLUE, "names", anchor="end", title="right eye, outer corner")
+    inside = columns_of(640, replace(name, position=f32(300, 20, 0)))
+    assert np.ptp(columns_of(640, name)) == pytest.approx(np.ptp(inside), abs=3)
+    beyond = replace(name, position=f32(630, 20, 0), anchor="start")
+    assert np.ptp(columns_of(640, beyond)) == pytest.approx(np.ptp(inside), abs=3)
+    assert columns_of(640, replace(beyond, title="", text=name.title)).min() >= 627
 
 
 def test_empty_primitives_draw_nothing() -> None:

@@ -6,7 +6,7 @@ exception is a mesh with colours of its own, which viser takes as a file only.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import viser
@@ -39,6 +39,11 @@ LINE_SCALE = 1.6
 POINT_SIZE = 0.5
 """What viser calls the size of a point is its radius."""
 UPRIGHT_WXYZ = (0.0, 1.0, 0.0, 0.0)
+ANCHORS: dict[str, Literal["bottom-left", "bottom-center", "bottom-right"]] = {
+    "start": "bottom-left",
+    "middle": "bottom-center",
+    "end": "bottom-right",
+}
 """viser lays an image face down with its rows along y; half a turn about x shows it upright."""
 
 
@@ -237,15 +242,17 @@ def _pressed(item: Mesh, stance: Stance) -> shapes.Floats:
 
 def _show_text(server: viser.ViserServer, name: str, node: Node, item: Text, stance: Stance) -> None:
     x, y, z = (float(value) for value in shapes.to_scene(item.position, stance))
+    # Outside the picture there is room, and whoever wants to read a name can come closer.
+    words = item.title or item.text
     if node.handle is None:
         node.handle = server.scene.add_label(
             f"/{name}",
-            item.text,
+            words,
             position=(x, y, z),
-            anchor="bottom-center" if item.anchor == "middle" else "bottom-left",
+            anchor=ANCHORS[item.anchor],
         )
         return
-    node.handle.text = item.text
+    node.handle.text = words
     node.handle.position = (x, y, z)
 
 

@@ -226,6 +226,33 @@ def test_layers_are_switched_on_and_off(look: Look, server: Server) -> None:
     view.until(lambda: view.page.evaluate(SKY) == before, "they are back")
 
 
+def test_what_is_pointed_at_is_named(look: Look) -> None:
+    """A feature of the face has its name under the pointer, in words; a press says it in the line below."""
+    view = look(experiment="head")
+    canvas = view.page.locator(".flat-canvas")
+    nose = view.page.evaluate(
+        """async (session) => {
+            const { receiveDrawings } = await import('/static/session/flat/stream.js');
+            const { decode } = await import('/static/session/flat/decode.js');
+            const drawing = await new Promise((done) => {
+                const end = new AbortController();
+                const heard = (message) => (done(decode(message)), end.abort());
+                receiveDrawings(session, { drawing: heard, gone: () => {} }, end.signal);
+            });
+            const { point } = drawing.primitives.find(({ name }) => name === 'name nose');
+            const scale = document.querySelector('.flat-canvas').offsetWidth / drawing.width;
+            return { x: scale * (point[0] + 0.5) + 3, y: scale * (point[1] + 0.5) - 2 };
+        }""",
+        view.id,
+    )
+    canvas.hover(position=nose)
+    assert canvas.get_attribute("title") == "tip of the nose"
+    canvas.click(position=nose)
+    assert view.page.locator(".flat-caption").inner_text() == "tip of the nose"
+    canvas.hover(position={"x": 5, "y": 5})
+    assert canvas.get_attribute("title") == ""
+
+
 def test_the_choice_of_a_view_is_remembered(look: Look) -> None:
     """A press on 3-D shows the scene, here and after a reload; the address has the last word."""
     view = look()

@@ -116,6 +116,7 @@ EVERY: dict[str, Primitive] = {
     "links": Links(f32([[12, 9, 0], [30.5, 14, 0]], [[12, 14, 0], [30.5, 9, 0]]), BLUE, 2.0, "links"),
     "text": Text(f32(20.0, 30.0, 0), "HHH", BLUE, "labels"),
     "middle": Text(f32(40.0, 30.0, 0), "HHH", BLUE, "labels", anchor="middle"),
+    "end": Text(f32(60.0, 30.0, 0), "HH", BLUE, "labels", anchor="end", title="HHHHHHHHHHH"),
 }
 
 

@@ -12,7 +12,7 @@ from pftrack.experiments.head.sketch import front
 from pftrack.experiments.pose.placing import heights, placed
 from pftrack.experiments.pose.sketch import beside, dashes
 from pftrack.geometry.camera import pinhole
-from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model
+from pftrack.geometry.face_model import FEATURES, TITLES, FaceModel, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import NAMES, VERTICES_MM
@@ -197,12 +197,22 @@ def test_names_do_not_cover_each_other(name: str) -> None:
     names = [item for item in drawing.primitives.values() if isinstance(item, Text) and item.layer == "names"]
     places = np.array([item.position for item in names])
     assert [item.text for item in names] == list(FEATURES if run.experiment.id == "head" else NAMES)
+    assert np.array([item.point for item in names])[:, :2] == pytest.approx(state.feature_means, abs=1e-3)
     left, right = np.unique(places[:, 0])
     for x in (left, right):
         assert np.diff(np.sort(places[places[:, 0] == x, 1])).min() == pytest.approx(drawing.height / 18, abs=1e-3)
     solid = state.seen(state.solid.points_mm)
     assert left < solid[:, 0].min() < solid[:, 0].max() < right
     assert links(drawing, "name lines")[:, 1, :2] == pytest.approx(state.feature_means, abs=1e-3)
+
+
+def test_names_of_a_face_are_written_out_away_from_it() -> None:
+    """Each short name carries the words for it, which end at the left column and begin at the right one."""
+    drawing = drawn(run_of("head"))
+    names = [item for item in drawing.primitives.values() if isinstance(item, Text) and item.layer == "names"]
+    assert [item.title for item in names] == [TITLES[name] for name in FEATURES]
+    middle = np.mean([item.position[0] for item in names])
+    assert all(item.anchor == ("end" if item.position[0] < middle else "start") for item in names)
 
 
 def test_names_keep_their_order_whatever_the_points_do() -> None:

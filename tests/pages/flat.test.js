@@ -3,6 +3,7 @@ import { describe, it } from "node:test";
 
 import { decode } from "../../frontend_static/session/flat/decode.js";
 import { Layers } from "../../frontend_static/session/flat/layers.js";
+import { nameAt } from "../../frontend_static/session/flat/names.js";
 import { css, placed } from "../../frontend_static/session/flat/pixels.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };
@@ -121,5 +122,28 @@ describe("places on the canvas", () => {
 
   it("have colours as style sheets write them", () => {
     assert.equal(css([0, 114, 178]), "rgb(0 114 178)");
+  });
+});
+
+describe("the name of what a pointer is at", () => {
+  const text = { kind: "text", layer: "names", position: new Float32Array([0, 0, 2]) };
+  const items = [
+    { ...text, text: "lmc", title: "left eye, inner corner", point: new Float32Array([100, 50, 2]) },
+    { ...text, text: "leye", title: "left eye", point: new Float32Array([104, 50, 2]) },
+    { ...text, text: "V1", title: "", point: new Float32Array([200, 50, 2]) },
+    { ...text, text: "x", title: "an axis", point: null },
+  ];
+
+  it("is that of the nearest point which has one", () => {
+    assert.equal(nameAt(items, 101, 51, 1), "left eye, inner corner");
+    assert.equal(nameAt(items, 105, 49, 1), "left eye");
+    assert.equal(nameAt(items, 200, 50, 1), "");
+    assert.equal(nameAt(items, 0, 0, 1), "");
+  });
+
+  it("reaches as far on the page, however large the picture is shown", () => {
+    assert.equal(nameAt(items, 108, 50, 1), "left eye");
+    assert.equal(nameAt(items, 108, 50, 4), "");
+    assert.equal(nameAt(items, 120, 50, 0.5), "left eye");
   });
 });

@@ -39,7 +39,7 @@
  */
 /**
  * @typedef {Named & {kind: "text", position: Float32Array, text: string, colour: Colour,
- *     anchor: "start"|"middle"}} Text
+ *     anchor: "start"|"middle"|"end", title: string, point: Float32Array|null}} Text
  */
 /** @typedef {Named & {kind: "frustum"}} Frustum Seen from aside only. */
 /** @typedef {Picture|Points|Polyline|Links|Arrows|Ellipse|Ellipsoids|Axes|Mesh|Text|Frustum} Primitive */

@@ -10,6 +10,7 @@ import { fill, h, setText } from "../../shared/dom.js";
 import { coalesce } from "../../shared/timing.js";
 import { decode } from "./decode.js";
 import { Layers } from "./layers.js";
+import { nameAt } from "./names.js";
 import { paint } from "./paint.js";
 import { Pictures } from "./pictures.js";
 import { watchRoom } from "./room.js";
@@ -80,6 +81,7 @@ class FlatView {
     fill(element, this.#root);
     watchRoom(this.#place, (room) => this.#resize(room), signal);
     layers.on(this.#soon, signal);
+    this.#nameWhatIsPointedAt();
     receiveDrawings(session, { drawing: (message, painted) => this.#receive(message, painted), gone: onGone }, signal);
   }
 
@@ -135,6 +137,22 @@ class FlatView {
     painted();
     this.#pictures.free(number);
     this.#onPainted(drawing.frame);
+  }
+
+  /** On hover the browser shows the name; a finger has no hover, so the line below the picture says it, too. */
+  #nameWhatIsPointedAt() {
+    const canvas = this.#canvas;
+    const named = (/** @type {PointerEvent} */ { offsetX, offsetY }) => {
+      if (this.#ready === null) return "";
+      const { drawing } = this.#ready;
+      const scale = canvas.offsetWidth / drawing.width;
+      return nameAt(drawing.primitives, offsetX / scale - 0.5, offsetY / scale - 0.5, scale);
+    };
+    canvas.addEventListener("pointermove", (event) => (canvas.title = named(event)));
+    canvas.addEventListener("pointerdown", (event) => {
+      const name = named(event);
+      if (name !== "") setText(this.#caption, name);
+    });
   }
 
   /** @param {readonly WorldDrawing[]} drawn What there is beside the picture. */

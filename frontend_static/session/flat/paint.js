@@ -31,6 +31,10 @@ const ENLARGED_FROM = 3;
 /** As high as the letters of the film. */
 const TEXT_PX = 11.7;
 const FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
+/** As in the film, width from which on there is room for names that are written out, where letters are 12 px high. */
+const TITLES_FROM_PX = 520;
+/** How much of a line is before its position. */
+const BEFORE = { start: 0, middle: 0.5, end: 1 };
 const BRIGHT_FROM = 3 * 160;
 
 /**
@@ -160,17 +164,22 @@ function rays({ origin: [x, y], rotation, length }) {
  * @param {Surface} surface
  * @param {Text} item
  */
-function paintText({ context, scale, density }, { position, text, colour, anchor }) {
-  const x = placed(position[0], scale);
+function paintText({ context, width, scale, density }, { position, text, colour, anchor, title }) {
+  const at = placed(position[0], scale);
   const y = placed(position[1], scale);
-  if (!Number.isFinite(x + y)) return;
+  if (!Number.isFinite(at + y)) return;
   const size = Math.max(density, scale);
   context.font = `500 ${TEXT_PX * size}px ${FONT}`;
-  context.textAlign = anchor === "middle" ? "center" : "left";
+  context.textAlign = "left";
+  const words = title !== "" && width >= TITLES_FROM_PX * size ? title : text;
+  const long = context.measureText(words).width;
+  const rim = 2.5 * size;
+  let x = at - BEFORE[anchor] * long;
+  if (title !== "") x = Math.max(rim, Math.min(x, width - long - rim));
   context.textBaseline = "alphabetic";
-  context.lineWidth = 2.5 * size;
+  context.lineWidth = rim;
   context.strokeStyle = colour[0] + colour[1] + colour[2] < BRIGHT_FROM ? "#fff" : "#000";
-  context.strokeText(text, x, y);
+  context.strokeText(words, x, y);
   context.fillStyle = css(colour);
-  context.fillText(text, x, y);
+  context.fillText(words, x, y);
 }

@@ -76,7 +76,7 @@ export function ruler(world, view, side) {
   const look = { layer: "ruler", colour: RULER_COLOUR };
   return [
     { ...look, kind: "links", name: "ruler", segments, width: 2 },
-    { ...look, kind: "text", name: "ruler length", position, text: `${world.ruler} ${world.unit}`, anchor: "start" },
+    { ...look, kind: "text", name: "ruler length", position, text: `${world.ruler} ${world.unit}`, anchor: "start", title: "", point: null },
   ];
 }
 
@@ -99,7 +99,7 @@ function primitive(view, item) {
     case "mesh":
       return { ...item, vertices: places(view, item.vertices) };
     case "text":
-      return { ...item, position: places(view, item.position) };
+      return { ...item, position: places(view, item.position), point: item.point && places(view, item.point) };
     case "axes":
       return turnedAxes(view, item);
     default:

@@ -102,7 +102,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= model_points(state, mark)
         primitives |= feature_marks(state, FEATURES)
         names = beside(state.feature_means, memory.model.points_mm[:, :2], height)
-        primitives |= feature_names(state, FEATURES, names)
+        primitives |= feature_names(state, FEATURES, names, TITLES)
         primitives["look"] = head.look(COLOURS["estimate"], 3.0, "viewing direction")
         primitives |= pose_axes(state, memory.turn @ memory.model["nose"], AXES_MM)
     if step.frame.target is not None:

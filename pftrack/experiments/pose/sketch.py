@@ -1,5 +1,6 @@
 """Pieces of drawings of a solid that is tracked by its points."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -63,12 +64,30 @@ def feature_marks(state: PoseState, names: tuple[str, ...]) -> dict[str, Primiti
     }
 
 
-def feature_names(state: PoseState, names: tuple[str, ...], places: NDArray[np.float64]) -> dict[str, Primitive]:
-    """Draw the features' names at places (F, 2) px, and lines that lead to them."""
+def feature_names(
+    state: PoseState, names: tuple[str, ...], places: NDArray[np.float64], titles: Mapping[str, str] | None = None
+) -> dict[str, Primitive]:
+    """Draw the features' names at places (F, 2) px, and lines that lead to them.
+
+    Args:
+        state: Where the features are.
+        names: Of the features.
+        places: (F, 2) of the names, px.
+        titles: The names written out, where these are short. They run away from their features.
+    """
     ends = at_height(np.stack([places, state.feature_means], axis=1).reshape(-1, 2), 2.0)
     drawn: dict[str, Primitive] = {"name lines": Links(ends.reshape(-1, 2, 3), COLOURS["hidden"], 1.0, "names")}
-    for name, place, colour in zip(names, at_height(places, 2.0), _colours(state), strict=True):
-        drawn[f"name {name}"] = Text(place, name, colour, "names", anchor="middle")
+    points, titles = at_height(state.feature_means, 2.0), titles or {}
+    for name, place, point, colour in zip(names, at_height(places, 2.0), points, _colours(state), strict=True):
+        drawn[f"name {name}"] = Text(
+            place,
+            name,
+            colour,
+            "names",
+            anchor="middle" if name not in titles else "end" if place[0] < point[0] else "start",
+            title=titles.get(name, ""),
+            point=point,
+        )
     return drawn
 
 

@@ -67,7 +67,16 @@ def placed(rows: int) -> st.SearchStrategy[Primitive]:
 single = st.one_of(
     st.builds(Ellipse, floats(3), floats(2, 2), colour, extent, layer, st.booleans()),
     st.builds(Axes, floats(3), floats(3, 3), extent, colour, extent, layer),
-    st.builds(Text, floats(3), st.text(max_size=20), colour, layer, st.sampled_from(["start", "middle"])),
+    st.builds(
+        Text,
+        floats(3),
+        st.text(max_size=20),
+        colour,
+        layer,
+        st.sampled_from(["start", "middle", "end"]),
+        st.text(max_size=30),
+        st.none() | floats(3),
+    ),
     st.builds(Frustum, floats(3), floats(4, 3), colour, extent, layer),
 )
 anywhere = st.one_of(single, st.integers(0, 40).flatmap(placed))
