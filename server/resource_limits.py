@@ -60,5 +60,5 @@ def name_cpu_limit(stop: Callable[[str], None]) -> None:
         f"The server has used up the {hard} s of processor time that its shell allows (ulimit -t), and stops; "
         "start it again, and its sessions go on where they were."
     )
-    resource.setrlimit(resource.RLIMIT_CPU, (min(soft, max(hard - LAST_WORDS_S, 1)), hard))
     signal.signal(signal.SIGXCPU, lambda *_: stop(sentence))
+    resource.setrlimit(resource.RLIMIT_CPU, (min(soft, max(hard - LAST_WORDS_S, 1)), hard))

@@ -6,6 +6,9 @@ import pytest
 
 from pftrack.reproduce import RESULTS, reproduce
 from pftrack.reproduce.finding import claim, compare
+from tests.pooling import fork_server, shared_fork_server
+
+__all__ = ["fork_server", "shared_fork_server"]
 
 CHEAP = ("kalman-sine", "one-step")
 

@@ -8,21 +8,33 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = "{}; import sys; from server.command import serve; from pathlib import Path; serve({})"
 
 REFUSING = """
-import contextlib, io, json
+import json, os, signal, sys
 from pathlib import Path
+from server import serving
 from server.command import serve
-for wish in [{}]:
-    with contextlib.redirect_stderr(io.StringIO()) as said:
+for arguments, first, _ in json.load(sys.stdin):
+    ours, theirs = os.pipe()
+    child = os.fork()
+    if not child:
+        os.dup2(theirs, 2)
+        signal.alarm(50)
         try:
-            status = serve(**wish)
-        except SystemExit as end:
-            status = end.code
-    print(json.dumps([status, said.getvalue()]))
+            exec(first)
+            exec(f"serve({arguments})")
+        finally:
+            ended = sys.exception()
+            sys.stderr.flush()
+            os._exit(ended.code if isinstance(ended, SystemExit) else 99)
+    os.close(theirs)
+    with os.fdopen(ours) as said:
+        words = said.read()
+    print(json.dumps([os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), words]))
 """
 
 
@@ -49,35 +61,35 @@ def serving(arguments: str, first: str = "pass", **variables: str) -> Iterator[s
             process.kill()
 
 
-def failing(arguments: str, status: int = 1, first: str = "pass", **variables: str) -> str:
-    """Return what a server that cannot start says, which is one line."""
-    with serving(arguments, first, **variables) as process:
-        out, err = process.communicate(timeout=60)
-    assert process.returncode == status
-    assert out == ""
-    assert len(err.strip().splitlines()) == 1, err
-    return err
+class Wish(NamedTuple):
+    """A server that cannot start.
 
-
-def refused(*wishes: str, status: int = 1) -> list[str]:
-    """Return what servers say that cannot start, one line each; they are tried one after the other in one process.
-
-    Args:
-        wishes: The arguments of each, as Python.
-        status: With which each ends.
+    Attributes:
+        arguments: Of `serve`, as Python.
+        first: Python that is carried out in the process before.
+        status: With which it ends.
     """
-    tried = ", ".join(f"dict({wish})" for wish in wishes)
+
+    arguments: str
+    first: str = "pass"
+    status: int = 1
+
+
+def refused(*wishes: Wish) -> list[str]:
+    """Return what servers say that cannot start, one line each; each runs in a fork of one process."""
     told = subprocess.run(
-        [sys.executable, "-c", REFUSING.format(tried)],
+        [sys.executable, "-c", REFUSING],
+        input=json.dumps(wishes),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=100,
         check=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )
     answers = [json.loads(line) for line in told.stdout.splitlines()]
-    assert [(answer[0], len(answer[1].strip().splitlines())) for answer in answers] == [(status, 1)] * len(wishes), told
-    return [said for _, said in answers]
+    ends = [(status, len(words.strip().splitlines())) for status, words in answers]
+    assert ends == [(wish.status, 1) for wish in wishes], told
+    return [words for _, words in answers]
 
 
 def link(process: subprocess.Popen[str]) -> str:

@@ -1,7 +1,6 @@
 """The command `serve`: one link, clear sentences, a clean end."""
 
 import signal
-import socket
 import subprocess
 import tempfile
 from pathlib import Path
@@ -13,7 +12,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
-from tests.server.command import failing, link, refused, serving
+from tests.server.command import Wish, link, refused, serving
 from tests.server.host import begin, wait_for
 
 
@@ -48,7 +47,7 @@ def test_a_life(tmp_path: Path) -> None:
     with tempfile.TemporaryDirectory() as name:
         with serving(wish, TMPDIR=name) as process:
             address = link(process)
-            assert "in use by another" in failing(wish)
+            assert "in use by another" in refused(Wish(wish))[0]
             with httpx.Client(base_url=address, timeout=60) as client:
                 assert client.get(f"/api/v1/sessions/{session['id']}").json()["bookmarks"][0]["note"] == "safe"
                 begin(client)
@@ -65,22 +64,3 @@ def test_a_life(tmp_path: Path) -> None:
     lines = [line for line in log.splitlines() if "level=info" not in line]
     assert len(lines) == 1, log  # many refused websockets are one warning that says why
     assert "another site" in lines[0]
-
-
-def test_wrong_wishes(tmp_path: Path) -> None:
-    """What cannot be is told in one sentence that says what to do."""
-    place = f"data_dir=Path({str(tmp_path)!r})"
-    (tmp_path / "file").write_text("")
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        in_use, elsewhere, no_folder = refused(
-            f"port={port}, {place}",
-            f"host='203.0.113.7', port=0, {place}",
-            f"port=0, data_dir=Path({str(tmp_path / 'file')!r})",
-        )
-    assert f"Port {port} is in use" in in_use
-    assert "address" in elsewhere
-    assert "--data-dir" in no_folder
-    assert "port" in failing("port=70000", status=2)

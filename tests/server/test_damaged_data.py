@@ -11,7 +11,6 @@ from sqlalchemy.exc import OperationalError
 
 from server.settings import Settings
 from server.store import Store
-from tests.server.command import failing, refused
 from tests.server.host import begin, error_of, steer
 from tests.server.test_full_disk import save
 from tests.server.test_uploads import png, send, video
@@ -20,46 +19,12 @@ from tests.server.test_uploads import png, send, video
 pytestmark = pytest.mark.usefixtures("server")
 
 
-def database_of(folder: Path) -> Path:
-    """The database of a data directory, empty but for its tables."""
-    Store(Settings(data_dir=folder)).close()
-    return folder / "pftrack.sqlite"
-
-
 def execute(path: Path, statement: str, *values: Any) -> list[Any]:
     """Carry out a statement behind the server's back."""
     with sqlite3.connect(path) as database:
         rows = database.execute(statement, values).fetchall()
     database.close()
     return rows
-
-
-def test_at_the_start(tmp_path: Path) -> None:
-    """What is no database, damaged, of a newer version or of another program is told in a sentence: what to do."""
-    folders = {name: tmp_path / name for name in ("none", "damaged", "newer", "foreign")}
-    folders["none"].mkdir()
-    (folders["none"] / "pftrack.sqlite").write_bytes(b"certainly no database" * 100)
-    path = database_of(folders["damaged"])
-    content = bytearray(path.read_bytes())
-    content[4096 + 8 : 3 * 4096] = b"\xff" * (2 * 4096 - 8)
-    path.write_bytes(content)
-    execute(database_of(folders["newer"]), "UPDATE alembic_version SET version_num = '9999'")
-    folders["foreign"].mkdir()
-    execute(folders["foreign"] / "pftrack.sqlite", "CREATE TABLE invoices (number INTEGER)")
-    none, damaged, newer, foreign = refused(*(f"port=0, data_dir=Path({str(it)!r})" for it in folders.values()))
-    assert "is none, or is damaged" in none
-    assert "--data-dir" in none
-    assert "is damaged: restore a copy of it" in damaged
-    assert "newer version of pftrack" in newer
-    assert "9999" in newer
-    assert "update pftrack" in newer
-    assert "belongs to another program, since it has tables invoices" in foreign
-
-
-def test_no_address(tmp_path: Path) -> None:
-    """An address of no database is told as such."""
-    arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
-    assert "PFTRACK_DATABASE_URL" in failing(arguments, PFTRACK_DATABASE_URL="no such thing")
 
 
 DAMAGES = [

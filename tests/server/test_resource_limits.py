@@ -6,8 +6,9 @@ from pathlib import Path
 
 import httpx
 
-from tests.server.command import ROOT, failing, link, serving
+from tests.server.command import ROOT, link, serving
 from tests.server.host import error_of
+from tests.server.test_refusals import long_folder
 from tests.server.test_uploads import send
 
 MEBIBYTE = 1024 * 1024
@@ -19,14 +20,6 @@ def said(program: str) -> tuple[int, str]:
         [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT, timeout=60
     )
     return done.returncode, done.stdout + done.stderr
-
-
-def test_open_files(tmp_path: Path) -> None:
-    """With too few open files the server does not start, and says which limit to raise."""
-    first = "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200))"
-    message = failing(f"port=0, data_dir=Path({str(tmp_path)!r})", first=first)
-    assert "200 open files (ulimit -n)" in message
-    assert "at least 256" in message
 
 
 def test_a_low_soft_limit_is_raised() -> None:
@@ -54,13 +47,6 @@ def test_long_files(tmp_path: Path) -> None:
         assert "files of at most 1 MiB (ulimit -f)" in process.stderr.read()
 
 
-def long_folder(below: Path) -> Path:
-    """Make a folder whose name leaves no room for that of a Unix socket."""
-    folder = below / ("a" * 60) / ("b" * 60)
-    folder.mkdir(parents=True)
-    return folder
-
-
 def test_a_long_temporary_directory(tmp_path: Path) -> None:
     """The server starts where the temporary directory has a name that is too long for a Unix socket."""
     first = f"import os; os.environ['TMPDIR'] = {str(long_folder(tmp_path))!r}"
@@ -71,27 +57,16 @@ def test_a_long_temporary_directory(tmp_path: Path) -> None:
         assert client.get("/healthz").status_code == httpx.codes.OK
 
 
-def test_a_long_temporary_directory_and_no_other(tmp_path: Path) -> None:
-    """Where no shorter one can be written either, the server says what to set."""
-    first = (
-        f"import os; os.environ['TMPDIR'] = {str(long_folder(tmp_path))!r};"
-        "from server.worker import forkserver; forkserver.SHORT_FOLDERS = ('/nowhere',)"
-    )
-    message = failing(f"port=0, data_dir=Path({str(tmp_path)!r})", first=first)
-    assert "may have at most 75 bytes" in message
-    assert "set TMPDIR to a folder with a shorter name" in message
-
-
 def test_processor_time_of_the_server() -> None:
     """Shortly before the server's own time is over it is told to stop, with the name of the limit."""
     program = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_CPU, (7, 7));"
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_CPU, (6, 6));"
         "from server.resource_limits import name_cpu_limit; name_cpu_limit(sys.exit)\n"
         "while True: pass"
     )
     status, words = said(program)
     assert status == 1
-    assert "7 s of processor time that its shell allows (ulimit -t)" in words
+    assert "6 s of processor time that its shell allows (ulimit -t)" in words
 
 
 def test_processor_time_of_a_session() -> None:

@@ -21,9 +21,9 @@ START_S = 30
 
 
 class Cluster:
-    """A scheduler and two workers, each a process of its own, as `docker/compose.yaml` starts them."""
+    """A scheduler and workers, each a process of its own, as `docker/compose.yaml` starts them."""
 
-    def __init__(self) -> None:
+    def __init__(self, workers: int) -> None:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
@@ -33,7 +33,7 @@ class Cluster:
             self._start(
                 "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "20"
             )
-            for _ in range(2)
+            for _ in range(workers)
         ]
         self._processes += self.workers
 
@@ -50,8 +50,9 @@ class Cluster:
 
 
 @pytest.fixture
-def cluster() -> Iterator[Cluster]:
-    made = Cluster()
+def cluster(request: pytest.FixtureRequest) -> Iterator[Cluster]:
+    """A cluster of one worker, or of as many as a test says."""
+    made = Cluster(getattr(request, "param", 1))
     yield made
     made.end()
 
@@ -84,6 +85,7 @@ def begun(plan: Plan, out: Path) -> Path:
     return out
 
 
+@pytest.mark.parametrize("cluster", [2], indirect=True, ids=["two workers"])
 def test_a_cluster_comes_to_the_same_rows_though_a_worker_is_lost(
     cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path
 ) -> None:

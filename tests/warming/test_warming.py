@@ -175,18 +175,46 @@ def test_what_an_experiment_prints_is_no_news(tmp_path: Path) -> None:
     assert "below Python" in done.stderr
 
 
+LITTLE = """
+import numpy as np
+from pftrack.elementary import exponentials, logarithms
+from pftrack.warming import child
+def run_case(*_):
+    logarithms(exponentials(np.ones(3)))
+child.run_case = run_case
+child.main()
+"""
+
+
+def news_of(program: str, cache: Path) -> list[dict[str, object]]:
+    """What a child says that warms the sine, with an own cache of what is compiled."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(cache)}
+    command = [sys.executable, "-c", program, "--at-once"]
+    done = subprocess.run(command, input="sine\n", capture_output=True, text=True, check=True, env=environment)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def compiled_of(news: list[dict[str, object]]) -> set[object]:
+    return {it["function"] for it in news if "function" in it}
+
+
 def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
-    """From an empty cache an experiment is compiled function by function; a second time there is nothing to do."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
-
-    def news() -> list[dict[str, object]]:
-        command = [sys.executable, "-m", "pftrack.warming.child", "--at-once"]
-        done = subprocess.run(command, input="sine\n", capture_output=True, text=True, check=True, env=environment)
-        return [json.loads(line) for line in done.stdout.splitlines()]
-
-    first, second = news(), news()
+    """In an empty cache what is called is compiled function by function; a second time there is nothing to do."""
+    first, second = (news_of(LITTLE, tmp_path) for _ in range(2))
+    names = {"pftrack.elementary.exponentials", "pftrack.elementary.logarithms"}
     assert {"ready": "sine"} in first
-    assert len([it for it in first if "function" in it]) > 5
+    assert compiled_of(first) == names
     assert {"ready": "sine"} in second
-    assert not [it for it in second if "function" in it]
+    assert compiled_of(second) == set()
+    assert any(names <= set(it["found"]) for it in second if isinstance(it.get("found"), list))
     assert list(tmp_path.glob("warm-*/sine"))
+
+
+@pytest.mark.slow
+def test_a_whole_experiment_is_compiled_and_kept(tmp_path: Path) -> None:
+    """The same with all that an experiment calls."""
+    first, second = (news_of("from pftrack.warming import child; child.main()", tmp_path) for _ in range(2))
+    assert {"ready": "sine"} in first
+    assert len(compiled_of(first)) > 5
+    assert {"ready": "sine"} in second
+    assert compiled_of(second) == set()

@@ -1,0 +1,101 @@
+"""What keeps a server from starting is told in one sentence that says what to do."""
+
+import socket
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from server.settings import Settings
+from server.store import Store
+from tests.server.command import Wish, refused
+
+
+def long_folder(below: Path) -> Path:
+    """Make a folder whose name leaves no room for that of a Unix socket."""
+    folder = below / ("a" * 60) / ("b" * 60)
+    folder.mkdir(parents=True)
+    return folder
+
+
+def database_of(folder: Path) -> Path:
+    """The database of a data directory, empty but for its tables."""
+    Store(Settings(data_dir=folder)).close()
+    return folder / "pftrack.sqlite"
+
+
+def execute(path: Path, statement: str) -> None:
+    """Carry out a statement behind the server's back."""
+    with sqlite3.connect(path) as database:
+        database.execute(statement)
+    database.close()
+
+
+def databases(below: Path) -> dict[str, Path]:
+    """Folders with what is no database, and with one that is damaged, of a newer version or of another program."""
+    folders = {name: below / name for name in ("none", "damaged", "newer", "foreign")}
+    folders["none"].mkdir()
+    (folders["none"] / "pftrack.sqlite").write_bytes(b"certainly no database" * 100)
+    path = database_of(folders["damaged"])
+    content = bytearray(path.read_bytes())
+    content[4096 + 8 : 3 * 4096] = b"\xff" * (2 * 4096 - 8)
+    path.write_bytes(content)
+    execute(database_of(folders["newer"]), "UPDATE alembic_version SET version_num = '9999'")
+    folders["foreign"].mkdir()
+    execute(folders["foreign"] / "pftrack.sqlite", "CREATE TABLE invoices (number INTEGER)")
+    return folders
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What each server says that cannot start, and the port that is in use."""
+    below = tmp_path_factory.mktemp("refused")
+    (below / "file").write_text("")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        long = f"import os; os.environ['TMPDIR'] = {str(long_folder(below))!r};"
+        data = f"data_dir=Path({str(below / 'data')!r})"
+        place = f"port=0, {data}"
+        wishes = {
+            "port in use": Wish(f"port={port}, {data}"),
+            "elsewhere": Wish(f"{place}, host='203.0.113.7'"),
+            "no folder": Wish(f"port=0, data_dir=Path({str(below / 'file')!r})"),
+            "no port": Wish("port=70000", status=2),
+            "few files": Wish(place, "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200))"),
+            "long folder": Wish(
+                place, f"{long} from server.worker import forkserver; forkserver.SHORT_FOLDERS = ('/nowhere',)"
+            ),
+            "no address": Wish(place, "import os; os.environ['PFTRACK_DATABASE_URL'] = 'no such thing'"),
+            **{name: Wish(f"port=0, data_dir=Path({str(folder)!r})") for name, folder in databases(below).items()},
+        }
+        return {**dict(zip(wishes, refused(*wishes.values()), strict=True)), "port": str(port)}
+
+
+def test_where_it_cannot_listen_or_write(said: dict[str, str]) -> None:
+    """A port in use, an address of another machine, a file in the place of a folder and a port that is none."""
+    assert f"Port {said['port']} is in use" in said["port in use"]
+    assert "address" in said["elsewhere"]
+    assert "--data-dir" in said["no folder"]
+    assert "port" in said["no port"]
+
+
+def test_what_the_shell_allows(said: dict[str, str]) -> None:
+    """With too few open files, or no folder for sockets with a short name, it is said what to raise or to set."""
+    assert "200 open files (ulimit -n)" in said["few files"]
+    assert "at least 256" in said["few files"]
+    assert "may have at most 75 bytes" in said["long folder"]
+    assert "set TMPDIR to a folder with a shorter name" in said["long folder"]
+
+
+def test_what_is_no_database_of_ours(said: dict[str, str]) -> None:
+    """What is no database, damaged, of a newer version or of another program, and an address of none."""
+    assert "is none, or is damaged" in said["none"]
+    assert "--data-dir" in said["none"]
+    assert "is damaged: restore a copy of it" in said["damaged"]
+    assert "newer version of pftrack" in said["newer"]
+    assert "9999" in said["newer"]
+    assert "update pftrack" in said["newer"]
+    assert "belongs to another program, since it has tables invoices" in said["foreign"]
+    assert "PFTRACK_DATABASE_URL" in said["no address"]
