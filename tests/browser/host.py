@@ -143,7 +143,7 @@ def descendants(pid: int) -> list[int]:
     return found
 
 
-def until(holds: Callable[[], object], what: str, seconds: float = 30.0) -> None:
+def until(holds: Callable[[], object], what: str, seconds: float = 90.0) -> None:
     """Ask again and again until something holds."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:

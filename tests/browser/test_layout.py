@@ -34,7 +34,7 @@ def test_the_picture_has_six_tenths_of_the_width(watch: Watch) -> None:
     for width in (1280, 1000):
         page.set_viewport_size({"width": width, "height": 800})
         inside = f"innerWidth === {width} && document.querySelector('.flat-place').clientWidth >= {0.6 * width}"
-        shown.until(lambda inside=inside: page.evaluate(inside), "the picture has its share", seconds=10)
+        shown.until(lambda inside=inside: page.evaluate(inside), "the picture has its share")
         panel, side = box(page, ".controls"), box(page, ".side")
         assert panel["width"] > 150
         assert side["width"] > 150

@@ -104,7 +104,7 @@ def steer(client: httpx.Client, session: str, action: str, **more: Any) -> dict[
     return steered
 
 
-def wait_for(condition: Callable[[], Any], seconds: float = 10) -> Any:
+def wait_for(condition: Callable[[], Any], seconds: float = 60) -> Any:
     """Wait until something holds, and return it."""
     deadline = time.monotonic() + seconds
     while not (found := condition()):

@@ -57,9 +57,9 @@ def test_a_life(tmp_path: Path) -> None:
             workers = workers_of(process)
             assert list(Path(name).iterdir())
             process.send_signal(signal.SIGINT)
-            assert process.wait(20) == 0
+            assert process.wait(60) == 0
             wait_for(lambda: not any(worker.is_running() for worker in workers))
-            _, log = process.communicate(timeout=20)
+            _, log = process.communicate(timeout=60)
         assert list(Path(name).iterdir()) == []
     lines = [line for line in log.splitlines() if "level=info" not in line]
     assert len(lines) == 1, log  # many refused websockets are one warning that says why

@@ -211,10 +211,10 @@ class TestPipe:
             large = b"x" * 5_000_000
             await asyncio.to_thread(worker.send, Reply(1, large))
             await asyncio.to_thread(worker.send, Heartbeat())
-            await asyncio.wait_for(both.wait(), 5)
+            await asyncio.wait_for(both.wait(), 60)
             assert heard == [Reply(1, large), Heartbeat()]
             web.close()
-            await asyncio.wait_for(lost.wait(), 5)
+            await asyncio.wait_for(lost.wait(), 60)
             with pytest.raises((EOFError, ConnectionResetError)):
                 worker.receive(5)
             theirs.close()
@@ -245,7 +245,7 @@ class TestPipe:
             lost = asyncio.Event()
             await WebEnd.connect(ours, lambda _: None, lost.set)
             theirs.sendall(b"\xff" * 8)
-            await asyncio.wait_for(lost.wait(), 5)
+            await asyncio.wait_for(lost.wait(), 60)
             theirs.close()
 
         run(talk())

@@ -18,7 +18,7 @@ from tests.server.apart import run
 from tests.server.host import Server, steer, wait_for
 
 
-def hear(socket: ClientConnection, seconds: float = 10) -> dict[str, Any]:
+def hear(socket: ClientConnection, seconds: float = 60) -> dict[str, Any]:
     """Return the next message."""
     message: dict[str, Any] = json.loads(socket.recv(timeout=seconds))
     assert message["version"] == 1

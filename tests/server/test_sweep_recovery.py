@@ -115,7 +115,7 @@ def test_a_killed_server(start_server: Any, tmp_path: Path) -> None:
             children = [child for one in drivers(process.pid) for child in (one, *one.children(recursive=True))]
             assert len(children) > 2  # with a fork server and those that it has started
         process.kill()
-        wait_for(lambda: not any(child.is_running() for child in children), 20)
+        wait_for(lambda: not any(child.is_running() for child in children), 60)
     with start_server() as (_, client):
         found = show(client, sweep["id"])
         assert found["state"] == "stopped"

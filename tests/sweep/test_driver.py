@@ -162,7 +162,7 @@ def test_a_killed_driver_loses_the_running_chunks_alone(plan: Plan, finished: Re
     driver.kill()
     driver.wait()
     driver.stdout.close()
-    gone, alive = psutil.wait_procs(workers, timeout=10)
+    gone, alive = psutil.wait_procs(workers, timeout=60)
     assert gone
     assert not alive
     seen: list[Progress] = []

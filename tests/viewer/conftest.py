@@ -14,7 +14,7 @@ NEEDS_CHROMIUM = [
 ]
 
 
-def until(scene: Any, expression: str, seconds: float = 30.0) -> None:
+def until(scene: Any, expression: str, seconds: float = 60.0) -> None:
     """Await an expression by asking again and again: the page's policy forbids to evaluate text in it."""
     for _ in range(int(seconds * 20)):
         if scene.evaluate(expression):

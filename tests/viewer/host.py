@@ -330,7 +330,7 @@ def _decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
     return inner["timestampSec"], [fill(message) for message in inner["messages"]]
 
 
-def wait_for(condition: Callable[[], object], seconds: float = 10.0) -> None:
+def wait_for(condition: Callable[[], object], seconds: float = 60.0) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, "waited in vain"

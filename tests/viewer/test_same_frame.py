@@ -126,7 +126,7 @@ def test_a_frame_is_taken_up_without_waiting_for_the_last_one_to_be_drawn(
     until(page, f"{BRIGHTNESS} === 50", seconds=60.0)
     page.evaluate("window.__stopped = true")
     show(200)
-    until(page, f"{BRIGHTNESS} === 200", seconds=10.0)
+    until(page, f"{BRIGHTNESS} === 200", seconds=60.0)
     page.close()
 
 

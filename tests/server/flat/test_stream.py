@@ -31,7 +31,7 @@ class Page:
     def __exit__(self, *_: object) -> None:
         self.socket.close()
 
-    def read(self, seconds: float = 10) -> Drawing:
+    def read(self, seconds: float = 60) -> Drawing:
         """Return the next drawing."""
         message = self.socket.recv(timeout=seconds)
         assert isinstance(message, bytes)
