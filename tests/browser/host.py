@@ -26,6 +26,8 @@ class Server:
         self._port = 0
         self._born: dict[str, set[int]] = {}
         self._process: subprocess.Popen[str] | None = None
+        # Without certificates, which take 20 ms to read; and no connection outlives the server, which may be restarted.
+        self._http = httpx.Client(verify=False, timeout=60, limits=httpx.Limits(max_keepalive_connections=0))  # noqa: S501
         self.log = data / "server.log"
         self.start()
 
@@ -46,7 +48,7 @@ class Server:
             self.stop()
             raise AssertionError(f"the server did not start: {self.log.read_text()[-2000:]}")
         self._port = int(line.rsplit(":", 1)[1].split("/")[0])
-        until(lambda: httpx.get(f"{self.url}/healthz").status_code == httpx.codes.OK, "the server answers", START_S)
+        until(lambda: self._http.get(f"{self.url}/healthz").is_success, "the server answers", START_S)
 
     @property
     def pid(self) -> int | None:
@@ -109,10 +111,10 @@ class Server:
 
     def end_sessions(self) -> None:
         for session in self.get("sessions"):
-            httpx.delete(f"{self.url}/api/v1/sessions/{session['id']}", timeout=30)
+            self._http.delete(f"{self.url}/api/v1/sessions/{session['id']}")
 
     def _answer(self, method: str, path: str, body: dict[str, Any] | None = None) -> Any:
-        answer = httpx.request(method, f"{self.url}/api/v1/{path}", json=body, timeout=60)
+        answer = self._http.request(method, f"{self.url}/api/v1/{path}", json=body)
         assert answer.is_success, f"{method} {path}: {answer.status_code} {answer.text}"
         return answer.json() if answer.content else None
 
