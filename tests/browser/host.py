@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import httpx
 
 from tests.installing import environment
+from tests.waiting import wait_for
 
 START_S = 60.0
 
@@ -147,12 +147,11 @@ def descendants(pid: int) -> list[int]:
 
 def until(holds: Callable[[], object], what: str, seconds: float = 90.0) -> None:
     """Ask again and again until something holds."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
+
+    def holds_by_now() -> object:
         try:
-            if holds():
-                return
+            return holds()
         except httpx.TransportError:
-            pass
-        time.sleep(0.05)
-    raise AssertionError(f"waited in vain until {what}")
+            return False
+
+    wait_for(holds_by_now, seconds, what)

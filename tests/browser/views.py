@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, Self
 
 from tests.browser.host import Server
+from tests.waiting import wait_for
 
 PARTICLES = """(() => {
     let count = 0;
@@ -79,13 +80,9 @@ class View:
     def __init__(self, page: Any) -> None:
         self.page = page
 
-    def until(self, holds: Callable[[], object], what: str, seconds: float = 60.0) -> None:
+    def until(self, holds: Callable[[], object], what: str, seconds: float = 120.0) -> None:
         """Ask again and again, the page going on meanwhile, until something holds."""
-        for _ in range(int(seconds * 20)):
-            if holds():
-                return
-            self.page.wait_for_timeout(50)
-        raise AssertionError(f"waited in vain until {what}")
+        wait_for(holds, seconds, what, lambda rest: self.page.wait_for_timeout(1000 * rest))
 
 
 class Gallery(View):

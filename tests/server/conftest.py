@@ -15,7 +15,8 @@ from server.tasks.child_tasks import ChildTasks
 from server.tasks.queue import Queues
 from tests.server.apart import run
 from tests.server.confined import children, descriptors
-from tests.server.host import Server, begin, running, wait_for
+from tests.server.host import Server, begin, running
+from tests.waiting import wait_for
 
 # Plain tracebacks: structlog's own, with all locals, take seconds for an exception in an app.
 structlog.configure(

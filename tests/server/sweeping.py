@@ -17,7 +17,7 @@ from pftrack.sweep.journal import partial_of
 from pftrack.sweep.work import computed
 from server.sweeps import driver
 from server.sweeps.task import Resume, Task
-from tests.server.host import wait_for
+from tests.waiting import wait_for
 
 SMALL: dict[str, Any] = {
     "experiment": "ball",

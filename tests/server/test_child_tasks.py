@@ -21,8 +21,8 @@ from server.uploads.probe import BUDGET
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.confined import ask, ended
-from tests.server.host import wait_for
 from tests.server.test_uploads import video
+from tests.waiting import wait_for
 
 pytestmark = pytest.mark.usefixtures("nothing_is_left")
 

@@ -13,7 +13,8 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from tests.server.command import Wish, link, refused, serving
-from tests.server.host import begin, wait_for
+from tests.server.host import begin
+from tests.waiting import wait_for
 
 
 def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:

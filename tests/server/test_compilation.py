@@ -13,7 +13,8 @@ from pftrack.warming import Progress
 from server.compilation import Compilation
 from server.settings import Settings
 from tests.server.apart import run
-from tests.server.host import running, wait_for
+from tests.server.host import running
+from tests.waiting import wait_for
 
 
 class Pretended:

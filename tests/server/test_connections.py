@@ -13,7 +13,8 @@ import uvicorn
 from server import connections
 from server.middleware.body_limit import BodyLimit
 from tests.server.apart import run
-from tests.server.host import Server, error_of, wait_for
+from tests.server.host import Server, error_of
+from tests.waiting import wait_for
 
 TOKEN = "a token of sufficient length"
 

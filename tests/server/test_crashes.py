@@ -14,8 +14,9 @@ from websockets.sync.client import connect
 
 from server.schemas.spec import Goal
 from server.worker.protocol import Activate, Request
-from tests.server.host import Server, begin, error_of, steer, wait_for
+from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_stream import hear, until
+from tests.waiting import wait_for
 
 
 def state(client: httpx.Client, session: str) -> str:

@@ -15,9 +15,10 @@ from pftrack.runs import record
 from pftrack.sources.sequence import open_sequence
 from tests.experiments.heads import Picture, empty, film, marked, pictures, simulated
 from tests.experiments.test_head_start import turning
-from tests.server.host import Server, begin, error_of, steer, wait_for
+from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_runs import estimates, save
 from tests.server.test_uploads import send
+from tests.waiting import wait_for
 
 FRAMES = 12
 

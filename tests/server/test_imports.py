@@ -10,7 +10,8 @@ import pytest
 from pftrack.experiments import find
 from pftrack.runs import record
 from pftrack.runs.run import Change, Run
-from tests.server.host import Server, error_of, wait_for
+from tests.server.host import Server, error_of
+from tests.waiting import wait_for
 
 FRAMES = 20
 

@@ -10,8 +10,9 @@ import pytest
 from websockets.sync.client import connect
 
 from server.settings import Settings
-from tests.server.host import Server, begin, running, steer, wait_for
+from tests.server.host import Server, begin, running, steer
 from tests.server.test_stream import hear
+from tests.waiting import wait_for
 
 ROUNDS = 12
 APPS = 5

@@ -16,8 +16,9 @@ from server.tasks.child_tasks import ChildTasks
 from server.tasks.functions import nothing
 from server.tasks.queue import Queue, unless_gone
 from tests.server.apart import run
-from tests.server.host import Server, wait_for
+from tests.server.host import Server
 from tests.server.test_uploads import png, send
+from tests.waiting import wait_for
 
 FILM = b"no film at all" * 400_000
 BOUNDARY = "a-boundary"

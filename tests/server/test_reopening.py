@@ -18,10 +18,11 @@ from server.worker.protocol import WorkerConfig
 from server.worker.run_tree import RunTree
 from tests.server.command import link, serving
 from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
-from tests.server.host import Server, begin, steer, wait_for
+from tests.server.host import Server, begin, steer
 from tests.server.test_crashes import diagnostics, state
 from tests.server.test_run_tree import config
 from tests.server.test_stream import hear
+from tests.waiting import wait_for
 
 FAR = 20
 HELD = 5

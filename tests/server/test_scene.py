@@ -8,10 +8,11 @@ from typing import Any
 import httpx
 from websockets.sync.client import connect
 
-from tests.server.host import Server, begin, steer, wait_for
+from tests.server.host import Server, begin, steer
 from tests.server.test_leaks import protocol
 from tests.server.test_stream import hear, until
 from tests.viewer.host import Peer
+from tests.waiting import wait_for
 
 
 def test_drawings_come_while_somebody_looks(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:

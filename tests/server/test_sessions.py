@@ -11,7 +11,8 @@ import pytest
 from pftrack.experiments import find
 from pftrack.runs.loss import before_loss
 from pftrack.runs.run import Change, Run
-from tests.server.host import Server, begin, error_of, steer, wait_for
+from tests.server.host import Server, begin, error_of, steer
+from tests.waiting import wait_for
 
 
 def get(client: httpx.Client, session: str) -> dict[str, Any]:

@@ -15,7 +15,8 @@ from websockets.sync.client import ClientConnection, connect
 from server.schemas.messages import Frame
 from server.stream import duplex, listeners
 from tests.server.apart import run
-from tests.server.host import Server, steer, wait_for
+from tests.server.host import Server, steer
+from tests.waiting import wait_for
 
 
 def hear(socket: ClientConnection, seconds: float = 60) -> dict[str, Any]:

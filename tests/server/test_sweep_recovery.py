@@ -19,7 +19,7 @@ from server.settings import Settings
 from server.sweeps import driver
 from server.sweeps import sweep as sweep_of_the_server
 from tests.server.command import link, serving
-from tests.server.host import Server, error_of, wait_for
+from tests.server.host import Server, error_of
 from tests.server.sweeping import (
     RUNS,
     SMALL,
@@ -32,6 +32,7 @@ from tests.server.sweeping import (
     until_some,
     until_state,
 )
+from tests.waiting import wait_for
 
 
 def driver_of(server: Server, sweep: str) -> psutil.Process:

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from tests.server.confined import children
-from tests.server.host import Server, begin, error_of, steer, wait_for
+from tests.server.host import Server, begin, error_of, steer
+from tests.waiting import wait_for
 
 SIZE = (64, 48)
 

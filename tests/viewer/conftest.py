@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 from tests.conftest import CHROMIUM
-from tests.viewer.host import Peer, Session, Site, wait_for
+from tests.viewer.host import Peer, Session, Site
+from tests.waiting import wait_for
 
 NEEDS_CHROMIUM = [
     pytest.mark.browser,
@@ -16,11 +17,7 @@ NEEDS_CHROMIUM = [
 
 def until(scene: Any, expression: str, seconds: float = 60.0) -> None:
     """Await an expression by asking again and again: the page's policy forbids to evaluate text in it."""
-    for _ in range(int(seconds * 20)):
-        if scene.evaluate(expression):
-            return
-        scene.wait_for_timeout(50)
-    raise AssertionError(f"waited in vain for {expression}")
+    wait_for(lambda: scene.evaluate(expression), seconds, expression, lambda rest: scene.wait_for_timeout(1000 * rest))
 
 
 @pytest.fixture

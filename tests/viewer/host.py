@@ -3,7 +3,6 @@
 import contextlib
 import socket
 import threading
-import time
 from collections.abc import Callable
 from typing import Any, Self
 
@@ -23,6 +22,7 @@ from pftrack.world import World
 from server.pictures import PictureEncoder
 from server.schemas.panel import InForce, PanelDescription
 from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
+from tests.waiting import wait_for
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 LAYERS = (
@@ -328,10 +328,3 @@ def _decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
         return value
 
     return inner["timestampSec"], [fill(message) for message in inner["messages"]]
-
-
-def wait_for(condition: Callable[[], object], seconds: float = 60.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
-        time.sleep(0.01)

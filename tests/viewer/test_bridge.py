@@ -15,7 +15,8 @@ from websockets.typing import Subprotocol
 
 from server.viewer.bridge import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
 from server.viewer.viser_adapter import is_welcome
-from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing, wait_for
+from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing
+from tests.waiting import wait_for
 
 
 def test_scene_and_panel_pass_in_both_directions(session: Session, site: Site) -> None:

@@ -14,7 +14,8 @@ import pytest
 from pftrack.drawing import Mesh
 from server.schemas.panel import InForce
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
-from tests.viewer.host import Session, Site, drawing, wait_for
+from tests.viewer.host import Session, Site, drawing
+from tests.waiting import wait_for
 
 pytestmark = NEEDS_CHROMIUM
 
@@ -332,11 +333,7 @@ def wait_for_value(page: Any, field: Any, value: str) -> None:
 
 
 def _await(page: Any, condition: Callable[[], bool]) -> None:
-    for _ in range(200):
-        if condition():
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError("waited in vain")
+    wait_for(condition, pause=lambda rest: page.wait_for_timeout(1000 * rest))
 
 
 def test_a_mesh_has_the_colours_of_its_vertices(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:

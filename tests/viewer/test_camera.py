@@ -9,7 +9,8 @@ import pytest
 
 from pftrack.drawing import COLOURS, Drawing, Frustum
 from server.viewer.camera import PRESETS, Box, View, fit
-from tests.viewer.host import Peer, Session, drawing, wait_for
+from tests.viewer.host import Peer, Session, drawing
+from tests.waiting import wait_for
 
 
 def seen(view: View, box: Box, aspect: float, rise: float, *more: tuple[float, float, float]) -> float:

@@ -13,7 +13,8 @@ from server.viewer.pacing import LATE_S, Pace
 from server.viewer.scene import Scene
 from server.viewer.viser_adapter.endpoint import Connection
 from tests.server.apart import run
-from tests.viewer.host import Peer, Session, Site, drawing, wait_for
+from tests.viewer.host import Peer, Session, Site, drawing
+from tests.waiting import wait_for
 
 
 class Line:

@@ -5,7 +5,8 @@ import time
 
 from pftrack.parameters import Value
 from server.schemas.panel import InForce
-from tests.viewer.host import DECLARATIONS, Peer, Session, Site, drawing, wait_for
+from tests.viewer.host import DECLARATIONS, Peer, Session, Site, drawing
+from tests.waiting import wait_for
 
 
 def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer) -> None:

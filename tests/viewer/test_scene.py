@@ -7,7 +7,8 @@ import numpy as np
 
 from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive
 from server.pictures import PictureEncoder
-from tests.viewer.host import Peer, Session, drawing, wait_for
+from tests.viewer.host import Peer, Session, drawing
+from tests.waiting import wait_for
 
 
 def points(peer: Peer) -> np.ndarray:

@@ -12,7 +12,8 @@ from pftrack.world import Viewpoint, World
 from server.viewer import bodies, worlds
 from server.viewer.camera import Box
 from server.viewer.shapes import FREE, Stance
-from tests.viewer.host import Peer, Session, drawing, wait_for
+from tests.viewer.host import Peer, Session, drawing
+from tests.waiting import wait_for
 
 BLUE = COLOURS["estimate"]
 SIDES = (

@@ -13,7 +13,8 @@ from websockets.typing import Origin
 
 from pftrack.drawing import Drawing, Picture, Points
 from server.flat.codec import decode
-from tests.server.host import Server, begin, steer, wait_for
+from tests.server.host import Server, begin, steer
+from tests.waiting import wait_for
 
 
 class Page:

@@ -9,7 +9,8 @@ import pytest
 
 from server.sessions.session import Session
 from server.sessions.worker_handle import WorkerLostError
-from tests.server.host import Server, begin, error_of, wait_for
+from tests.server.host import Server, begin, error_of
+from tests.waiting import wait_for
 
 
 class Gate:
