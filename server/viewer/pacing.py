@@ -10,8 +10,8 @@ frozen tab, is sent a few frames each time that the question is given up. While 
 A still scene is not asked: each question makes the browser draw for a while.
 """
 
+import asyncio
 import math
-import threading
 import time
 from collections.abc import Callable
 from typing import Protocol
@@ -75,7 +75,9 @@ class Pace:
 
 
 class Pacer:
-    """Asks the browsers for echoes, each in a thread of its own, and holds the connections of those that are late.
+    """Asks the browsers for echoes, and holds the connections of those that are late.
+
+    All methods belong to viser's loop.
 
     Args:
         on_release: Called when a browser has answered, so that it is held no longer, or has left.
@@ -84,92 +86,50 @@ class Pacer:
     def __init__(self, on_release: Callable[[], None] = lambda: None) -> None:
         self._on_release = on_release
         self._paces: dict[int, Pace] = {}
-        self._threads: list[threading.Thread] = []
-        self._changed = threading.Condition()
-        self._sent = 0
-        self._closed = False
+        self._frames: dict[int, asyncio.Event] = {}
+        self._askers: dict[int, asyncio.Task[None]] = {}
 
     @property
     def all_held(self) -> bool:
         """Whether there are browsers, and all of them are held: a frame would be sent to nobody."""
-        with self._changed:
-            return bool(self._paces) and all(pace.held for pace in self._paces.values())
+        return bool(self._paces) and all(pace.held for pace in self._paces.values())
 
     def sent(self) -> None:
         """Take note that a frame is on its way."""
-        with self._changed:
-            self._sent += 1
-            self._changed.notify_all()
-
-    def forget(self, client: int) -> None:
-        """Leave out a browser that has gone."""
-        with self._changed:
-            self._paces.pop(client, None)
-            self._changed.notify_all()
-        self._on_release()
+        for frame in self._frames.values():
+            frame.set()
 
     def watch(self, client: viser.ClientHandle) -> None:
-        """Ask a browser for echoes until it leaves.
-
-        It must not be asked by a thread of viser's pool: that one runs the callbacks of the controls, and browsers that
-        come and go quickly would use it up.
-        """
+        """Ask a browser for echoes until it leaves."""
         line = viser_adapter.connection_of(client)
         if line is None:
             return
-        pace = Pace(line)
-        thread = threading.Thread(target=self._ask, args=(client, pace), name=f"echo-{client.client_id}", daemon=True)
-        with self._changed:
-            self._paces[client.client_id] = pace
-            self._threads = [other for other in self._threads if other.is_alive()] + [thread]
-            thread.start()
+        name = client.client_id
+        self._paces[name], self._frames[name] = Pace(line), asyncio.Event()
+        asking = self._ask(client, self._paces[name], self._frames[name])
+        self._askers[name] = asyncio.create_task(asking)
+
+    def forget(self, client: int) -> None:
+        """Leave out a browser that has gone."""
+        if self._paces.pop(client, None) is not None:
+            del self._frames[client]
+            self._askers.pop(client).cancel()
+        self._on_release()
 
     def close(self) -> None:
         """Ask no more."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
+        for asker in self._askers.values():
+            asker.cancel()
 
-    def join(self) -> None:
-        """Wait until nobody is being asked; who waits for an answer notices within 0.1 s that its browser is gone."""
-        with self._changed:
-            threads = self._threads
-        for thread in threads:
-            thread.join(timeout=1.0)
-
-    def _ask(self, client: viser.ClientHandle, pace: Pace) -> None:
-        asked_after = 0
-        while (sent := self._next(client.client_id, asked_after)) is not None:
-            asked_after = sent
+    async def _ask(self, client: viser.ClientHandle, pace: Pace, frame: asyncio.Event) -> None:
+        while True:
+            await frame.wait()
+            frame.clear()
             begun = time.monotonic()
             pace.asked()
-            if _answers(client):
+            if await viser_adapter.echo(client, ANSWER_S):
                 pace.answered()
             else:
                 pace.silent()
             self._on_release()
-            with self._changed:
-                rest = begun + ECHO_EVERY_S - time.monotonic()
-                self._changed.wait_for(lambda: self._has_left(client.client_id), timeout=max(rest, 0.0))
-
-    def _next(self, client: int, asked_after: int) -> int | None:
-        """Wait for a frame after those already asked about; return how many there are, or None for the end."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._sent > asked_after or self._has_left(client))
-            return None if self._has_left(client) else self._sent
-
-    def _has_left(self, client: int) -> bool:
-        return self._closed or client not in self._paces
-
-
-def _answers(client: viser.ClientHandle) -> bool:
-    """Whether a browser answers in time."""
-    try:
-        client.local_storage.get_item("pftrack-echo", timeout=ANSWER_S)
-    except TimeoutError:
-        return False
-    except (RuntimeError, UserWarning):
-        # A browser that blocks its storage answers with an error, which is as good an echo as any. One that leaves at
-        # this very moment makes viser warn, which is an error where warnings are.
-        return True
-    return True
+            await asyncio.sleep(max(begun + ECHO_EVERY_S - time.monotonic(), 0.0))

@@ -122,18 +122,16 @@ class Viewer:
                 return
             self._closed = True
         self._wake()
-        self._pacer.close()
         concurrent.futures.wait([self._task], timeout=5.0)
         viser_adapter.stop(self._server)
-        self._pacer.join()
 
-    def _join(self, client: viser.ClientHandle) -> None:
+    async def _join(self, client: viser.ClientHandle) -> None:
         self._cameras.join(client)
         self._pacer.watch(client)
         self._due = 0.0
-        self._wake()
+        self._news.set()
 
-    def _leave(self, client: viser.ClientHandle) -> None:
+    async def _leave(self, client: viser.ClientHandle) -> None:
         self._pacer.forget(client.client_id)
         self._cameras.leave(client.client_id)
 
@@ -165,18 +163,28 @@ class Viewer:
             self._loop.call_soon_threadsafe(self._news.set)
 
     async def _work(self) -> None:
-        while not self._closed:
-            self._news.clear()
-            rest = self._panel.tend()
-            if not self._ask():
-                rest = HELD_S if rest is None else min(rest, HELD_S)
-            if self._newest or self._redraw:
-                # The pause comes before taking the drawing, so that what is sent after it is the newest.
-                rest = self._pause_s()
-                if rest <= 0.0:
-                    self._draw_newest()
-                    continue
-            await self._wait(rest)
+        try:
+            while not self._closed:
+                await self._wait(self._attend())
+        except Exception:
+            logger.exception("a scene is no longer drawn")
+        finally:
+            self._pacer.close()
+
+    def _attend(self) -> float | None:
+        """Do what is due; return after how many seconds to look again, or None if there is nothing to wait for."""
+        self._news.clear()
+        rest = self._panel.tend()
+        if not self._ask():
+            rest = HELD_S if rest is None else min(rest, HELD_S)
+        if not (self._newest or self._redraw):
+            return rest
+        # The pause comes before taking the drawing, so that what is sent after it is the newest.
+        pause = self._pause_s()
+        if pause > 0.0:
+            return pause
+        self._draw_newest()
+        return 0.0
 
     async def _wait(self, rest_s: float | None) -> None:
         """Wait for news, but no longer than this."""

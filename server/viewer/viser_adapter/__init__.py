@@ -3,6 +3,7 @@
 - `server`: how a viser server is started and stopped here
 - `endpoint`: connections to it within this process, in place of the port that viser would open
 - `loops`: the event loop in which it works, that of the web server
+- `echo`: a browser's answer, awaited in that loop
 - `clock`: no smoothing of the stream
 - `pictures`: pictures that are encoded already
 - `messages`: what a browser may say, and what viser must not hear
@@ -30,6 +31,7 @@ yet; how it is likely to differ is taken from what changed between 1.0.21 and 1.
 """
 
 from server.viewer.viser_adapter.client_page import CONTENT_SECURITY_POLICY, client_asset, client_page
+from server.viewer.viser_adapter.echo import echo
 from server.viewer.viser_adapter.endpoint import Connection, Endpoint
 from server.viewer.viser_adapter.messages import is_welcome
 from server.viewer.viser_adapter.pictures import add_jpeg, replace_jpeg
@@ -43,6 +45,7 @@ __all__ = [
     "client_asset",
     "client_page",
     "connection_of",
+    "echo",
     "is_welcome",
     "replace_jpeg",
     "start",
