@@ -36,8 +36,11 @@ CLOSE_INTERNAL_ERROR = 1011
 OPENING = "websockets.asyncio.server.serve("
 """How viser opens its port; it is looked up at each start of a server."""
 
-LEAVES_WITHIN = 2
-"""Messages, one of which carries the question: viser may have put the first together before it was asked."""
+LEAVES_WITHIN = 3
+"""Messages, one of which carries the question; it is asked together with a frame, and may leave before that.
+
+So a browser that answers before the next frame leaves is never held, however long that takes on a busy machine.
+"""
 
 Work = Coroutine[Any, Any, None]
 Handler = Callable[[Any], Work]
