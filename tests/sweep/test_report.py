@@ -178,8 +178,8 @@ def test_the_page_shows_a_cell_under_the_pointer(report: Report, chromium: objec
     folded = page.locator("#median_error_px")
     assert folded.locator(".bk-Figure").count() == 0
     folded.locator("summary").click()
-    folded.locator(".bk-Figure").nth(4).wait_for()
-    assert folded.locator(".bk-Figure").count() == 5
+    folded.locator(".bk-Figure").nth(3).wait_for()
+    assert folded.locator(".bk-Figure").count() == 4
     assert not faults
     page.close()
 

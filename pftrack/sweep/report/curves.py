@@ -83,7 +83,7 @@ def along(study: Study, axis: Axis, quantity: Quantity) -> Figure:
         _rates(panels[0], study, axis)
     else:
         _boxes(panels[0], study, axis, quantity)
-    panels[0].legend(frameon=False, fontsize=8)
+    panels[0].legend(fontsize=8, framealpha=0.8, edgecolor="none")
     title = quantity.title if quantity.name == "success" else f"{quantity.title}: quartiles, whiskers from 5 % to 95 %"
     panels[0].set_title(f"{title}; {quantity.better} is better", fontsize=10)
     if study.pairs:
@@ -129,7 +129,7 @@ def _differences(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> N
         panel.plot(positions[better], mean[better], "o", color=colour, markersize=5)
         panel.plot([], [], "o-", color=colour, markersize=5, label=name)
     panel.axhline(0, color=GREYS["frame"], linewidth=0.8)
-    panel.legend(frameon=False, fontsize=8)
+    panel.legend(fontsize=8, framealpha=0.8, edgecolor="none")
     unit = f", {quantity.unit}" if quantity.unit else ""
     _ticked(panel, study, axis, f"Difference{unit}, + if 1 is better")
     tested = f"{TEST_TITLES[pairs[0].test]} test at {study.level:g}"

@@ -99,12 +99,9 @@ def _section(study: Study, quantity: Quantity, tables: tuple[Table, ...]) -> str
         parts += [f"<h3>{TEST_TITLES[pairs[0].test]} test at {at}, each cell by itself</h3>"]
         parts += [_note(f"{ALONE} {APPLICABLE}" if pairs[0].test == "chi-square" else ALONE), _key()]
         parts.append(_plot(f"{quantity.name}-significance", code_maps(study, pairs, "none")))
-        corrected = study.exact if quantity.name == "success" else pairs
-        parts += [
-            f"<h3>{TEST_TITLES[corrected[0].test]} test at {at}, Holm's correction over the map</h3>",
-            _note(HOLM),
-        ]
-        parts.append(_plot(f"{quantity.name}-corrected", code_maps(study, corrected, "holm")))
+        if quantity.name == "success":
+            parts += [f"<h3>{TEST_TITLES['fisher']} test at {at}, Holm's correction over the map</h3>", _note(HOLM)]
+            parts.append(_plot("success-corrected", code_maps(study, study.exact, "holm")))
     parts += [_table(table, level=3) for table in tables if table.quantity == quantity.name]
     is_open = " open" if quantity.name in FIRST_SHOWN else ""
     summary = f"<summary><h2>{escape(quantity.label)}</h2>{_verdict(study, quantity)}</summary>"

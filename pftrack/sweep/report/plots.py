@@ -11,6 +11,7 @@ from bokeh.plotting import figure
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
+from pftrack.statistics import holm
 from pftrack.sweep.cells import CellMap, Code, Correction
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import Quantity
@@ -76,7 +77,7 @@ def difference_maps(study: Study, quantity: Quantity) -> Plot:
 
 def code_maps(study: Study, pairs: tuple[Comparison, ...], correction: Correction) -> Plot:
     """Return where the test finds one tracker of a pair better, in four colours."""
-    hover = [("", "@verdict"), ("p", "@p"), ("effect", "@effect{+0.000}")]
+    hover = [("", "@verdict"), ("p", "@p"), ("p after Holm", "@holm"), ("effect", "@effect{+0.000}")]
     plots = []
     for pair in pairs:
         found = pair.significance(study.level, correction)
@@ -85,7 +86,8 @@ def code_maps(study: Study, pairs: tuple[Comparison, ...], correction: Correctio
         columns = {
             "fill": np.array([CODES[code] for code in Code])[found.codes],
             "verdict": np.array(names)[found.codes],
-            "p": _p_values(found.p_values),
+            "p": _p_values(pair.p_values),
+            "holm": _p_values(holm(pair.p_values)),
             "effect": found.effect,
         }
         plots.append(_map(study, f"1: {pair.first}, 2: {pair.second}", columns, None, hover))
