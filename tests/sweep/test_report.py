@@ -5,11 +5,13 @@ import csv
 import gzip
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 import pytest
 from PIL import Image
 
@@ -28,7 +30,10 @@ from pftrack.sweep import (
     samples,
 )
 from pftrack.sweep.report import Report, write_report
+from pftrack.sweep.report.figures import figures
+from pftrack.sweep.report.page import page
 from pftrack.sweep.report.study import Study
+from pftrack.sweep.report.tables import tables
 from server.sweeps.results import Results
 
 
@@ -185,11 +190,42 @@ def test_the_page_shows_a_cell_under_the_pointer(report: Report, chromium: objec
 
 
 def test_one_axis_of_numbers_gives_boxes(tmp_path: Path) -> None:
-    """Over the number of particles errors are drawn as boxes, and there is no map of a single row."""
+    """Every quantity has a picture of boxes and, below, of differences; there is no map of a single row."""
     plan = Plan("ball", (Axis("sample_count", (20, 50, 100)),), ("h-spf", "s-spf"), trials=6, frames=10)
-    made = write_report(carry_out(plan, tmp_path / "n.parquet"), tmp_path / "out")
-    pictures = {f"{it.name}.png" for it in quantities(plan)}
-    assert {path.name for path in made.files} == pictures | {"curves.png", "tables.csv", "index.html"}
+    drawn = figures(Study.of(carry_out(plan, tmp_path / "n.parquet")))
+    assert set(drawn) == {"curves", *(it.name for it in quantities(plan))}
+    boxes, differences = drawn["median_error_px"]().axes
+    assert boxes.get_ylabel() == "Median error, px"
+    assert len(boxes.patches) == 2 * 3
+    assert differences.get_ylabel() == "Difference, px, + if 1 is better"
+    rates, _ = drawn["success"]().axes
+    assert not rates.patches
+
+
+class Lacking(Result):
+    """A result in which one tracker has no value of a measure."""
+
+    def pieces(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
+        for piece in super().pieces(columns):
+            if "inside_share" not in piece.column_names:
+                yield piece
+                continue
+            known = pc.not_equal(piece["tracker"], "condensation")
+            column = pc.if_else(known, piece["inside_share"], None)
+            yield piece.set_column(piece.column_names.index("inside_share"), "inside_share", column)
+
+
+def test_a_tracker_that_lacks_a_measure_is_not_compared_by_it(finished: Result) -> None:
+    """Its mean, difference and interval are blank and every cell is untested; the others are shown as they are."""
+    study = Study.of(Lacking(finished.plan, finished.files, complete=True))
+    made = tables(study)
+    means = {row[0]: row for row in made[1].rows}
+    assert means["condensation"][2] == ""
+    assert means["h-spf"][2] != ""
+    (compared,) = (table for table in made if table.quantity == "inside_share")
+    assert compared.rows[0][1:] == ("", "", "0", "Rank-sum", "not applicable", "0 (0)", "0 (0)", "0 (0)", "8")
+    assert len(figures(study)["inside_share"]().subfigs) == 3
+    assert "not applicable" in page(study, made)
 
 
 def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -> None:
