@@ -130,7 +130,8 @@ def save(run: Run, path: Path, *, states: bool = False, footage_path: str | None
             archive.writestr("run.json", describe(run, path=footage_path).model_dump_json(indent=1))
             archive.writestr("diagnostics.npz", _packed(_columns(run)))
             if states:
-                archive.writestr("states.npz", _packed(_states(run)))
+                # They are compressed within; a second time would gain nothing and take as long again.
+                archive.writestr("states.npz", _packed(_states(run)), zipfile.ZIP_STORED)
         settle(part, path)
     finally:
         part.unlink(missing_ok=True)

@@ -57,6 +57,7 @@ def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
             columns = dict(np.load(file))
         with archive.open("states.npz") as file:
             states = dict(np.load(file))
+        assert archive.getinfo("states.npz").compress_type == zipfile.ZIP_STORED  # compressed within, and only there
     assert columns["estimate"].tolist() == [list(row.estimate) for row in run.diagnostics]
     assert columns["series_samples"].tolist() == [list(row.vector("samples") or ()) for row in run.diagnostics]
     assert np.array_equal(states["states_20"], run.seek(20).state.particles.states)

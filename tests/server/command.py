@@ -22,6 +22,7 @@ for arguments, first, _ in json.load(sys.stdin):
     ours, theirs = os.pipe()
     child = os.fork()
     if not child:
+        os.dup2(theirs, 1)
         os.dup2(theirs, 2)
         signal.alarm(50)
         try:
