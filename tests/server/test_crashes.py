@@ -3,7 +3,7 @@
 import os
 import signal
 import sqlite3
-import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -77,11 +77,14 @@ class TestKilledWorkers:
     def test_a_request_under_way_is_answered(self, server: Server, client: httpx.Client) -> None:
         """A request that waits for a worker that dies is answered with a clear error."""
         session = begin(client, frames=20_000)
-        pid = server.pid_of(session["id"])
+        pid, waiting = server.pid_of(session["id"]), server.manager.get(session["id"]).worker._waiting
         os.kill(pid, signal.SIGSTOP)
-        threading.Timer(0.5, os.kill, (pid, signal.SIGKILL)).start()
-        answer = client.post(f"/api/v1/sessions/{session['id']}/transport", json={"action": "step"})
-        assert "killed" in error_of(answer, 503)["message"]
+        before = len(waiting)
+        with ThreadPoolExecutor(1) as pool:
+            answer = pool.submit(client.post, f"/api/v1/sessions/{session['id']}/transport", json={"action": "step"})
+            wait_for(lambda: len(waiting) > before, 30)
+            os.kill(pid, signal.SIGKILL)
+            assert "killed" in error_of(answer.result(), 503)["message"]
 
 
 class TestBudgets:

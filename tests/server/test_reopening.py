@@ -207,7 +207,7 @@ def test_a_freeze_of_everything_harms_nobody(tmp_path: Path) -> None:
         # Who is still silent after it is ended as ever.
         for each in others:
             each.suspend()
-        wait_for(lambda: state(client, session["id"]) == "crashed", 15)
+        wait_for(lambda: state(client, session["id"]) == "crashed", 60)
         for each in others:
             if each.is_running():
                 each.resume()

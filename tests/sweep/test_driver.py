@@ -145,7 +145,10 @@ PROGRAM = """
 import sys
 from pathlib import Path
 from pftrack.sweep import carry_out
-carry_out(None, Path(sys.argv[1]), jobs=2, progress=lambda progress: print(progress.done, flush=True))
+def tell(progress):
+    print(progress.done, flush=True)
+    if progress.done >= 10: sys.stdin.read()  # stays in the middle until it is killed
+carry_out(None, Path(sys.argv[1]), jobs=2, progress=tell)
 """
 
 
@@ -153,17 +156,22 @@ def test_a_killed_driver_loses_the_running_chunks_alone(plan: Plan, finished: Re
     """The driver is killed; its workers end by themselves, and another driver finishes to the same rows."""
     out = tmp_path / "driver.parquet"
     cut(plan, out, 2)
-    driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(out)], stdout=subprocess.PIPE, text=True)
+    driver = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, str(out)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert driver.stdin is not None
     assert driver.stdout is not None
     for line in driver.stdout:
         if int(line) >= 10:
             break
-    workers = psutil.Process(driver.pid).children()
+    (server,) = psutil.Process(driver.pid).children()
+    workers = server.children()
     driver.kill()
     driver.wait()
+    driver.stdin.close()
     driver.stdout.close()
-    gone, alive = psutil.wait_procs(workers, timeout=60)
-    assert gone
+    gone, alive = psutil.wait_procs([server, *workers], timeout=60)
+    assert len(gone) == 3
     assert not alive
     seen: list[Progress] = []
     result = carry_out(None, out, progress=seen.append)
