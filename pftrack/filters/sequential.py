@@ -122,6 +122,7 @@ def decorrelated(
             lower[i, k] = total / variances[k] if variances[k] > 0.0 else 0.0
             pivot -= lower[i, k] ** 2 * variances[k]
             independent[i] -= lower[i, k] * independent[k]
-            slopes[i] -= lower[i, k] * slopes[k]
+            for d in range(slopes.shape[1]):
+                slopes[i, d] -= lower[i, k] * slopes[k, d]
         variances[i] = max(pivot, SMALLEST_PIVOT * covariance[i, i])
     return independent, slopes, variances

@@ -241,8 +241,14 @@ def _slid(
         rows[height - 2 :].copy(), precisions[height - 2 :].copy(), second, gamma, first + height - 2
     )
     cameras, camera_spreads = np.empty((height, 4)), np.empty((height, 4, 4))
-    cameras[: height - 2], cameras[height - 2 :] = motion[2:], newest
-    camera_spreads[: height - 2], camera_spreads[height - 2 :] = spreads[2:], newest_spreads
+    for frame in range(height):
+        kept = frame < height - 2
+        for i in range(4):
+            cameras[frame, i] = motion[frame + 2, i] if kept else newest[frame - height + 2, i]
+            for j in range(4):
+                camera_spreads[frame, i, j] = (
+                    spreads[frame + 2, i, j] if kept else newest_spreads[frame - height + 2, i, j]
+                )
     shape, covariances = points_given(rows, precisions, cameras, camera_spreads)
     seen = _information(covariances)
     fresh = moments(shape, covariances)

@@ -195,7 +195,6 @@ def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np
     )
 
 
-@compiled
 def _taken(
     focal: float,
     start: NDArray[np.float64],
@@ -208,7 +207,10 @@ def _taken(
     rounds: int,
     camera_rounds: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]:
-    """Return shape, precision, camera and log evidence after a frame, given the belief before it."""
+    """Return shape, precision, camera and log evidence after a frame, given the belief before it.
+
+    Not compiled: it calls a dozen compiled functions a frame, each of which would be compiled into it once more.
+    """
     _, log_before = factorised(held)
     shape = start
     camera = settled(focal, before, shape, rows, precisions, before, turn_precision, camera_rounds)
@@ -216,9 +218,8 @@ def _taken(
         focal, camera, before, reference, shape, start, held, rows, precisions, turn_precision
     )
     for _ in range(rounds):
-        lower, _ = factorised(precision)
-        change = solved_from(lower, gradient)
-        if inner_product(change, gradient) < CLOSE:
+        change, gain = _newton_step(precision, gradient)
+        if gain < CLOSE:
             break
         better = False
         for _ in range(HALVINGS):
@@ -235,6 +236,14 @@ def _taken(
             break
     _, log_after = factorised(precision)
     return shape, precision, camera, -0.5 * (cost + log_after - log_before + log_camera)
+
+
+@compiled
+def _newton_step(precision: NDArray[np.float64], gradient: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Return the change that Newton's method proposes, and by how much it promises to lower the cost."""
+    lower, _ = factorised(precision)
+    change = solved_from(lower, gradient)
+    return change, inner_product(change, gradient)
 
 
 @compiled
