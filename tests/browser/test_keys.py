@@ -1,8 +1,6 @@
-"""The keyboard, in the page and from inside the scene's frame."""
+"""The keyboard; from inside the scene's frame it is tried in `test_lesson`."""
 
 from collections.abc import Callable
-
-import pytest
 
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
@@ -60,17 +58,6 @@ def test_enter_in_the_branch_dialog_branches(watch: Watch, server: Server) -> No
     shown.until(lambda: len(shown.session["branches"]) == 2, "there is a second branch")
     shown.page.locator("dialog").wait_for(state="detached")
     assert shown.session["branches"][1]["frame"] == 5
-
-
-@pytest.mark.scene
-def test_keys_work_from_inside_the_scene(watch: Watch) -> None:
-    """With the focus in the scene's frame the keys steer the run all the same."""
-    shown = watch()
-    shown.scene.locator("canvas[data-engine]").click(position={"x": 40, "y": 200})
-    shown.press("ArrowRight")
-    shown.stands_at(1)
-    shown.press("b")
-    shown.until(lambda: shown.page.inner_text(".amount") == "1", "the frame is bookmarked")
 
 
 def test_the_scrubber_goes_back_and_stays(watch: Watch, server: Server) -> None:

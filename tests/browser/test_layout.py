@@ -43,18 +43,6 @@ def test_the_picture_has_six_tenths_of_the_width(watch: Watch) -> None:
             assert page.evaluate(f"(e => e.scrollWidth - e.clientWidth)(document.querySelector('{selector}'))") <= 0
 
 
-@pytest.mark.scene
-def test_the_scene_leaves_the_picture_as_much(watch: Watch) -> None:
-    """What the 3-D scene's own panel leaves is six tenths of the page as well."""
-    shown = watch(seed=0, frames=None)
-    drawn = "document.querySelector('canvas[data-engine]').getBoundingClientRect().width"
-    panel = "document.querySelector('[data-dock-header]').getBoundingClientRect().left"
-    for width in (1280, 1000):
-        shown.page.set_viewport_size({"width": width, "height": 800})
-        share = f"parent.innerWidth === {width} && Math.min({drawn}, {panel}) >= {0.6 * width}"
-        shown.until(lambda share=share: shown.in_scene(share, False), "the picture has its share")
-
-
 def test_the_panel_folds_to_what_a_preset_is_about(watch: Watch) -> None:
     """At first there are the preset's few controls; one fold holds the others by group."""
     shown = watch(seed=0, frames=None)
@@ -101,9 +89,15 @@ def test_the_panel_keeps_its_folds(watch: Watch, server: Server) -> None:
 
 
 @pytest.mark.scene
-def test_the_panel_of_the_scene_keeps_its_folds(watch: Watch, server: Server) -> None:
-    """The same beside the 3-D scene, and in the flat view after it."""
+def test_the_panel_of_the_scene_leaves_room_and_keeps_its_folds(watch: Watch, server: Server) -> None:
+    """The 3-D scene's own panel leaves the picture as much, and keeps its folds, also in the flat view after it."""
     shown = watch(seed=0, frames=None)
+    drawn = "document.querySelector('canvas[data-engine]').getBoundingClientRect().width"
+    panel = "document.querySelector('[data-dock-header]').getBoundingClientRect().left"
+    for width in (1000, 1280):
+        shown.page.set_viewport_size({"width": width, "height": 800})
+        share = f"parent.innerWidth === {width} && Math.min({drawn}, {panel}) >= {0.6 * width}"
+        shown.until(lambda share=share: shown.in_scene(share, False), "the picture has its share")
     radius = shown.row("Ball radius (px)").locator("input.mantine-NumberInput-input")
     change_in_the_past(shown, server, 9)
     shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")

@@ -11,8 +11,12 @@ Watch = Callable[..., SessionPage]
 
 
 @pytest.mark.scene
-def test_the_page_shows_ball_particles_and_plots(watch: Watch) -> None:
-    """After a few steps the scene holds the ball and the particles, and each plot a line."""
+def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch) -> None:
+    """After a few steps the scene holds the ball and the particles, and each plot a line.
+
+    Moving the occluder's slider widens it in the next picture; the number of particles follows its own. With the focus
+    in the scene's frame the keys steer the run all the same.
+    """
     shown = watch()
     shown.until(lambda: shown.in_scene(BALL, False), "the ball is in the picture")
     assert shown.particles == shown.session["parameters"]["sample_count"]
@@ -25,11 +29,6 @@ def test_the_page_shows_ball_particles_and_plots(watch: Watch) -> None:
         "the plots hold 4 frames",
     )
 
-
-@pytest.mark.scene
-def test_sliders_of_the_panel_change_what_the_scene_shows(watch: Watch) -> None:
-    """Moving the occluder's slider widens it in the next picture; the number of particles follows its own."""
-    shown = watch()
     shown.until(lambda: 36 <= shown.occluder <= 44, "the occluder is 40 px wide")
     shown.slide("Occluder width (px)", 10)
     wide = shown.session["parameters"]["occlusion_width_px"]
@@ -40,7 +39,14 @@ def test_sliders_of_the_panel_change_what_the_scene_shows(watch: Watch) -> None:
     shown.page.click("button[aria-label^='One frame on']")
     shown.until(lambda: shown.particles == 300, "300 particles are in the scene")
     shown.until(lambda: abs(shown.occluder - wide) <= 4, f"the occluder is {wide} px wide")
-    assert [change["frame"] for change in shown.session["timeline"]].count(1) >= 1
+    assert [change["frame"] for change in shown.session["timeline"]].count(4) >= 1
+
+    shown.scene.locator("canvas[data-engine]").click(position={"x": 40, "y": 200})
+    at = shown.position
+    shown.press("ArrowRight")
+    shown.stands_at(at + 1)
+    shown.press("b")
+    shown.until(lambda: shown.page.inner_text(".amount") == "1", "the frame is bookmarked")
 
 
 def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, server: Server) -> None:
@@ -74,7 +80,6 @@ def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, se
     assert shown.lines[f"error {first}"] == 90
 
 
-@pytest.mark.scene
 def test_a_change_in_the_past_makes_a_branch(watch: Watch, server: Server) -> None:
     """The past is the past: a parameter changed there counts from there on, under a new name and colour."""
     shown = watch()
@@ -82,7 +87,9 @@ def test_a_change_in_the_past_makes_a_branch(watch: Watch, server: Server) -> No
     shown.stands_at(20)
     server.seek(shown.id, 10)
     shown.stands_at(10)
-    shown.type_number("Particles", 200)
+    particles = shown.page.locator(".controls").get_by_label("Particles", exact=True).first
+    particles.fill("200")
+    particles.press("Enter")
     shown.until(lambda: shown.page.locator(".chip").count() == 2, "two branches are listed")
     assert shown.session["branches"][1]["frame"] == 10
     shown.page.locator(".chip").first.click()
