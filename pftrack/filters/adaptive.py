@@ -85,18 +85,22 @@ class Features:
         return variances
 
 
-def begin(positions: NDArray[np.float64], spread_px: float, count: int, rng: Generator) -> Features:
-    """Begin with particles scattered around known positions, at rest.
+def begin(
+    positions: NDArray[np.float64], spread_px: float, count: int, rng: Generator, speed_px: float = 0.0
+) -> Features:
+    """Begin with particles scattered around known positions, at rest or with scattered speeds.
 
     Args:
         positions: (F, 2) px.
         spread_px: Standard deviation of the scatter.
         count: N, particles per feature.
         rng: The frame's generator.
+        speed_px: Standard deviation of the speeds, px per frame; at 0 nothing is drawn for them.
     """
     features = len(positions)
     scattered = positions[:, :, None] + spread_px * rng.standard_normal((features, 2, count))
-    fresh = Draw(np.concatenate([scattered, scattered], axis=1), np.zeros(features, np.int64))
+    before = scattered - speed_px * rng.standard_normal(scattered.shape) if speed_px > 0.0 else scattered
+    fresh = Draw(np.concatenate([scattered, before], axis=1), np.zeros(features, np.int64))
     return weigh(fresh, np.zeros((features, count)), rng)
 
 

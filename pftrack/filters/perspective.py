@@ -6,6 +6,7 @@ model is right about perspective and about an object that comes nearer, but not 
 predicted state (document 1, Appendix E, whose eq. A.39 is this linearisation, as corrected in specification 7).
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -36,6 +37,8 @@ class PerspectiveLayer:
         start: (6,) q at the beginning, rad and mm.
         principal_px: (2,) principal point.
         noise_sd: (6,) process noise, rad and mm per frame.
+        reach_rad: How far the object turns from where it was at the start (standard deviation), if it is held. Of a
+            pose that is well seen this says nothing; one that is not comes back instead of turning on and on.
     """
 
     points_mm: NDArray[np.float64]
@@ -43,6 +46,7 @@ class PerspectiveLayer:
     start: NDArray[np.float64]
     principal_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
     noise_sd: NDArray[np.float64] = field(default_factory=lambda: np.array(POSE_NOISE))
+    reach_rad: float = math.inf
 
     def __post_init__(self) -> None:
         """Keep what compiled code gets in the one form for which it is compiled."""
@@ -71,6 +75,9 @@ class PerspectiveLayer:
         mean, covariance = _observe(
             belief.mean, belief.covariance, self.points_mm, self.focal_px, self.principal_px, positions, variances
         )
+        if math.isfinite(self.reach_rad):
+            held = np.full(3, self.reach_rad**2)
+            mean, covariance, _ = condition(mean, covariance, -mean[:3], np.eye(3, 12), held)
         return Gaussian(mean, covariance)
 
     def pose(self, belief: Gaussian) -> Gaussian:

@@ -36,6 +36,7 @@ __all__ = [
     "luma",
     "renewed",
     "scaled_sizes",
+    "scored",
 ]
 
 SPREAD = 0.15
@@ -131,8 +132,12 @@ def log_likelihood(
     grey: NDArray[np.uint8], positions: NDArray[np.float64], templates: Templates, spread: float = SPREAD
 ) -> NDArray[np.float64]:
     """Return the log likelihood (F, N) of positions, finite throughout; arguments as for `correlations`."""
-    lack = correlations(grey, positions, templates) - 1.0
-    scores: NDArray[np.float64] = -0.5 * (lack / spread) ** 2
+    return scored(correlations(grey, positions, templates), spread)
+
+
+def scored(correlation: NDArray[np.float64], spread: float = SPREAD) -> NDArray[np.float64]:
+    """Return the log likelihood of correlations (eq. 4.11), of the same shape."""
+    scores: NDArray[np.float64] = -0.5 * ((correlation - 1.0) / spread) ** 2
     return scores
 
 

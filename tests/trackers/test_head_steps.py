@@ -1,6 +1,7 @@
 """Trackers of a head, step by step: what they say of a face that moves, is covered, or is seen in another light."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -132,13 +133,12 @@ def test_a_weight_of_hidden_features_is_a_floor() -> None:
     """Each particle's likelihood is that of its patch plus the weight, so that it never falls below that."""
     picture, points = grey(), POINTS[:, None] + np.array([[0.0, 0.0], [9.0, -7.0], [900.0, 0.0]])
     templates = memory(begun("pf-asd", parameters())).templates(np.zeros(3), by_pose=False)
-    plain, mixed = (
-        head._log_likelihood(picture, templates, parameters(hidden_weight=weight), points) for weight in (0.0, 0.1)
-    )
+    look = partial(template.correlations, picture, templates=templates)
+    plain, mixed = (head._log_likelihood(look, parameters(hidden_weight=weight), points) for weight in (0.0, 0.1))
     assert np.exp(mixed) == pytest.approx(np.exp(plain) + 0.1)
     assert plain[:, 0] == pytest.approx(np.zeros(11), abs=1e-6)
     assert mixed.min() >= np.log(0.1)
-    wider = head._log_likelihood(picture, templates, parameters(correlation_spread=0.3), points)
+    wider = head._log_likelihood(look, parameters(correlation_spread=0.3), points)
     assert wider == pytest.approx(plain / 4)
 
 

@@ -31,7 +31,7 @@ from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.step import camera_of
 from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 
-__all__ = ["RecordedHeadParameters", "on_video"]
+__all__ = ["RecordedHeadParameters", "defaults", "face_at", "on_video"]
 
 FRAME_RATE_HZ = 30.0
 """Of the document's pictures, for which its noise of motion was chosen."""
@@ -72,7 +72,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     if size <= 0.0:
         raise ValueError("the two eyes must be marked at different places")
     camera_of(mean_model(), found)
-    target = _target(found)
+    target = face_at(found)
     known = _relative(truth, first, sequence.frame_count)
 
     def open_source(seed: int, parameters: RecordedHeadParameters) -> RecordingSource:
@@ -83,11 +83,17 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
 
     # The face where it was found: it is not looked for again when the run is made again.
     footage = Footage.of(sequence, FacePoints.model_validate({"points": _named(found)}), first, truth)
-    return Setup(open_source, _parameters(size, sequence.frame_rate_hz), footage)
+    return Setup(open_source, defaults(found, sequence.frame_rate_hz), footage)
 
 
-def _parameters(size: float, frame_rate_hz: float) -> RecordedHeadParameters:
-    """Return the defaults for a face of this size, relative to the document's."""
+def defaults(points: NDArray[np.float64], frame_rate_hz: float) -> RecordedHeadParameters:
+    """Return the defaults for a recording of so many pictures a second, in the first of which a face is here.
+
+    Args:
+        points: (11, 2) its features, px; they say how large it is, relative to the document's.
+        frame_rate_hz: Of the recording.
+    """
+    size = eye_distance(points) / EYE_DISTANCE_PX
     motion = size * min(max(FRAME_RATE_HZ / frame_rate_hz, 0.5), 3.0)
     return revise(
         RecordedHeadParameters(),
@@ -97,6 +103,11 @@ def _parameters(size: float, frame_rate_hz: float) -> RecordedHeadParameters:
             "sd_floor_px": min(max(0.5 * size, 0.2), 20.0),
             "initial_sd_px": min(max(size, 0.2), 50.0),
             "camera_noise": min(max(motion, 0.05), 20.0),
+            # A change of speed between two pictures grows with the square of the time between them; degrees and mm do
+            # not follow the size of the face.
+            "pose_change_noise": min(max((FRAME_RATE_HZ / frame_rate_hz) ** 2, 0.25), 20.0),
+            "slack_px": min(max(8.0 * size, 0.5), 100.0),
+            "initial_speed_px": min(8.0 * motion, 100.0),
             "find_again": True,
         },
     )
@@ -114,8 +125,8 @@ def _check_points(points: NDArray[np.float64], size: tuple[int, int]) -> None:
             )
 
 
-def _target(points: NDArray[np.float64]) -> Target:
-    """Return the face in the first picture, with the mean face stretched over its features as its own."""
+def face_at(points: NDArray[np.float64]) -> Target:
+    """Return a face whose features (11, 2) px are here, with the mean face stretched over them as its own."""
     model = mean_model().points_mm
     flat = fit_similarity(points, model[:, :2])(points)
     own = FaceModel(np.column_stack([flat, model[:, 2]])).points_mm

@@ -17,6 +17,7 @@ from pftrack.detection.cascades import Box
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.likelihoods import template
+from pftrack.likelihoods.relief import Reliefs
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
 from pftrack.structure.growing import Growing
@@ -38,6 +39,7 @@ class Form(NamedTuple):
     template_scale: float
     restarts: int = 0
     starting_face: str = ""
+    templates: str = "flat"
 
     @property
     def learned_from(self) -> tuple[str, float, int, str]:
@@ -85,6 +87,7 @@ class HeadMemory:
         doubtful_frames: How many frames in a row were doubtful.
         lost_frames: For how many frames the face has been lost; 0 while it is tracked.
         growth: What is known of the person's own face, if the model grows.
+        reliefs: The templates in relief, if so asked for.
     """
 
     bank: TemplateBank
@@ -98,6 +101,7 @@ class HeadMemory:
     doubtful_frames: int = 0
     lost_frames: int = 0
     growth: Growing | None = None
+    reliefs: Reliefs | None = None
 
     @property
     def nbytes(self) -> int:

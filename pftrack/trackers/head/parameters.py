@@ -8,7 +8,13 @@ from pftrack.geometry.face_model import FEATURES as FEATURE_NAMES
 from pftrack.model_files.points import as_json, read_points
 from pftrack.parameters import ParameterError, parameter
 from pftrack.trackers.head.starting_face import starting_model
-from pftrack.trackers.pose.parameters import UPPER, PoseTrackerParameters, joint_particles, particles_per_feature
+from pftrack.trackers.pose.parameters import (
+    LAYERED,
+    UPPER,
+    PoseTrackerParameters,
+    joint_particles,
+    particles_per_feature,
+)
 
 __all__ = ["HeadTrackerParameters"]
 
@@ -65,6 +71,49 @@ class HeadTrackerParameters(PoseTrackerParameters):
         le=2,
         step=0.05,
         group=LOOK,
+    )
+    templates: Literal["flat", "relief"] = parameter(
+        "flat",
+        "Templates",
+        "Whether features are compared as they were seen at first, or laid onto the surface of a head and bent with it "
+        "as it turns (relief), which keeps them through fast and strong turns, best with the pinhole. In relief they "
+        "are neither renewed nor gathered by pose.",
+        group=LOOK,
+    )
+    slack_px: float = parameter(
+        8,
+        "Slack of the features",
+        "With templates in relief, how far a feature may be from where the head has it: so much wider is the head's "
+        "prediction, and features that are further away than that count for less.",
+        unit="px",
+        ge=0.5,
+        le=100,
+        step=0.5,
+        group=LOOK,
+        trackers=LAYERED,
+    )
+    initial_speed_px: float = parameter(
+        8,
+        "Initial speed",
+        "With templates in relief, how fast a head may already be moving where tracking begins, and where it is found "
+        "again: the standard deviation of its features' speed, each frame.",
+        unit="px",
+        ge=0,
+        le=100,
+        step=0.5,
+        group=LOOK,
+        trackers=LAYERED,
+    )
+    pose_change_noise: float = parameter(
+        1,
+        "Change of the turn",
+        "With templates in relief and the pinhole, how fast turning and moving may change, in place of the camera "
+        "noise: a multiple of 1 degree and 1 mm each frame.",
+        ge=0.05,
+        le=50,
+        step=0.05,
+        group=LOOK,
+        trackers=LAYERED,
     )
     template_renewal: float = parameter(
         0,
@@ -157,6 +206,21 @@ class HeadTrackerParameters(PoseTrackerParameters):
         accept=".json",
         group=GROWTH,
     )
+
+    @property
+    def pose_change(self) -> float:
+        """How fast the pose before a pinhole may change, as a multiple of the document's noise."""
+        return self.camera_noise if self.templates == "flat" else self.pose_change_noise
+
+    @property
+    def slack(self) -> float:
+        """How far a feature may be from where the head has it, px."""
+        return 0.0 if self.templates == "flat" else self.slack_px
+
+    @property
+    def speed_at_start(self) -> float:
+        """How fast features may already be moving where tracking begins, px a frame."""
+        return 0.0 if self.templates == "flat" else self.initial_speed_px
 
     @field_validator("starting_face")
     @classmethod

@@ -9,8 +9,10 @@ would have been there, and the pose goes on from where it was.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +25,15 @@ from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import affine_fit, affine_projection, pinhole, pinhole_jacobian
 from pftrack.geometry.face_model import FaceModel, fit_similarity, mean_model
 from pftrack.geometry.rotation import rotation
-from pftrack.likelihoods import template
+from pftrack.likelihoods import relief, template
+from pftrack.likelihoods.relief import Reliefs
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
 from pftrack.matrices import owned, product
 from pftrack.random import Purpose, Stream
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head import growth as face_growth
+from pftrack.trackers.head import reliefs
 from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, Form, HeadMemory, around, eye_distance, widened
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.reports import head_measurement, head_series
@@ -42,6 +46,9 @@ from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "camera_of"]
+
+Look: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""From positions (F, N, 2) px to correlations (F, N)."""
 
 LEAST_SCALE = 0.02
 """Of a camera, px/mm; what is smaller shows no face."""
@@ -61,6 +68,9 @@ MISFIT_SHARE = 0.8
 
 LEAST_CHANGE_MM = 0.2
 """A growing face makes another solid only when a coordinate of it has changed by this: less is seen by no template."""
+
+NECK_RAD = float(np.deg2rad(40.0))
+"""How far a head turns from where it was at first sight, as a standard deviation."""
 
 FIT_ROUNDS = 12
 FIT_NOISE = np.array([0.2, 0.2, 0.2, 200.0, 200.0, 400.0])
@@ -107,12 +117,13 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     if memory.lost:
         return _searched(method, state, grey, parameters, rng)
     templates = memory.templates(state.pose.mean, by_pose=parameters.templates_by_pose)
-    belief = pose.advance(state, partial(_log_likelihood, grey, templates, parameters), parameters, method, rng)
+    look = _look(state, grey, templates, parameters)
+    belief = pose.advance(state, partial(_log_likelihood, look, parameters), parameters, method, rng)
     angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
     switched = pose.switched(state.belief, belief)
     after = replace(state, belief=belief, pose=angles, switched=switched, calibration=calibration)
     means = after.feature_means
-    correlations = template.correlations(grey, means[:, None], templates)[:, 0]
+    correlations = look(means[:, None])[:, 0]
     recognised = correlations >= parameters.recognised_correlation
     misfit = memory.misfit(after.seen(after.solid.points_mm), means)
     doubtful = int(recognised.sum()) < parameters.least_recognised or misfit > parameters.largest_misfit
@@ -125,10 +136,20 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     return replace(after, memory=_learned(memory, grey, after, templates, parameters))
 
 
+def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, parameters: HeadTrackerParameters) -> Look:
+    """Return how well features look like their templates, flat ones or those in relief as the head will stand."""
+    bent = _memory(state).reliefs
+    if bent is None:
+        return lambda positions: template.correlations(grey, positions, templates)
+    views = relief.seen(bent, pose.slopes(state, parameters))
+    detail = reliefs.detail(grey, _memory(state).sight)
+    return lambda positions: relief.correlations(detail, positions, views)
+
+
 def _log_likelihood(
-    grey: NDArray[np.uint8], templates: Templates, parameters: HeadTrackerParameters, positions: NDArray[np.float64]
+    look: Look, parameters: HeadTrackerParameters, positions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    scores = template.log_likelihood(grey, positions, templates, parameters.correlation_spread)
+    scores = template.scored(look(positions), parameters.correlation_spread)
     if parameters.hidden_weight > 0.0:
         scores = logarithm(exponential(scores) + parameters.hidden_weight)
     return scores
@@ -144,7 +165,8 @@ def _begun(
     model = _model(sight, form, growth)
     solid, turn = _solid(sight, model, form)
     belief = pose.begin(solid, points_px, parameters, method, rng)
-    memory = HeadMemory(bank, sight, form, model, turn, around(points_px), growth=growth)
+    relief_templates = _reliefs(sight, model, form, solid, turn)
+    memory = HeadMemory(bank, sight, form, model, turn, around(points_px), growth=growth, reliefs=relief_templates)
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), memory=memory)
 
 
@@ -156,13 +178,14 @@ def _formed(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     if form.template_scale != memory.form.template_scale:
         bank = TemplateBank.begin(memory.sight.templates(form.template_scale))
         memory = replace(memory, bank=bank, form=memory.form._replace(template_scale=form.template_scale))
-    if form == memory.form:
+    if form == memory.form and form.templates == "flat":
         return replace(state, memory=memory)
     kept = memory.growth is not None and form.learned_from == memory.form.learned_from
     growth = memory.growth if kept else _growth(memory.sight, form, parameters)
     model = _model(memory.sight, form, growth)
     solid, turn = _solid(memory.sight, model, form, memory.enlarged)
-    memory = replace(memory, form=form, model=model, turn=turn, growth=growth)
+    relief_templates = _reliefs(memory.sight, model, form, solid, turn)
+    memory = replace(memory, form=form, model=model, turn=turn, growth=growth, reliefs=relief_templates)
     return replace(pose.transferred(state, solid, parameters), memory=memory)
 
 
@@ -186,7 +209,17 @@ def _form(parameters: HeadTrackerParameters) -> Form:
         parameters.template_scale,
         parameters.model_restarts if grows else 0,
         parameters.starting_face if grows else "",
+        parameters.templates,
     )
+
+
+def _reliefs(
+    sight: FirstSight, model: FaceModel, form: Form, solid: Solid, turn: NDArray[np.float64]
+) -> Reliefs | None:
+    """Return the templates in relief, if so asked for."""
+    if form.templates == "flat":
+        return None
+    return reliefs.cut(sight, form.template_scale, model, solid, turn, form.upper_layer)
 
 
 def _growth(sight: FirstSight, form: Form, parameters: HeadTrackerParameters) -> Growing | None:
@@ -214,7 +247,9 @@ def _solid(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.
         points_mm, seen_px = owned(model.points_mm), affine_projection(camera, model.points_mm)
         known = pinned(points_mm, points_px, seen_px, np.tile(camera[:, :3], (len(points_px), 1, 1)))
         camera[:, :3] *= enlarged
-        solid = Solid(model.points_mm, camera, focal_px, principal_px, place, known, doubt, MISFIT_SHARE)
+        solid = Solid(
+            _where(model.points_mm, known, form), camera, focal_px, principal_px, place, known, doubt, MISFIT_SHARE
+        )
         return solid, np.eye(3)
     theta, place = _fitted(model.points_mm, points_px, focal_px, principal_px, place)
     turn = rotation(theta)
@@ -222,7 +257,14 @@ def _solid(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.
     points_mm = product(model.points_mm, turn.T)
     expected, slopes = pinhole(points_mm + place, focal_px), pinhole_jacobian(points_mm + place, focal_px)
     known = pinned(owned(points_mm), points_px - principal_px, expected, slopes)
-    return Solid(points_mm, camera, focal_px, principal_px, place, known, doubt, MISFIT_SHARE), turn
+    points_mm = _where(points_mm, known, form)
+    reach = math.inf if form.templates == "flat" else NECK_RAD
+    return Solid(points_mm, camera, focal_px, principal_px, place, known, doubt, MISFIT_SHARE, reach), turn
+
+
+def _where(points_mm: NDArray[np.float64], pinned_mm: NDArray[np.float64], form: Form) -> NDArray[np.float64]:
+    """Return the points of the solid: templates in relief know where each of them is at first sight."""
+    return points_mm if form.templates == "flat" else pinned_mm
 
 
 def _fitted(
@@ -272,7 +314,7 @@ def _resumed(
     memory = _memory(state)
     moved = fit_similarity(memory.sight.points_px, points_px)
     growth = None if memory.growth is None else face_growth.again(memory.growth)
-    if not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
+    if memory.reliefs is None and not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
         return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng, growth)
     solid, turn = _solid(memory.sight, memory.model, memory.form, moved.scale)
     roll = math.atan2(moved.rotation[1, 0], moved.rotation[0, 0])
@@ -298,8 +340,10 @@ def _learned(
     templates: Templates,
     parameters: HeadTrackerParameters,
 ) -> HeadMemory:
-    """Renew templates, or gather those of this pose, if so asked for."""
+    """Renew flat templates, or gather those of this pose, if so asked for."""
     bank = memory.bank
+    if memory.reliefs is not None:
+        return memory
     if parameters.templates_by_pose:
         bank = bank.learn(grey, state.feature_means, state.pose.mean, float(memory.correlations.mean()))
     elif parameters.template_renewal > 0.0 and not memory.doubtful_frames:

@@ -11,13 +11,14 @@ by the same step.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters import adaptive
+from pftrack.elementary import exponential
+from pftrack.filters import adaptive, consensus
 from pftrack.filters.adaptive import Draw, Features
 from pftrack.filters.layers import Projection, UpperLayer
 from pftrack.gaussian import Gaussian
@@ -28,6 +29,18 @@ from pftrack.random import Generator
 __all__ = ["FeatureLikelihood", "Layered", "Proposed", "Settings", "begin", "conclude", "propose", "step"]
 
 S = TypeVar("S")
+
+DOUBT = 0.25
+"""By so much the log variance of a feature grows as its best log likelihood falls below that of a perfect match."""
+
+FURTHER_LOOKS = 2
+"""At most, at a frame of which the prediction is unsure."""
+
+UNSURE = 2.0
+"""A prediction of which the variance is this many times that of the slack, the slack included."""
+
+LEAST_LOG_LIKELIHOOD = -40.0
+"""What is less likely is doubted no more than this."""
 
 FeatureLikelihood: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """From positions (F, N, 2) px to log likelihoods (F, N), up to a constant for each feature."""
@@ -42,12 +55,14 @@ class Settings:
         noise_sd_px: b_f, process noise of the features' own dynamics, px per frame.
         sd_floor_px: Smallest standard deviation with which a feature's mean is given to the upper layer.
         learning: How the ratios are adapted, or None to keep them as they are.
+        slack_px: How far a feature may be from where the solid has it; 0 for not at all.
     """
 
     sample_count: int = 50
     noise_sd_px: float = 5.0
     sd_floor_px: float = 0.5
     learning: mixture_em.Settings | None = mixture_em.Settings()  # noqa: RUF009 - it is frozen
+    slack_px: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +92,13 @@ class Proposed(Generic[S]):
         drawn: The particles.
         upper: The upper layer's predicted belief.
         projection: Where it expects the features.
+        expected: (F, 2) px, where a first look at the frame has found the solid's points; None before it.
     """
 
     drawn: Draw
     upper: S
     projection: Projection
+    expected: NDArray[np.float64] | None = None
 
 
 def begin(
@@ -93,6 +110,7 @@ def begin(
     *,
     ratio: float = 0.5,
     spread_px: float = 1.0,
+    speed_px: float = 0.0,
 ) -> Layered[S]:
     """Begin at known positions.
 
@@ -104,8 +122,9 @@ def begin(
         rng: The frame's generator.
         ratio: alpha of all features; with `settings.learning` None it stays.
         spread_px: Standard deviation of the particles around the positions.
+        speed_px: Standard deviation of their speed, px per frame.
     """
-    features = adaptive.begin(positions, spread_px, settings.sample_count, rng)
+    features = adaptive.begin(positions, spread_px, settings.sample_count, rng, speed_px)
     return Layered(features, belief, mixture_em.begin(len(positions), ratio), layer.pose(belief))
 
 
@@ -118,17 +137,45 @@ def step(
 ) -> Layered[S]:
     """Advance by one observation, given the likelihood of positions in it."""
     proposed = propose(state, layer, settings, rng)
-    return conclude(state, proposed, layer, log_likelihood(proposed.drawn.positions), settings, rng)
+    after = conclude(state, proposed, layer, log_likelihood(proposed.drawn.positions), settings, rng)
+    if settings.slack_px > 0.0:
+        for _ in range(FURTHER_LOOKS):
+            if proposed.projection.variances.mean() < UNSURE * settings.slack_px**2:
+                break
+            again = _closer(proposed, after, layer, settings, rng)
+            after = conclude(state, again, layer, log_likelihood(again.drawn.positions), settings, rng)
+    return after
 
 
 def propose(state: Layered[S], layer: UpperLayer[S], settings: Settings, rng: Generator) -> Proposed[S]:
     """Predict the upper layer and draw the features' particles: the half of a step before the observation."""
     upper = layer.predict(state.upper)
     projection = layer.project(upper)
+    if settings.slack_px > 0.0:
+        projection = _slackened(projection, settings)
     drawn = adaptive.draw(
         state.features, projection, state.mixture.ratios, settings.noise_sd_px, settings.sample_count, rng
     )
     return Proposed(drawn, upper, projection)
+
+
+def _closer(
+    proposed: Proposed[S], after: Layered[S], layer: UpperLayer[S], settings: Settings, rng: Generator
+) -> Proposed[S]:
+    """Draw all particles once more, where a first look at the same frame has found the solid to be.
+
+    Where the prediction is unsure, as in the first frame of a head that is already moving, fifty particles in so wide a
+    place find some of the features and mistake others. The prediction that is updated stays what it was.
+    """
+    found = _slackened(layer.project(after.upper), settings)
+    ratios = np.ones(len(found.means))
+    drawn = adaptive.draw(after.features, found, ratios, settings.noise_sd_px, settings.sample_count, rng)
+    return replace(proposed, drawn=drawn, expected=found.positions)
+
+
+def _slackened(projection: Projection, settings: Settings) -> Projection:
+    """Return a prediction wider by the slack; a feature that is off its place now was so in the last frame."""
+    return replace(projection, covariances=projection.covariances + settings.slack_px**2)
 
 
 def conclude(
@@ -161,6 +208,38 @@ def conclude(
             settings.noise_sd_px,
             settings.learning,
         )
-    variances = np.maximum(features.variances, settings.sd_floor_px**2)
-    upper = layer.update(proposed.upper, features.means, variances, rng)
+    if settings.slack_px > 0.0:
+        upper = _agreed(proposed, layer, features, log_likelihoods, settings, rng)
+    else:
+        variances = np.maximum(features.variances, settings.sd_floor_px**2)
+        upper = layer.update(proposed.upper, features.means, variances, rng)
     return Layered(features, upper, mixture, layer.pose(upper), proposed.projection)
+
+
+def _agreed(
+    proposed: Proposed[S],
+    layer: UpperLayer[S],
+    features: Features,
+    log_likelihoods: NDArray[np.float64],
+    settings: Settings,
+    rng: Generator,
+) -> S:
+    """Update the upper layer by the features that agree with it; one whose particles are all alike likely says nothing.
+
+    At first only the middle of the features is taken from the picture, for the prediction is off by the same for all.
+    """
+    telling = np.ptp(log_likelihoods, axis=1) > 0.0
+    expected = proposed.projection.positions if proposed.expected is None else proposed.expected
+    if proposed.expected is None and telling.any():
+        expected = expected + np.median((features.means - expected)[telling], axis=0)
+    doubts = exponential(-DOUBT * np.maximum(log_likelihoods.max(axis=1), LEAST_LOG_LIKELIHOOD))
+    upper = proposed.upper
+    for _ in range(consensus.ROUNDS):
+        means, variances = consensus.agreeing(
+            features.positions, features.log_weights, expected, settings.slack_px, settings.sd_floor_px
+        )
+        variances *= doubts[:, None]
+        variances[~telling] = consensus.NOTHING_KNOWN_PX2
+        upper = layer.update(proposed.upper, means, variances, rng)
+        expected = layer.project(upper).positions
+    return upper

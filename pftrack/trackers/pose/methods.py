@@ -17,6 +17,7 @@ from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.gaussian import Gaussian
+from pftrack.geometry.camera import pinhole_jacobian
 from pftrack.geometry.rotation import rotation
 from pftrack.learning import mixture_em
 from pftrack.matrices import least_squares, product
@@ -28,7 +29,7 @@ from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["METHODS", "Method", "advance", "begin", "switched", "transferred", "translation"]
+__all__ = ["METHODS", "Method", "advance", "begin", "slopes", "slopes_at", "switched", "transferred", "translation"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 
@@ -118,6 +119,22 @@ def transferred(state: PoseState, solid: Solid, parameters: PoseTrackerParameter
     return replace(state, solid=solid, belief=kept)
 
 
+def slopes(state: PoseState, parameters: PoseTrackerParameters) -> NDArray[np.float64]:
+    """Return by how many px a mm of the solid's frame will move a point beside each of its points, (F, 2, 3)."""
+    belief, solid = state.belief, state.solid
+    if isinstance(belief, PerspectiveLayers):
+        layer = _layer(solid, parameters)
+        return slopes_at(solid, layer.predict(belief.layers.upper).mean[:6])
+    return np.tile(belief.camera(solid)[:, :3], (len(solid.points_mm), 1, 1))
+
+
+def slopes_at(solid: Solid, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the same for a pinhole before which the solid has angles and place q (6,), rad and mm."""
+    turn = rotation(q[:3])
+    seen = product(solid.points_mm, turn.T) + q[3:]
+    return product(pinhole_jacobian(seen, float(solid.focal_px)).reshape(-1, 3), turn).reshape(-1, 2, 3)
+
+
 def switched(before: Belief, after: Belief) -> bool:
     """Return whether a feature went over from trusting one prediction more to trusting the other."""
     one, other = before.follows_solid, after.follows_solid
@@ -168,6 +185,7 @@ def _begun(
         rng,
         ratio=RATIOS[method],
         spread_px=parameters.initial_sd_px if spread_px is None else spread_px,
+        speed_px=parameters.speed_at_start,
     )
     return _layers(begun, parameters)
 
@@ -188,7 +206,13 @@ def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Sett
     learning = None
     if method == "pf-asd":
         learning = mixture_em.Settings(parameters.forgetting, parameters.alpha_clip, parameters.lower_density)
-    return layered.Settings(parameters.sample_count, parameters.feature_noise_px, parameters.sd_floor_px, learning)
+    return layered.Settings(
+        parameters.sample_count,
+        parameters.feature_noise_px,
+        parameters.sd_floor_px,
+        learning,
+        parameters.slack,
+    )
 
 
 def _steered(mixture: mixture_em.Mixture, parameters: PoseTrackerParameters, method: Method) -> mixture_em.Mixture:
@@ -202,8 +226,8 @@ def _layer(solid: Solid, parameters: PoseTrackerParameters) -> UpperLayer[Any]:
     if parameters.upper_layer == "affine":
         return _affine(solid, parameters)
     start = np.concatenate([np.zeros(3), solid.translation_mm])
-    noise = parameters.camera_noise * np.array(POSE_NOISE)
-    return PerspectiveLayer(solid.points_mm, solid.focal_px, start, solid.principal_px, noise)
+    noise = parameters.pose_change * np.array(POSE_NOISE)
+    return PerspectiveLayer(solid.points_mm, solid.focal_px, start, solid.principal_px, noise, solid.reach_rad)
 
 
 def _affine(solid: Solid, parameters: PoseTrackerParameters) -> AffineLayer:
@@ -222,12 +246,22 @@ def _upper(
 ) -> AffineBelief | Gaussian:
     """Return the belief of the upper layer in a solid of this pose whose features are here."""
     initial = _layer(solid, parameters).begin()
+    speed_px = parameters.speed_at_start
+    reach_mm = float(np.sqrt(np.square(solid.points_mm - solid.points_mm.mean(axis=0)).sum(axis=1).mean()))
     if isinstance(initial, AffineBelief):
-        return AffineBelief(np.tile(_camera(solid, positions, pose.mean), 2), initial.covariance, pose)
+        spread = initial.covariance
+        if speed_px > 0.0:
+            spread = spread.copy()
+            spread[:, 4:, 4:] += np.diag(np.square([speed_px / reach_mm] * 3 + [speed_px]))
+        return AffineBelief(np.tile(_camera(solid, positions, pose.mean), 2), spread, pose)
     turned = product(solid.points_mm, rotation(pose.mean).T)
     place = translation(turned, positions, solid.focal_px, solid.principal_px)
     covariance = initial.covariance.copy()
     covariance[:3, :3] = np.maximum(covariance[:3, :3], pose.covariance)
+    if speed_px > 0.0:
+        # The place may move by what moves the points that fast; so may a turn about their middle.
+        speed_mm = speed_px * max(float(place[2]), 1.0) / solid.focal_px
+        covariance[6:, 6:] += np.diag(np.square([speed_mm / reach_mm] * 3 + [speed_mm] * 3))
     return Gaussian(np.tile(np.concatenate([pose.mean, place]), 2), covariance)
 
 

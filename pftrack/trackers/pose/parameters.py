@@ -170,3 +170,18 @@ class PoseTrackerParameters(Parameters):
         group=SCORING,
     )
     lost_share: float = loss_share(0.1, group=SCORING)
+
+    @property
+    def pose_change(self) -> float:
+        """How fast the pose before a pinhole may change, as a multiple of the document's noise."""
+        return self.camera_noise
+
+    @property
+    def slack(self) -> float:
+        """How far a point may be from where the solid has it, px; in the document it is there."""
+        return 0.0
+
+    @property
+    def speed_at_start(self) -> float:
+        """How fast points may already be moving where tracking begins, px a frame; in the document they are at rest."""
+        return 0.0

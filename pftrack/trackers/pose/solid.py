@@ -1,5 +1,6 @@
 """What is known beforehand of a solid that is tracked by its points, and of the camera before which it is."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ class Solid:
         translation_mm: (3,) where the origin of its frame was at the start, in the camera's frame.
         pinned_mm: (F, 3) the points moved to where they were seen at the start; None if shape and camera are known.
         depth_doubt: By which share its depth, along the line of sight of the start, may be wrong (standard deviation).
+        reach_rad: How far it turns from the start (standard deviation), if it is held; a pinhole's layer uses it.
         misfit_share: Which share of the variance with which its points do not fit it concerns its pose.
     """
 
@@ -31,6 +33,7 @@ class Solid:
     pinned_mm: NDArray[np.float64] | None = None
     depth_doubt: float = 0.0
     misfit_share: float = 1.0
+    reach_rad: float = math.inf
 
     @property
     def scale(self) -> float:

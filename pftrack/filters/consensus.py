@@ -1,0 +1,78 @@
+"""Features of which some are elsewhere: an upper layer that listens to those that agree with it.
+
+The mean of a feature's particles is its place only if the feature is where the template fits best. A template that has
+slipped onto a cheek is sure of itself and wrong, and one such feature pulls the whole solid, which is then wrong about
+all others. Here a feature is within some slack of where the solid has it, with the long tails of a t distribution. So
+each particle is weighed by that too, and what a feature says is the mean of what is left, believed the less the less
+is left. The solid is then estimated again, and the weighing repeated: the iterated reweighting by which t-distributed
+errors are fitted (Lange, Little & Taylor, Journal of the American Statistical Association 84, 1989).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.elementary import exponentials
+
+__all__ = ["ROUNDS", "agreeing"]
+
+ROUNDS = 3
+"""Estimates of the solid, each from the features as the last one weighs them."""
+
+FREEDOM = 2.0
+"""Degrees of freedom of the tails."""
+
+LEAST_AGREEMENT = 1e-3
+"""A feature that agrees less counts as if it agreed as much as this."""
+
+NOTHING_KNOWN_PX2 = 1e8
+"""Variance of a feature that the picture says nothing of."""
+
+
+def agreeing(
+    positions: NDArray[np.float64],
+    log_weights: NDArray[np.float64],
+    expected: NDArray[np.float64],
+    slack_px: float,
+    sd_floor_px: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what features say as far as they agree with a solid: means (F, 2) px and variances (F, 2) px^2.
+
+    Args:
+        positions: (F, N, 2) px of particles.
+        log_weights: (F, N), normalised by feature.
+        expected: (F, 2) px, where the solid has the features.
+        slack_px: How far a feature is from there.
+        sd_floor_px: Smallest standard deviation of what a feature says.
+    """
+    at, where = np.ascontiguousarray(positions), np.ascontiguousarray(expected)
+    return _agreeing(at, log_weights, where, float(slack_px), float(sd_floor_px))
+
+
+@compiled
+def _agreeing(
+    positions: NDArray[np.float64],
+    log_weights: NDArray[np.float64],
+    expected: NDArray[np.float64],
+    slack: float,
+    sd_floor: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    features, count, _ = positions.shape
+    means, variances = np.empty((features, 2)), np.empty((features, 2))
+    for n in range(features):
+        weights = exponentials(log_weights[n])
+        agreement = 0.0
+        for i in range(count):
+            across, down = positions[n, i, 0] - expected[n, 0], positions[n, i, 1] - expected[n, 1]
+            near = 1.0 + (across * across + down * down) / (FREEDOM * slack * slack)
+            weights[i] /= near * near
+            agreement += weights[i]
+        for axis in range(2):
+            mean, spread = 0.0, 0.0
+            for i in range(count):
+                mean += weights[i] * positions[n, i, axis] / agreement
+            for i in range(count):
+                spread += weights[i] * (positions[n, i, axis] - mean) ** 2 / agreement
+            means[n, axis] = mean
+            variances[n, axis] = max(spread, sd_floor * sd_floor) / max(agreement, LEAST_AGREEMENT)
+    return means, variances

@@ -1,0 +1,84 @@
+"""Templates in relief: what a feature looks like once the surface that it lies on has turned."""
+
+import numpy as np
+import pytest
+
+from pftrack.likelihoods import relief
+from pftrack.likelihoods.relief import Reliefs
+
+SIDE = 15
+FRONTAL = np.array([[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
+PLACE = np.array([[[60.0, 50.0]]])
+
+
+def plate(levels: np.ndarray | None = None) -> Reliefs:
+    """One feature in the middle of a plate that faces the camera, a px a mm."""
+    x, y = np.meshgrid(np.arange(SIDE) - SIDE // 2, np.arange(SIDE) - SIDE // 2)
+    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1).astype(float)
+    known = pattern(points) if levels is None else levels
+    return Reliefs(points, np.tile([0.0, 0.0, -1.0], (len(points), 1)), known, np.array([0, len(points)]))
+
+
+def pattern(points: np.ndarray) -> np.ndarray:
+    return np.round(128 + 60 * np.sin(0.7 * points[:, 0]) + 50 * np.cos(0.9 * points[:, 1] + 0.3 * points[:, 0]))
+
+
+def picture(slopes: np.ndarray, size: tuple[int, int] = (100, 120)) -> np.ndarray:
+    """The plate as it is seen by a camera with these slopes (2, 3), about `PLACE`."""
+    rows, columns = np.mgrid[: size[0], : size[1]]
+    off = np.stack([columns - PLACE[0, 0, 0], rows - PLACE[0, 0, 1]], axis=-1).reshape(-1, 2)
+    flat = off @ np.linalg.inv(slopes[:, :2]).T
+    return pattern(flat).reshape(size).clip(0, 255).astype(np.uint8)
+
+
+def turned(degrees: float, scale: float = 1.0) -> np.ndarray:
+    turn = np.deg2rad(degrees)
+    return scale * np.array([[[np.cos(turn), 0.0, np.sin(turn)], [0.0, 1.0, 0.0]]])
+
+
+def test_as_it_was_seen_it_fits() -> None:
+    views = relief.seen(plate(), FRONTAL)
+    assert relief.correlations(picture(FRONTAL[0]), PLACE, views)[0, 0] == pytest.approx(1.0, abs=1e-6)
+    assert views.levels.sum() == pytest.approx(0.0, abs=1e-9)
+    assert np.square(views.levels).sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("degrees", "scale"), [(45.0, 1.0), (-50.0, 1.2), (0.0, 1.5)])
+def test_bent_with_the_surface_it_fits_where_a_flat_one_does_not(degrees: float, scale: float) -> None:
+    slopes = turned(degrees, scale)
+    seen = picture(slopes[0])
+    bent = relief.correlations(seen, PLACE, relief.seen(plate(), slopes))[0, 0]
+    flat = relief.correlations(seen, PLACE, relief.seen(plate(), FRONTAL))[0, 0]
+    assert bent > 0.85
+    assert flat < 0.75
+
+
+def test_gain_and_offset_change_nothing() -> None:
+    seen = picture(FRONTAL[0]).astype(float)
+    views = relief.seen(plate(), FRONTAL)
+    darker = (0.5 * seen + 20).astype(np.uint8)
+    assert relief.correlations(darker, PLACE, views)[0, 0] > 0.999
+
+
+def test_what_has_turned_away_says_nothing() -> None:
+    """Seen from the edge or from behind there is no template, and every place is as good as any other."""
+    for degrees in (85.0, 180.0):
+        views = relief.seen(plate(), turned(degrees))
+        assert np.diff(views.ends).tolist() == [0]
+        assert (relief.correlations(picture(FRONTAL[0]), PLACE, views) == 0.0).all()
+
+
+def test_what_has_no_contrast_says_nothing() -> None:
+    views = relief.seen(plate(np.full(SIDE * SIDE, 90.0)), FRONTAL)
+    assert np.diff(views.ends).tolist() == [0]
+
+
+@pytest.mark.parametrize("place", [(3.0, 50.0), (60.0, 97.0), (-1e9, 0.0), (np.nan, 20.0), (np.inf, 20.0)])
+def test_beyond_the_picture_nothing_fits(place: tuple[float, float]) -> None:
+    views = relief.seen(plate(), FRONTAL)
+    assert relief.correlations(picture(FRONTAL[0]), np.array([[place]]), views)[0, 0] == -1.0
+
+
+def test_a_flat_picture_fits_nothing() -> None:
+    views = relief.seen(plate(), FRONTAL)
+    assert relief.correlations(np.full((100, 120), 77, np.uint8), PLACE, views)[0, 0] == -1.0
