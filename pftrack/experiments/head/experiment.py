@@ -248,6 +248,17 @@ EXPERIMENT = Experiment(
             watch=("Watch frame 76: the head moves twice as fast, the error rises to 6 degrees, and the pose is kept."),
         ),
         Preset(
+            "relief",
+            "works: fast turns, templates in relief",
+            "pf-asd",
+            {"speed": 4, "templates": "relief", "upper_layer": "perspective"},
+            about=("slack_px", "face_model"),
+            watch=(
+                "Watch frames 15 to 80: the head moves four times as fast, and its templates turn with it. With "
+                "*Templates* on *flat* the pose is lost at frame 15."
+            ),
+        ),
+        Preset(
             "solid",
             "breaks: a faster head, solid only",
             "alpha-1",

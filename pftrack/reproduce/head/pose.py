@@ -27,6 +27,7 @@ from pftrack.reproduce.head.curves import curves
 from pftrack.reproduce.head.figures import draw
 from pftrack.reproduce.head.growth import growth
 from pftrack.reproduce.head.people import people
+from pftrack.reproduce.head.turns import turns
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.pose.methods import Method
 
@@ -129,6 +130,7 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
         *_faster(pool),
         *people(pool),
         *growth(pool),
+        *turns(pool),
     ]
 
 

@@ -92,10 +92,26 @@ class HeadSource:
         self, theta: NDArray[np.float64], time: float, parameters: HeadSceneParameters
     ) -> tuple[NDArray[np.float32], HeadTarget]:
         """Return the picture in grey levels before noise, and the truth."""
+        return self.pictured(theta, HEAD_MM + PIVOT_MM - product(rotation(theta), PIVOT_MM), time, parameters)
+
+    def pictured(
+        self,
+        theta: NDArray[np.float64],
+        translation: NDArray[np.float64],
+        time: float,
+        parameters: HeadSceneParameters,
+    ) -> tuple[NDArray[np.float32], HeadTarget]:
+        """Return the picture (height, width) of a head anywhere, in grey levels before noise, and the truth.
+
+        Args:
+            theta: (3,) rad.
+            translation: (3,) mm, where the head's origin is in the camera's frame.
+            time: By which the light changes, in runs of the script.
+            parameters: The scene.
+        """
         mesh = _mesh(parameters.person, parameters.face, parameters.sunglasses)
         texture = _texture(parameters.person, parameters.face, parameters.sunglasses)
         turn = rotation(theta)
-        translation = HEAD_MM + PIVOT_MM - product(turn, PIVOT_MM)
         sun, sun_share, gain = _light(time)
         strength = parameters.sun_strength * sun_share
         light = lit(product(mesh.normals, turn.T), sun, AMBIENT, parameters.lamp_strength, strength)
