@@ -20,9 +20,6 @@ from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["POSE_PLOTS", "POSE_READINGS", "mean_error_deg", "pose_measure", "pose_series"]
 
-HALF, MOST = 0.674490, 1.959964
-"""Half widths of the central 50 % and 95 % of a Gaussian, in standard deviations."""
-
 ANGLES = ("yaw", "pitch", "roll")
 THETA = ("theta_x", "theta_y", "theta_z")
 
@@ -104,7 +101,7 @@ def pose_measure(frame: Frame, state: PoseState) -> Mapping[str, SeriesValue]:
     off = np.abs(wrapped(state.estimate - known.position)) / state.sigma
     for place, angle in enumerate(ANGLES):
         values[f"{angle}_deg_true"] = float(truth[place])
-    values |= {"within_50": _numbers(off <= HALF), "within_95": _numbers(off <= MOST)}
+    values |= {"within_50": _numbers(off <= state.widths.half), "within_95": _numbers(off <= state.widths.most)}
     landmarks = known.landmarks
     if landmarks is not None:
         values["feature_visible"] = _numbers(landmarks.visible)

@@ -41,7 +41,7 @@ from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pinned, pose_and_band
 from pftrack.trackers.pose.methods import METHODS, Method
-from pftrack.trackers.pose.solid import Solid
+from pftrack.trackers.pose.solid import STUDENT_4, Solid
 from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.tracker import Tracker
 
@@ -247,9 +247,8 @@ def _solid(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.
         points_mm, seen_px = owned(model.points_mm), affine_projection(camera, model.points_mm)
         known = pinned(points_mm, points_px, seen_px, np.tile(camera[:, :3], (len(points_px), 1, 1)))
         camera[:, :3] *= enlarged
-        solid = Solid(
-            _where(model.points_mm, known, form), camera, focal_px, principal_px, place, known, doubt, MISFIT_SHARE
-        )
+        shown_mm = _where(model.points_mm, known, form)
+        solid = Solid(shown_mm, camera, focal_px, principal_px, place, known, doubt, MISFIT_SHARE, widths=STUDENT_4)
         return solid, np.eye(3)
     theta, place = _fitted(model.points_mm, points_px, focal_px, principal_px, place)
     turn = rotation(theta)
@@ -259,7 +258,8 @@ def _solid(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.
     known = pinned(owned(points_mm), points_px - principal_px, expected, slopes)
     points_mm = _where(points_mm, known, form)
     reach = math.inf if form.templates == "flat" else NECK_RAD
-    return Solid(points_mm, camera, focal_px, principal_px, place, known, doubt, MISFIT_SHARE, reach), turn
+    solid = Solid(points_mm, camera, focal_px, principal_px, place, known, doubt, MISFIT_SHARE, reach, STUDENT_4)
+    return solid, turn
 
 
 def _where(points_mm: NDArray[np.float64], pinned_mm: NDArray[np.float64], form: Form) -> NDArray[np.float64]:

@@ -2,11 +2,29 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Solid"]
+__all__ = ["GAUSSIAN", "STUDENT_4", "Solid", "Widths"]
+
+
+class Widths(NamedTuple):
+    """Half widths of the central parts of a distribution, in its standard deviations.
+
+    Attributes:
+        half: Of the central 50 %.
+        most: Of the central 95 %.
+    """
+
+    half: float
+    most: float
+
+
+GAUSSIAN = Widths(0.674490, 1.959964)
+STUDENT_4 = Widths(0.523752, 1.963243)
+"""Student's t with four degrees of freedom: most is nearer, and now and then something is far off."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,8 +39,9 @@ class Solid:
         translation_mm: (3,) where the origin of its frame was at the start, in the camera's frame.
         pinned_mm: (F, 3) the points moved to where they were seen at the start; None if shape and camera are known.
         depth_doubt: By which share its depth, along the line of sight of the start, may be wrong (standard deviation).
-        reach_rad: How far it turns from the start (standard deviation), if it is held; a pinhole's layer uses it.
         misfit_share: Which share of the variance with which its points do not fit it concerns its pose.
+        reach_rad: How far it turns from the start (standard deviation), if it is held; a pinhole's layer uses it.
+        widths: How the errors of its pose are distributed, as far as the band is calibrated.
     """
 
     points_mm: NDArray[np.float64]
@@ -34,6 +53,7 @@ class Solid:
     depth_doubt: float = 0.0
     misfit_share: float = 1.0
     reach_rad: float = math.inf
+    widths: Widths = GAUSSIAN
 
     @property
     def scale(self) -> float:

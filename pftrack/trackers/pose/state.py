@@ -13,7 +13,7 @@ from pftrack.geometry.rotation import rotation
 from pftrack.matrices import product
 from pftrack.trackers.pose.beliefs import Belief
 from pftrack.trackers.pose.calibrated import Calibration
-from pftrack.trackers.pose.solid import Solid
+from pftrack.trackers.pose.solid import GAUSSIAN, Solid, Widths
 
 __all__ = ["PoseState"]
 
@@ -50,6 +50,11 @@ class PoseState:
     def sigma(self) -> NDArray[np.float64]:
         """(3,) standard deviations of the angles, rad."""
         return self.pose.standard_deviations
+
+    @property
+    def widths(self) -> Widths:
+        """Half widths of the central 50 and 95 % of each angle, in standard deviations."""
+        return GAUSSIAN if self.calibration is None else self.solid.widths
 
     @property
     def log_evidence(self) -> float:
