@@ -23,6 +23,7 @@ def test_presets_say_what_to_look_at_and_what_they_are_about(experiment: Experim
     for preset in experiment.presets:
         assert preset.watch.startswith("Watch "), preset.name
         assert preset.watch.endswith("."), preset.name
+        assert not set("*`_") & set(preset.watch), f"{preset.name}: it is shown as it stands"
         assert 0 < len(preset.subjects) <= 5, preset.name
         assert set(preset.subjects) <= known, preset.name
 

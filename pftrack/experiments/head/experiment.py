@@ -255,7 +255,7 @@ EXPERIMENT = Experiment(
             about=("slack_px", "face_model"),
             watch=(
                 "Watch frames 15 to 80: the head moves four times as fast, and its templates turn with it. With "
-                "*Templates* on *flat* the pose is lost at frame 15."
+                "flat templates the pose is lost at frame 15."
             ),
         ),
         Preset(
