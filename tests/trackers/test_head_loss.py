@@ -186,3 +186,25 @@ def test_a_face_that_is_found_twice_is_as_large_as_it_was_found(monkeypatch: pyt
         assert memory(found).enlarged == pytest.approx(1.2)
         assert memory(found).sight is first
         assert found.estimate == pytest.approx([0, 0, 0.1])
+
+
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_templates_in_relief_outlast_any_size(upper: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found again half as large again, a face keeps them; made again in another form they are those of first sight."""
+    points = similar(1.5, 0.0, (0.0, 0.0))
+    given = parameters(find_again=True, patience_frames=1, templates="relief", upper_layer=upper)
+    run = Search(given, monkeypatch, lambda _: DetectedFace(points, (0.0, 0.0, 1.0, 1.0), 2))
+    before = memory(run.step(grey()))
+    run.step(NOTHING)
+    found = memory(run.step(grey()))
+    assert found.enlarged == pytest.approx(1.5)
+    assert found.sight is before.sight
+    assert found.reliefs is before.reliefs
+    for changed in ({"face_model": "personal"}, {"template_scale": 0.7}, {"focal_widths": 1.0}):
+        other = revise(given, changed)
+        again, fresh = memory(head._formed(run.state, other)).reliefs, memory(begun("pf-asd", other)).reliefs
+        assert again is not None
+        assert fresh is not None
+        assert again is not before.reliefs
+        assert np.array_equal(again.points_mm, fresh.points_mm)
+        assert np.array_equal(again.levels, fresh.levels)

@@ -13,6 +13,7 @@ from pftrack.likelihoods import template
 from pftrack.parameters import revise
 from pftrack.random import Purpose, Stream
 from pftrack.trackers.head import step as head
+from pftrack.trackers.head.first_sight import posed, solid_of
 from pftrack.trackers.head.memory import FirstSight, Form, around, eye_distance
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.methods import METHODS, Method
@@ -215,7 +216,7 @@ def test_a_mirrored_face_is_seen_by_the_mirrored_camera() -> None:
     points = similar(1.0, 0.15, (3.0, 5.0)) * [0.9, 1.0]
     mirrored = points[MIRRORED] * [-1, 1] + np.array([WIDTH, 0])
     form = Form("personal", "perspective", 1.2, 1.0)
-    one, other = (head._solid(FirstSight(grey(), seen, symmetric), symmetric, form)[1] for seen in (points, mirrored))
+    one, other = (solid_of(FirstSight(grey(), seen, symmetric), symmetric, form)[1] for seen in (points, mirrored))
     mirror = np.diag([-1.0, 1.0, 1.0])
     assert other == pytest.approx(mirror @ one @ mirror, abs=1e-6)
     assert np.abs(one - np.eye(3)).max() > 0.1
@@ -282,6 +283,6 @@ def test_the_pose_before_a_pinhole_is_found_exactly() -> None:
     points_mm, principal = mean_model().points_mm, np.array([120.0, 100.0])
     pixels = pinhole(points_mm @ rotation(theta).T + place, focal) + principal
     first = pose.translation(points_mm, pixels, focal, principal)
-    found, where = head._fitted(points_mm, pixels, focal, principal, first)
+    found, where = posed(points_mm, pixels, focal, principal, first)
     assert np.rad2deg(found) == pytest.approx(np.rad2deg(theta), abs=0.01)
     assert where == pytest.approx(place, abs=0.01)

@@ -26,9 +26,9 @@ from pftrack.runs.recipe import Footage
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.truth import Truth
+from pftrack.trackers.head.first_sight import camera_of
 from pftrack.trackers.head.memory import around, eye_distance
 from pftrack.trackers.head.parameters import HeadTrackerParameters
-from pftrack.trackers.head.step import camera_of
 from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 
 __all__ = ["RecordedHeadParameters", "defaults", "face_at", "on_video"]
