@@ -113,6 +113,7 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
 @dataclass(slots=True)
 class _Watcher:
     client: viser.ClientHandle
+    came_from: NDArray[np.float64]  # where the camera stood when the browser came
     preset: str = "front"
     view: View | None = None
     before: NDArray[np.float64] | None = None  # where the camera stood when it was sent to the view
@@ -195,7 +196,7 @@ class Cameras:
 
     def join(self, client: viser.ClientHandle) -> None:
         """Fit the picture to the window of a browser that has just come."""
-        watcher = self._watchers[client.client_id] = _Watcher(client)
+        watcher = self._watchers[client.client_id] = _Watcher(client, np.array(client.camera.position))
         self._point(watcher)
 
         @client.camera.on_update
@@ -245,9 +246,12 @@ class Cameras:
             self._point(watcher)
             return
         there = watcher.is_in_place(camera)
-        # The start pose that viser replays to a new browser can overtake the preset, also after it was reached; nobody
-        # turns the camera to just there.
-        overtaken = not there and self._start is not None and _stands(camera, self._start, 1e-4)
+        # While viser sets a new browser up, its camera can jump to where it came from and to the start pose, also after
+        # it has reached the preset; nobody turns the camera to just there.
+        overtaken = not there and (
+            (self._start is not None and _stands(camera, self._start, 1e-4))
+            or (watcher.arrived and np.allclose(camera.position, watcher.came_from))
+        )
         resized = abs(camera.aspect - watcher.aspect) > 0.005 * watcher.aspect
         watcher.arrived = watcher.arrived or there
         if overtaken or (resized and (there or not watcher.arrived)):

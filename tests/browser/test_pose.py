@@ -35,7 +35,7 @@ def test_a_branch_is_seen_beside_the_run_that_it_left(watch: Callable[..., Sessi
 def test_the_camera_is_seen_from_aside(watch: Callable[..., SessionPage]) -> None:
     """From the front there is the picture and nothing across it; a click on Side shows what took it."""
     view = watch(experiment="prism")
-    assert not shows(view, "camera")
+    view.until(lambda: not shows(view, "camera"), "nothing is across the picture")
     view.scene.get_by_role("button", name="Side").click()
     view.until(lambda: shows(view, "camera"), "the camera is seen")
     view.scene.get_by_role("button", name="Front").click()

@@ -134,5 +134,17 @@ def test_what_a_browser_says_before_it_has_heard_of_the_preset_raises_nothing(se
     wait_for(lambda: session.viewer._cameras.relief == 1.0)
 
 
+def test_where_a_browser_came_from_raises_nothing_after_the_preset_was_reached(session: Session, peer: Peer) -> None:
+    """While viser sets it up, its camera can jump back to its very first place; it is sent to the preset again."""
+    session.show(drawing(), {"frame": 0})
+    wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
+    fitted = tuple(peer.camera.pop("Position")["position"])
+    peer.look(wide=800, high=600, position=fitted)
+    peer.look(wide=800, high=600)
+    wait_for(lambda: "Position" in peer.camera)
+    np.testing.assert_allclose(peer.camera["Position"]["position"], fitted)
+    assert session.viewer._cameras.relief == 0.0
+
+
 def heights(peer: Peer) -> np.ndarray:
     return np.frombuffer(peer.nodes["/particles"]["points"], dtype=np.float32).reshape(-1, 3)[:, 2]
