@@ -39,6 +39,9 @@ PICTURE = (None, None, 3)
 NUMBERS = ("size", "width", "length", "opacity", "sigmas")
 TEXTS = ("text", "title", "layer")
 OPTIONAL = ("point",)
+BY_VERTEX = ("colour", "opacity")
+"""What a mesh may have an array of, one row a vertex."""
+
 ANCHORS = ("start", "middle", "end")
 WHOLE_KINDS = "iu"
 ARRAY_KINDS = "f" + WHOLE_KINDS + "b"
@@ -69,25 +72,26 @@ def without_faults(drawing: Drawing) -> Drawing:
 
 def _fault(item: Primitive) -> str:
     """Return what is wrong with a primitive, or nothing."""
-    clauses = [_fault_of_field(field.name, getattr(item, field.name)) for field in fields(item)]
+    clauses = [_fault_of_field(item, field.name) for field in fields(item)]
     return next(filter(None, clauses), _fault_of_faces(item) if isinstance(item, Mesh) else "")
 
 
-def _fault_of_field(name: str, value: object) -> str:
+def _fault_of_field(item: Primitive, name: str) -> str:
+    value = getattr(item, name)
     if value is None and name in OPTIONAL:
         return ""
     if name == "image_rgb":
         holds, wanted = _is_picture(value), "(height, width, 3) bytes"
     elif name in SHAPES:
         holds, wanted = _is_array(value, SHAPES[name]), f"an array {_shape(name)}"
-    elif isinstance(value, np.ndarray):  # of a mesh, which has looked at its shape
+    elif isinstance(value, np.ndarray) and isinstance(item, Mesh) and name in BY_VERTEX:  # it has looked at the shape
         holds, wanted = value.dtype.kind in ARRAY_KINDS, "numbers"
     elif name == "colour":
         holds, wanted = _is_colour(value), "three numbers from 0 to 255"
     elif name in NUMBERS:
         holds, wanted = _is_number(value), "a finite number that is not negative"
     elif name == "anchor":
-        holds, wanted = value in ANCHORS, "start, middle or end"
+        holds, wanted = isinstance(value, str) and value in ANCHORS, "start, middle or end"
     else:
         holds, wanted = name not in TEXTS or isinstance(value, str), "a text"
     return "" if holds else f"{name} must be {wanted}, got {_shown(value)}"

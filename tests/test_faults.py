@@ -33,6 +33,14 @@ BROKEN: dict[str, tuple[Primitive, str]] = {
     "a label that is a number": (replace(LABEL, text=7), "text must be a text, got 7"),
     "a title that is none": (replace(LABEL, title=None), "title must be a text, got None"),
     "a named point in the plane": (replace(LABEL, point=np.zeros(2, np.float32)), r"point must be an array \(3\), got"),
+    "a text that is an array": (replace(LABEL, text=np.zeros(2)), r"text must be a text, got one of float64 \(2,\)"),
+    "an anchor that is an array": (replace(LABEL, anchor=np.zeros(2)), "anchor must be start, .*, got one of float64"),
+    "a width that is an array": (
+        replace(DISC, width=np.ones(2)),
+        "width must be a finite number .*, got one of float64",
+    ),
+    "a colour that is an array": (replace(DISC, colour=np.zeros(3)), "colour must be three numbers .*, got one of"),
+    "a layer of a mesh that is an array": (replace(SOLID, layer=np.zeros(3)), "layer must be a text, got one of"),
     "an anchor in between": (replace(LABEL, anchor="left"), "anchor must be start, middle or end, got 'left'"),
     "a list of places": (replace(CLOUD, positions=[[0.0, 0.0, 0.0]]), r"positions must be an array \(n, 3\), got \[\["),
     "places in the plane": (
