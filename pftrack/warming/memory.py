@@ -48,9 +48,11 @@ def ready(names: Iterable[str]) -> frozenset[str]:
 def loading(name: str) -> dict[int, frozenset[str]] | None:
     """Return what each of the cases loads that load all that an experiment calls; None if that is not remembered."""
     folder = _folder()
+    if folder is None:
+        return None
     with suppress(OSError, ValueError, TypeError, AttributeError):
-        stored = json.loads((folder / name).read_text("utf-8")) if folder else None
-        return stored and {int(number): frozenset(functions) for number, functions in stored.items()}
+        stored = json.loads((folder / name).read_text("utf-8"))
+        return {int(number): frozenset(functions) for number, functions in stored.items()}
     return None
 
 

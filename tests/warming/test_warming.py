@@ -151,7 +151,7 @@ def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkey
     assert memory.ready(names) == frozenset(names)
     assert memory.loading(names[7]) == {0: {"h()"}, 2: {"f()", "g()"}}
     assert memory.loading("another") is None
-    for damaged in ("", "7", "[0]", '{"0": 7}', '{"zero": []}', '{"0":'):
+    for damaged in ("", "0", "7", "[]", "[0]", '{"0": 7}', '{"zero": []}', '{"0":'):
         next(tmp_path.glob("warm-*/experiment-7")).write_text(damaged)
         assert memory.loading(names[7]) is None
 
