@@ -63,11 +63,9 @@ def wilson(
         ValueError: A count is negative, successes exceed runs, or the level is not between 0 and 1.
     """
     k, n = np.broadcast_arrays(np.asarray(successes, dtype=np.float64), np.asarray(runs, dtype=np.float64))
-    if not 0 < level < 1:
-        raise ValueError(f"the level must be between 0 and 1, got {level}")
     if (k < 0).any() or (k > n).any():
         raise ValueError("successes must be between 0 and the number of runs")
-    z = float(scipy.stats.norm.ppf(0.5 + level / 2))
+    z = float(scipy.stats.norm.ppf(_upper(level)))
     with np.errstate(invalid="ignore", divide="ignore"):
         rate = k / n
         middle = (rate + z * z / (2 * n)) / (1 + z * z / n)
@@ -94,11 +92,14 @@ def paired_mean_interval(
 
     Returns:
         Lower and upper ends.
+
+    Raises:
+        ValueError: The level is not between 0 and 1.
     """
     mean, deviation, n = np.broadcast_arrays(*(np.asarray(it, dtype=np.float64) for it in (means, deviations, pairs)))
     known = (n >= 2) & (deviation > 0)
     count = np.where(known, n, 2.0)
-    half = np.where(known, scipy.stats.t.ppf(0.5 + level / 2, count - 1) * deviation / np.sqrt(count), np.nan)
+    half = np.where(known, scipy.stats.t.ppf(_upper(level), count - 1) * deviation / np.sqrt(count), np.nan)
     return mean - half, mean + half
 
 
@@ -120,10 +121,15 @@ def paired_rate_interval(
 
     Returns:
         Lower and upper ends, between -1 and 1.
+
+    Raises:
+        ValueError: A count is negative, the pairs that disagree exceed all, or the level is not between 0 and 1.
     """
     b, c, n = np.broadcast_arrays(*(np.asarray(it, dtype=np.float64) for it in (only_first, only_second, pairs)))
+    if (np.minimum(b, c) < 0).any() or (b + c > n).any():
+        raise ValueError("pairs that disagree must be between 0 and the number of pairs")
     first, second = (b + 1) / (n + 2), (c + 1) / (n + 2)
-    z = float(scipy.stats.norm.ppf(0.5 + level / 2))
+    z = float(scipy.stats.norm.ppf(_upper(level)))
     half = np.where(n > 0, z * np.sqrt((first + second - (first - second) ** 2) / (n + 2)), np.nan)
     return np.maximum(first - second - half, -1.0), np.minimum(first - second + half, 1.0)
 
@@ -231,3 +237,10 @@ def holm(p_values: ArrayLike) -> NDArray[np.float64]:
     stepped[order] = np.minimum(np.maximum.accumulate(factors * values[order]), 1.0)
     adjusted[tested] = stepped
     return adjusted
+
+
+def _upper(level: float) -> float:
+    """Return the probability of all below the upper end of an interval of this level of confidence."""
+    if not 0 < level < 1:
+        raise ValueError(f"the level must be between 0 and 1, got {level}")
+    return 0.5 + level / 2

@@ -159,12 +159,25 @@ def test_the_interval_of_paired_rates_gives_the_known_one() -> None:
 def test_the_interval_of_paired_rates_covers_the_difference() -> None:
     """Over all outcomes of 20 pairs, by their probability, it has the difference in it about 95 times in 100."""
     for first, second in ((0.3, 0.1), (0.05, 0.05), (0.6, 0.3)):
-        b, c = (each.ravel() for each in np.mgrid[:21, :21])
-        chances = np.where(b + c <= 20, stats.multinomial.pmf(
-            np.column_stack([b, c, np.maximum(20 - b - c, 0)]), 20, [first, second, 1 - first - second]
-        ), 0.0)  # fmt: skip
+        b, c = np.array([(one, other) for one in range(21) for other in range(21 - one)]).T
+        chances = stats.multinomial.pmf(np.column_stack([b, c, 20 - b - c]), 20, [first, second, 1 - first - second])
         low, high = paired_rate_interval(b, c, 20)
         assert 0.93 < chances[(low <= first - second) & (first - second <= high)].sum() <= 1.0
+
+
+@pytest.mark.parametrize(("only_first", "only_second"), [(-1, 2), (2, -1), (3, 3)])
+def test_the_interval_of_paired_rates_refuses_what_is_no_count(only_first: int, only_second: int) -> None:
+    """Negative counts, and more pairs that disagree than there are, are refused."""
+    with pytest.raises(ValueError, match="disagree must be between 0 and the number of pairs"):
+        paired_rate_interval(only_first, only_second, 5)
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0])
+def test_every_interval_refuses_a_level_that_is_none(level: float) -> None:
+    """Certainty and its opposite have no interval."""
+    for interval in (lambda: paired_mean_interval(0.5, 0.1, 9, level), lambda: paired_rate_interval(1, 2, 9, level)):
+        with pytest.raises(ValueError, match="the level must be between 0 and 1"):
+            interval()
 
 
 def test_the_interval_of_paired_rates_is_one_at_the_edges() -> None:
