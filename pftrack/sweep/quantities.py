@@ -19,9 +19,10 @@ from pftrack.sweep.errors import SweepError
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.result import Result
 
-__all__ = ["Quantity", "Samples", "quantities", "quantity_named", "samples"]
+__all__ = ["COMMON", "Quantity", "Samples", "quantities", "quantity_named", "samples"]
 
-SUCCESS, ERROR = "success", "error"
+COMMON = SUCCESS, ERROR = "success", "error"
+"""Names of the quantities that do not hang on the experiment: no measure may be called so."""
 
 
 @dataclass(frozen=True, slots=True)

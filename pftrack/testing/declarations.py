@@ -11,6 +11,7 @@ from pftrack.plot import Plot
 from pftrack.runs.run import Change
 from pftrack.series import SeriesShape
 from pftrack.sweep import Axis, Plan, SweepError
+from pftrack.sweep.quantities import COMMON
 from pftrack.sweep.table import FIXED
 from pftrack.testing.check import Check, CheckError, begun, demand, named
 
@@ -133,6 +134,8 @@ def _demand_refusal(parameters: Parameters, name: str, value: object) -> None:
 
 def _declares_measures(experiment: Experiment) -> None:
     for measure in experiment.run_measures:
+        _demand_name(measure.name, "measure")
+        demand(measure.name not in COMMON, f"every sweep has {measure.name}: a measure must have another name")
         demand(measure.title, f"the measure {measure.name} must have a title")
         _demand_end(measure.description, ".", f"the description of the measure {measure.name}")
     reductions = [reduction.name for series in experiment.declared() for reduction in series.reductions]

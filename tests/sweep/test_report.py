@@ -18,6 +18,7 @@ from PIL import Image
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import (
     Axis,
+    Code,
     Plan,
     Result,
     SweepError,
@@ -26,10 +27,13 @@ from pftrack.sweep import (
     cells,
     compare,
     quantities,
+    quantity_named,
     read_result,
     samples,
+    significance,
 )
 from pftrack.sweep.report import Report, write_report
+from pftrack.sweep.report.colours import scale_of
 from pftrack.sweep.report.figures import figures
 from pftrack.sweep.report.page import page
 from pftrack.sweep.report.study import Study
@@ -45,8 +49,8 @@ def report(finished: Result, tmp_path_factory: pytest.TempPathFactory) -> Report
 def test_a_report_has_all_its_files(report: Report) -> None:
     """A picture each of success, the error and every measure, curves, tables, and the page."""
     names = {path.name for path in report.files}
-    maps = {"success.png", "error.png"} | {f"{measure.name}.png" for measure in EXPERIMENTS["ball"].run_measures}
-    assert names == maps | {"curves.png", "tables.csv", "index.html"}
+    measures = {f"measure-{measure.name}.png" for measure in EXPERIMENTS["ball"].run_measures}
+    assert names == measures | {"success.png", "error.png", "curves.png", "tables.csv", "index.html"}
     assert {path.name for path in report.page.parent.iterdir()} == names
 
 
@@ -148,6 +152,36 @@ def test_maps_have_the_numbers_of_the_servers_view(report: Report, finished: Res
         assert significance["verdict"] == [words.get(it, "not applicable") for it in seen.verdict]
 
 
+def test_the_page_says_what_the_level_means(report: Report, finished: Result) -> None:
+    """The share of false alarms is that of the level asked for, and cells that were not tested are not counted."""
+    text = report.page.read_text()
+    assert "up to 20 % come out as significant by chance" in text
+    found = significance(*cells(finished, "occlusion_width_px", "distracter_radius_px").values(), level=0.2)
+    counts = [int((found.codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER)]
+    tested = int((found.codes != Code.NOT_APPLICABLE).sum())
+    assert tested < 8
+    assert f"could be tested: h-spf {counts[0]}, condensation {counts[1]} of {tested}" in text
+
+
+@pytest.mark.parametrize(
+    ("means", "ends"),
+    [
+        ([[2.0, np.nan], [5.0, 3.0]], (0.0, 5.0)),
+        ([[-2.0, 1.0]], (-2.0, 1.0)),
+        ([[-2.0, -1.0]], (-2.0, 0.0)),
+        ([[0.0, np.nan]], (0.0, 1.0)),
+        ([[np.nan]], (0.0, 1.0)),
+    ],
+)
+def test_a_scale_reaches_from_zero_to_all_means(
+    plan: Plan, means: list[list[float]], ends: tuple[float, float]
+) -> None:
+    """Negative means are on it too; a share has all of 0 to 1, whatever its means."""
+    maps = [np.array([row]) for row in means]
+    assert scale_of(quantity_named(plan, "median_error_px"), maps) == ends
+    assert scale_of(quantity_named(plan, "inside_share"), maps) == (0.0, 1.0)
+
+
 def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:
     """Difference, interval, pairs and p-value of a quantity are those of the one cell that pools all runs."""
     by_quantity = {table.quantity: table for table in report.tables if table.quantity}
@@ -193,8 +227,9 @@ def test_one_axis_of_numbers_gives_boxes(tmp_path: Path) -> None:
     """Every quantity has a picture of boxes and, below, of differences; there is no map of a single row."""
     plan = Plan("ball", (Axis("sample_count", (20, 50, 100)),), ("h-spf", "s-spf"), trials=6, frames=10)
     drawn = figures(Study.of(carry_out(plan, tmp_path / "n.parquet")))
-    assert set(drawn) == {"curves", *(it.name for it in quantities(plan))}
-    boxes, differences = drawn["median_error_px"]().axes
+    measures = {f"measure-{it.name}" for it in plan.wiring.run_measures}
+    assert set(drawn) == {"curves", "success", "error", *measures}
+    boxes, differences = drawn["measure-median_error_px"]().axes
     assert boxes.get_ylabel() == "Median error, px"
     assert len(boxes.patches) == 2 * 3
     assert differences.get_ylabel() == "Difference, px, + if 1 is better"
@@ -224,7 +259,7 @@ def test_a_tracker_that_lacks_a_measure_is_not_compared_by_it(finished: Result) 
     assert means["h-spf"][2] != ""
     (compared,) = (table for table in made if table.quantity == "inside_share")
     assert compared.rows[0][1:] == ("", "", "0", "Rank-sum", "not applicable", "0 (0)", "0 (0)", "0 (0)", "8")
-    assert len(figures(study)["inside_share"]().subfigs) == 3
+    assert len(figures(study)["measure-inside_share"]().subfigs) == 3
     assert "not applicable" in page(study, made)
 
 

@@ -362,6 +362,16 @@ def named(name: str) -> Experiment:
             lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="seed"),)),
             "got twice seed",
         ),
+        (
+            "its measures are declared whole",
+            lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="error"),)),
+            "every sweep has error: a measure must have another name",
+        ),
+        (
+            "its measures are declared whole",
+            lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="../curves"),)),
+            r"the name of a measure must be .*, got '\.\./curves'",
+        ),
     ],
 )
 def test_names_are_held_to_where_they_stand(check: str, make: Callable[[], Experiment], sentence: str) -> None:

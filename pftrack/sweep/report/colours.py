@@ -4,12 +4,18 @@ Amounts are shown in viridis. What is better is blue for the first tracker and o
 maps as in the tests, with a neutral middle. All are the palette's, in the form that matplotlib and Bokeh read.
 """
 
+from collections.abc import Iterable
+
+import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
+from numpy.typing import NDArray
 
 from pftrack.palette import CURVES, DIVERGING, NEUTRALS, VERDICTS, hexadecimal
 from pftrack.sweep.cells import Code
+from pftrack.sweep.comparison import Comparison
+from pftrack.sweep.quantities import Quantity
 
-__all__ = ["CODES", "CODE_NAMES", "GREYS", "MISSING", "TRACKERS", "diverging"]
+__all__ = ["CODES", "CODE_NAMES", "GREYS", "MISSING", "TRACKERS", "diverging", "largest_difference", "scale_of"]
 
 CODES = {
     Code.FIRST_BETTER: hexadecimal(VERDICTS["first"].light),
@@ -38,3 +44,22 @@ TRACKERS = tuple(hexadecimal(colour) for colour in CURVES)
 def diverging() -> LinearSegmentedColormap:
     """Return the map of differences, from the second tracker ahead to the first tracker ahead."""
     return LinearSegmentedColormap.from_list("first-second", [hexadecimal(stop.light) for stop in DIVERGING])
+
+
+def scale_of(quantity: Quantity, means: Iterable[NDArray[np.float64]]) -> tuple[float, float]:
+    """Return what the two ends of a colour scale stand for: a scale has 0 on it, and all of 0..1 for a share.
+
+    Args:
+        quantity: That is shown.
+        means: Of the cells of each map, any shape, NaN where there is none.
+    """
+    if quantity.share:
+        return 0.0, 1.0
+    known = np.concatenate([np.ravel(values[np.isfinite(values)]) for values in means])
+    low, high = float(known.min(initial=0.0)), float(known.max(initial=0.0))
+    return (low, high) if high > low else (0.0, 1.0)
+
+
+def largest_difference(pairs: Iterable[Comparison]) -> float:
+    """Return what the ends of a scale of differences stand for, 1 where no cell has a difference."""
+    return max(float(np.nanmax(np.abs(pair.difference), initial=0.0)) for pair in pairs) or 1.0

@@ -32,7 +32,7 @@ def curves(study: Study, axes_: Sequence[Axis]) -> Figure:
         panel = figure.add_subplot(rows, columns, place + 1)
         positions = np.array(axis.values, dtype=float) if axis.numerical else np.arange(len(axis.values))
         for name, colour in zip(study.trackers, _colours(study), strict=True):
-            found = study.by_axis(axis)[name]
+            found = study.by_axis[axis.name][name]
             if study.judged:
                 panel.fill_between(positions, found.low[0], found.high[0], color=colour, alpha=0.2, linewidth=0)
             values = found.rate[0] if study.judged else found.mean_error[0]
@@ -109,7 +109,8 @@ def _boxes(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> None:
         positions = centres + (place - (len(study.trackers) - 1) / 2) * width
         _box(panel, found[name], positions, width, colour)
         panel.plot([], [], color=colour, linewidth=6, alpha=0.6, label=study.title(name))
-    panel.set_ylim(bottom=0)
+    if all(values.min(initial=0.0) >= 0.0 for cells in found.values() for values in cells):
+        panel.set_ylim(bottom=0)
     _ticked(panel, study, axis, quantity.label)
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pftrack.parameters import with_role
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.quantities import quantity_named
+from pftrack.sweep.quantities import COMMON, Quantity
 from pftrack.sweep.report.curves import MOST_BOXES, along, boxes, curves
 from pftrack.sweep.report.maps import sheet
 from pftrack.sweep.report.study import Study
@@ -19,20 +19,24 @@ __all__ = ["figures"]
 
 
 def figures(study: Study) -> dict[str, Callable[[], Figure]]:
-    """Return how to draw each figure that a study has, by name."""
+    """Return how to draw each figure that a study has, by the name of its file; no measure can take another's."""
     wanted: dict[str, Callable[[], Figure]] = {}
     several = [axis for axis in study.result.plan.axes if len(axis.values) > 1]
     if several:
         wanted["curves"] = partial(curves, study, several)
     boxed = _boxed_axis(study)
-    if study.y is not None and boxed is not None:
-        wanted["boxes"] = partial(boxes, study, boxed, quantity_named(study.result.plan, "error"))
     for quantity in study.quantities:
         if study.y is not None:
-            wanted[quantity.name] = partial(sheet, study, quantity)
+            wanted[_file(quantity)] = partial(sheet, study, quantity)
+            if quantity.name == "error" and boxed is not None:
+                wanted["boxes"] = partial(boxes, study, boxed, quantity)
         elif study.x is not None:
-            wanted[quantity.name] = partial(along, study, study.x, quantity)
+            wanted[_file(quantity)] = partial(along, study, study.x, quantity)
     return wanted
+
+
+def _file(quantity: Quantity) -> str:
+    return quantity.name if quantity.name in COMMON else f"measure-{quantity.name}"
 
 
 def _boxed_axis(study: Study) -> Axis | None:

@@ -20,7 +20,7 @@ from pftrack.sweep.axis import declared
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import TEST_TITLES
 from pftrack.sweep.quantities import Quantity
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, diverging
+from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, diverging, largest_difference, scale_of
 from pftrack.sweep.report.study import Study, label, shown
 
 __all__ = ["mean_maps", "sheet", "significance_maps"]
@@ -69,16 +69,15 @@ def _draw_means(parent: FigureBase, studies: Sequence[Study], quantity: Quantity
         for study in studies
         for name, cells in study.maps.items()
     }
-    known = np.concatenate([panel[~np.isnan(panel)] for panel in panels.values()])
-    most = 1.0 if quantity.share else float(known.max(initial=0.0)) or 1.0
+    scale = Normalize(*scale_of(quantity, panels.values()))
     colours = mpl.colormaps["viridis" if quantity.better == "higher" else "viridis_r"]
-    _maps(parent, studies[0], panels, colours, Normalize(0, most), f"{quantity.label}\n{quantity.better} is better")
+    _maps(parent, studies[0], panels, colours, scale, f"{quantity.label}\n{quantity.better} is better")
 
 
 def _draw_differences(parent: FigureBase, study: Study, quantity: Quantity) -> None:
     pairs = study.comparisons[quantity.name]
     panels = {f"1: {study.title(it.first)}\n2: {study.title(it.second)}": it.difference for it in pairs}
-    most = max(float(np.nanmax(np.abs(panel), initial=0.0)) for panel in panels.values()) or 1.0
+    most = largest_difference(pairs)
     unit = f", {quantity.unit}" if quantity.unit else ""
     _maps(parent, study, panels, diverging(), Normalize(-most, most), f"Difference{unit}\npositive where 1 is better")
 

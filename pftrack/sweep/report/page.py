@@ -12,17 +12,17 @@ from bokeh.resources import Resources
 
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import TEST_TITLES
-from pftrack.sweep.quantities import Quantity
+from pftrack.sweep.quantities import COMMON, Quantity
 from pftrack.sweep.report.colours import CODE_NAMES, CODES
 from pftrack.sweep.report.plots import Plot, code_maps, difference_maps, tracker_maps
-from pftrack.sweep.report.study import FIRST_SHOWN, Study, label, shown
+from pftrack.sweep.report.study import Study, label, shown
 from pftrack.sweep.report.tables import Table
 
 __all__ = ["page"]
 
 ALONE = (
-    "Each cell is tested by itself, as in the document: of a hundred cells without any difference, about one comes out "
-    "as significant at 0.01 by chance."
+    "Each cell is tested by itself, as in the document: of the cells without any difference, up to {share:g} % come "
+    "out as significant by chance."
 )
 APPLICABLE = "Not applicable where an expected count is below 5."
 HOLM = "Corrected for the number of cells: the level is the probability of any false alarm in the whole map."
@@ -73,7 +73,7 @@ def page(study: Study, tables: tuple[Table, ...]) -> str:
     by_tracker, *others = (table for table in tables if not table.quantity)
     body = [f"<h1>{title}</h1>", f"<p>{escape(plan.wiring.question)}</p>", _plan(study), _table(by_tracker)]
     sections = [_section(study, quantity, tables) for quantity in study.quantities]
-    main = sum(quantity.name in FIRST_SHOWN for quantity in study.quantities)
+    main = sum(quantity.name in COMMON for quantity in study.quantities)
     body += [*sections[:main], *map(_table, others), *sections[main:]]
     resources = Resources(mode="inline", components=["bokeh"]).render() if study.x else ""
     script = f"<script>{SCRIPT}</script>" if study.x else ""
@@ -97,13 +97,14 @@ def _section(study: Study, quantity: Quantity, tables: tuple[Table, ...]) -> str
         parts += ["<h3>Difference</h3>", _note(DIFFERENCES)]
         parts.append(_plot(f"{quantity.name}-difference", difference_maps(study, quantity)))
         parts += [f"<h3>{TEST_TITLES[pairs[0].test]} test at {at}, each cell by itself</h3>"]
-        parts += [_note(f"{ALONE} {APPLICABLE}" if pairs[0].test == "chi-square" else ALONE), _key()]
+        alone = ALONE.format(share=100 * study.level)
+        parts += [_note(f"{alone} {APPLICABLE}" if pairs[0].test == "chi-square" else alone), _key()]
         parts.append(_plot(f"{quantity.name}-significance", code_maps(study, pairs, "none")))
         if quantity.name == "success":
             parts += [f"<h3>{TEST_TITLES['fisher']} test at {at}, Holm's correction over the map</h3>", _note(HOLM)]
             parts.append(_plot("success-corrected", code_maps(study, study.exact, "holm")))
     parts += [_table(table, level=3) for table in tables if table.quantity == quantity.name]
-    is_open = " open" if quantity.name in FIRST_SHOWN else ""
+    is_open = " open" if quantity.name in COMMON else ""
     summary = f"<summary><h2>{escape(quantity.label)}</h2>{_verdict(study, quantity)}</summary>"
     return f'<details id="{escape(quantity.name)}"{is_open}>{summary}\n{_joined(parts)}</details>'
 
@@ -112,13 +113,13 @@ def _verdict(study: Study, quantity: Quantity) -> str:
     """Return in how many cells which tracker is better, for a reader who decides whether to unfold the section."""
     if not study.pairs or study.x is None:
         return ""
-    said, cells = [], 1
+    said = []
     for pair in study.comparisons[quantity.name]:
         codes = pair.significance(study.level).codes
         first, second = (int((codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER))
-        said.append(f"{pair.first} {first}, {pair.second} {second}")
-        cells = codes.size
-    return _note(f"Significantly better in so many of {cells} cells: {'; '.join(said)}")
+        tested = int((codes != Code.NOT_APPLICABLE).sum())
+        said.append(f"{pair.first} {first}, {pair.second} {second} of {tested}")
+    return _note(f"Significantly better in so many of the cells that could be tested: {'; '.join(said)}")
 
 
 def _plot(place: str, plot: Plot) -> str:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from pftrack.statistics import holm
 from pftrack.sweep.cells import CellMap, Code, Correction
 from pftrack.sweep.comparison import Comparison
-from pftrack.sweep.quantities import Quantity
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, MISSING, diverging
-from pftrack.sweep.report.study import FIRST_SHOWN, Study, label, shown
+from pftrack.sweep.quantities import COMMON, Quantity
+from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, MISSING, diverging, largest_difference, scale_of
+from pftrack.sweep.report.study import Study, label, shown
 
 __all__ = ["Plot", "code_maps", "difference_maps", "tracker_maps"]
 
@@ -30,9 +30,9 @@ Plot = Any
 def tracker_maps(study: Study, quantity: Quantity) -> Plot:
     """Return each tracker's mean of a quantity, on one colour scale; what is better is bright."""
     means = np.array([quantity.means(cells) for cells in study.maps.values()])
-    most = 1.0 if quantity.share else float(np.nanmax(means, initial=0.0)) or 1.0
+    low, high = scale_of(quantity, means)
     palette = Viridis256 if quantity.better == "higher" else Viridis256[::-1]
-    mapper = LinearColorMapper(palette=palette, low=0.0, high=most, nan_color=MISSING)
+    mapper = LinearColorMapper(palette=palette, low=low, high=high, nan_color=MISSING)
     return _side_by_side(
         [
             _map(study, study.title(name), {"value": values, **_figures(cells)}, mapper, _hover(study, quantity))
@@ -44,7 +44,7 @@ def tracker_maps(study: Study, quantity: Quantity) -> Plot:
 def difference_maps(study: Study, quantity: Quantity) -> Plot:
     """Return the difference of every pair, positive where the first is better, with that on the same scenes."""
     pairs = study.comparisons[quantity.name]
-    most = max(float(np.nanmax(np.abs(it.difference), initial=0.0)) for it in pairs) or 1.0
+    most = largest_difference(pairs)
     palette = [to_hex(diverging()(step / 255)) for step in range(256)]
     mapper = LinearColorMapper(palette=palette, low=-most, high=most, nan_color=MISSING)
     hover = [
@@ -142,7 +142,7 @@ def _map(
 def _hover(study: Study, quantity: Quantity) -> list[tuple[str, str]]:
     success = [("success", "@rate{0.000}"), ("95 % interval", "@low{0.000} to @high{0.000}")] if study.judged else []
     error, lost, runs = ("mean error", "@error{0.00}"), ("mean lost frames", "@lost{0.0}"), ("runs", "@runs")
-    if quantity.name in FIRST_SHOWN:
+    if quantity.name in COMMON:
         return [*success, error, lost, runs] if study.judged else [error, runs]
     return [(quantity.label, "@value{0.000}"), *success, error, runs]
 

@@ -14,10 +14,7 @@ from pftrack.sweep.errors import SweepError
 from pftrack.sweep.quantities import Quantity, quantities, quantity_named, samples
 from pftrack.sweep.result import Result
 
-__all__ = ["FIRST_SHOWN", "Study", "label", "shown"]
-
-FIRST_SHOWN = ("success", "error")
-"""The quantities that a reader sees at once; the measures are folded."""
+__all__ = ["Study", "label", "shown"]
 
 MOST_PAIRS = 6
 """With more trackers than four, each is compared with the first alone."""
@@ -113,9 +110,10 @@ class Study:
         """The same with all runs in one cell."""
         return self._compared(quantity_named(self.result.plan, "success"), self.totals, None, None, test="fisher")
 
-    def by_axis(self, axis: Axis) -> dict[str, CellMap]:
-        """Return each tracker's cells along one axis, all others pooled."""
-        return cells(self.result, axis.name)
+    @cached_property
+    def by_axis(self) -> dict[str, dict[str, CellMap]]:
+        """Each tracker's cells along every axis of several values, all others pooled, by name of the axis."""
+        return {axis.name: cells(self.result, axis.name) for axis in self.result.plan.axes if len(axis.values) > 1}
 
     def title(self, tracker: str) -> str:
         """Return what a tracker is called."""

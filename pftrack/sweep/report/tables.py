@@ -7,8 +7,8 @@ import numpy as np
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
-from pftrack.sweep.quantities import Quantity
-from pftrack.sweep.report.study import FIRST_SHOWN, Study, label, shown
+from pftrack.sweep.quantities import COMMON, Quantity
+from pftrack.sweep.report.study import Study, label, shown
 
 __all__ = ["Table", "tables"]
 
@@ -32,7 +32,7 @@ class Table:
     @property
     def folded(self) -> bool:
         """Whether it is one of many that are looked at by those who want this measure."""
-        return self.quantity not in ("", *FIRST_SHOWN)
+        return self.quantity not in ("", *COMMON)
 
 
 def tables(study: Study) -> tuple[Table, ...]:
@@ -65,7 +65,7 @@ def _by_tracker(study: Study) -> Table:
 
 def _measures(study: Study) -> tuple[Table, ...]:
     """The means of the measures over all runs, by tracker, if there are any."""
-    measures = [it for it in study.quantities if it.name not in FIRST_SHOWN]
+    measures = [it for it in study.quantities if it.name not in COMMON]
     if not measures:
         return ()
     rows = [(name, *(_number(it.means(total)[0, 0]) for it in measures)) for name, total in study.totals.items()]
@@ -75,7 +75,7 @@ def _measures(study: Study) -> tuple[Table, ...]:
 
 def _along(study: Study, axis: Axis) -> Table:
     """Success (or error, where nothing is judged) along one axis, all others pooled."""
-    found = study.by_axis(axis)
+    found = study.by_axis[axis.name]
     rows = []
     for place, value in enumerate(axis.values):
         cells = (
