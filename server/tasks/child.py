@@ -70,7 +70,7 @@ def main(end: socket.socket, function: Callable[..., Any], arguments: tuple[obje
     try:
         result = function(*arguments)
         pipe.send(Reply(0, _followed(pipe, result, budget) if isinstance(result, Generator) else result))
-    except (SourceError, ParameterError, TruthError, RecordError, LookupError) as error:
+    except (SourceError, ParameterError, TruthError, RecordError) as error:
         pipe.send(Failed(str(error)))
     except BrokenPipeError:
         return

@@ -39,12 +39,12 @@ LINE_SCALE = 1.6
 POINT_SIZE = 0.5
 """What viser calls the size of a point is its radius."""
 UPRIGHT_WXYZ = (0.0, 1.0, 0.0, 0.0)
+"""viser lays an image face down with its rows along y; half a turn about x shows it upright."""
 ANCHORS: dict[str, Literal["bottom-left", "bottom-center", "bottom-right"]] = {
     "start": "bottom-left",
     "middle": "bottom-center",
     "end": "bottom-right",
 }
-"""viser lays an image face down with its rows along y; half a turn about x shows it upright."""
 
 
 @dataclass(slots=True)

@@ -33,6 +33,12 @@ def _compiled(compiled: None) -> None:
     """Every server here is ready at once."""
 
 
+@pytest.fixture(autouse=True)
+def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that is brought in is answered for when it has been computed, however slow the machine is."""
+    monkeypatch.setattr("server.api.runs.IMPORT_S", 60.0)
+
+
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """One server for all tests that do not need one of their own."""

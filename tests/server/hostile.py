@@ -39,6 +39,11 @@ def fail(*_: object) -> None:
     raise RuntimeError("on purpose")
 
 
+def miss(*_: object) -> None:
+    """End by a mistake that looks like a refusal of what was asked for."""
+    raise KeyError("on purpose")
+
+
 def leave(*_: object) -> None:
     """End without a word, as if all were well."""
     os._exit(0)

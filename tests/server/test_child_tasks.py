@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -96,11 +97,14 @@ def test_what_the_process_has_started_ends_with_it(tmp_path: Path) -> None:
     wait_for(lambda: ended(int(told.read_text())))
 
 
-def test_a_mistake_of_ours_is_in_the_log(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("mistake", [hostile.fail, hostile.miss])
+def test_a_mistake_of_ours_is_in_the_log(
+    mistake: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Who asks for a task that fails is told little, the log where."""
     monkeypatch.setattr("server.tasks.child_tasks.seldom", Seldom("tasks"))
     with pytest.raises(RefusedError, match="cannot be read safely"):
-        run(ChildTasks(Queues()).run(hostile.fail))
+        run(ChildTasks(Queues()).run(mistake))
     assert "on purpose" in capsys.readouterr().out
 
 

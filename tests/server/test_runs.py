@@ -1,5 +1,7 @@
 """Runs: saved, downloaded, brought in elsewhere and opened again, to the same numbers."""
 
+import json
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +114,22 @@ def test_what_is_no_run(server: Server, client: httpx.Client, content: bytes) ->
     assert "no saved run" in error_of(answer, 422)["message"]
     assert len(list(files.runs.iterdir())) == before
     assert list(files.incoming.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("recipe", "words"),
+    [
+        ({"footage": {"mark": {"base64": "eHg="}}}, "not here; upload it first"),
+        ({"timeline": [{"frame": 0, "values": {"base64": "eHg="}}]}, "base64"),
+    ],
+)
+def test_a_run_that_speaks_of_bytes(client: httpx.Client, tmp_path: Path, recipe: dict[str, Any], words: str) -> None:
+    """No value of a record is taken for the bytes of an answer, whatever it is called."""
+    raw = {"format": "pftrack-run", "version": 2, "recipe": {"experiment": "ball", "frames": 5, **recipe}}
+    with zipfile.ZipFile(tmp_path / "run.pft", "w") as archive:
+        archive.writestr("run.json", json.dumps(raw | {"computed": 1, "estimates_sha256": "0" * 64}))
+    answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", (tmp_path / "run.pft").read_bytes())})
+    assert words in error_of(answer, 422)["message"]
 
 
 def test_too_large(start_server: Any) -> None:
