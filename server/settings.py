@@ -9,6 +9,7 @@ import os
 import secrets
 from pathlib import Path
 from typing import Annotated, Self
+from urllib.parse import urlencode
 
 from pydantic import Field, SecretStr, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
@@ -124,7 +125,7 @@ class Settings(BaseSettings):
         """Return the address to open in a browser, with the token where there is one."""
         everywhere = self.host in {"0.0.0.0", "::", ""}  # noqa: S104 - compared, not bound
         name = "localhost" if everywhere else f"[{self.host}]" if ":" in self.host else self.host
-        query = f"?token={self.token.get_secret_value()}" if self.token else ""
+        query = f"?{urlencode({'token': self.token.get_secret_value()})}" if self.token else ""
         return f"http://{name}:{port}/{query}"
 
 

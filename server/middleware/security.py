@@ -15,7 +15,7 @@ import hmac
 import html
 from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
-from urllib.parse import parse_qsl, urlencode, urlsplit
+from urllib.parse import parse_qsl, quote, unquote, urlencode, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import HTMLResponse, RedirectResponse, Response
@@ -110,7 +110,7 @@ class Guard:
             cookies = SimpleCookie(headers.get("cookie", ""))
         except CookieError:
             cookies = SimpleCookie()
-        offered = [cookies[self._cookie].value] if self._cookie in cookies else []
+        offered = [unquote(cookies[self._cookie].value)] if self._cookie in cookies else []
         scheme, _, credentials = headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer":
             offered.append(credentials)
@@ -127,7 +127,7 @@ class Guard:
         answer.headers["Cache-Control"] = "no-store"
         answer.set_cookie(
             self._cookie,
-            self._token or "",
+            quote(self._token or "", safe=""),
             max_age=WEEK_SECONDS,
             httponly=True,
             samesite="lax",

@@ -116,6 +116,14 @@ class TestToken:
             with connect(address, additional_headers={"cookie": cookies}) as socket:
                 assert hear(socket)["type"] == "hello"
 
+    @pytest.mark.parametrize("token", ["Übers Meer → und zurück", "salt & pepper; 100% \"a=b+c\\,#d"])
+    def test_a_token_of_any_characters(self, start_server: Any, token: str) -> None:
+        """Whoever chooses a token need not know what stands for what in an address or a cookie."""
+        with start_server(token=token) as (server, client):
+            printed = server.app.state.services.settings.link(server.port)
+            assert client.get(printed).status_code == 303
+            assert client.get("/").status_code == 200
+
     def test_the_form_keeps_the_rest_of_the_address(self, start_server: Any) -> None:
         """Whoever types the token comes to where the link led, whatever stands in it."""
         with start_server(token=TOKEN) as (_, client):
