@@ -93,10 +93,12 @@ class Scene:
             self._nodes.pop(name).handle.remove()
             node = None
         if node is None:
-            self._nodes[name] = node = Node(show, None)
+            node = Node(show, None)
         if node.source is not item or node.stance != stance:
             show(self._server, name, node, item, stance)
             node.source, node.stance = item, stance
+        # One that could not be shown for the first time has no handle to be hidden by.
+        self._nodes[name] = node
         node.handle.visible = True
 
     def _forget(self, shown: set[str]) -> None:

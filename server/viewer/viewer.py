@@ -7,9 +7,9 @@ overtaken is never sent, each browser is sent what it can follow, and nothing is
 import asyncio
 import concurrent.futures
 import contextlib
-import logging
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +17,7 @@ import viser
 
 from pftrack.layer import LayerRole
 from pftrack.parameters import Value
+from server.log import Seldom
 from server.pictures import SceneDrawing
 from server.schemas.panel import InForce, PanelDescription
 from server.viewer import viser_adapter, worlds
@@ -31,12 +32,14 @@ PANEL_WIDTH_PX = 200
 """The picture is to have six tenths of a page that is 1,000 px wide, with the plots beside it."""
 HELD_S = 0.1
 """How often to look whether a browser keeps up again; its answer ends the wait at once."""
+FAILED_S = 0.1
+"""How long to rest after a failure."""
 UNWATCHED_S = 1.0
 """Time between two frames while nobody watches: just enough for whoever comes next."""
 BRAND = (0, 76, 118)
 """viser takes this as the darkest of a ramp; its middle, which the controls wear, is then the blue of the estimate."""
 
-logger = logging.getLogger(__name__)
+seldom = Seldom(__name__)
 
 
 class Viewer:
@@ -165,11 +168,17 @@ class Viewer:
     async def _work(self) -> None:
         try:
             while not self._closed:
-                await self._wait(self._attend())
-        except Exception:
-            logger.exception("a scene is no longer drawn")
+                await self._wait(self._attend_or_warn())
         finally:
             self._pacer.close()
+
+    def _attend_or_warn(self) -> float | None:
+        """Attend; what fails, such as one drawing that cannot be shown, must not end the picture for good."""
+        try:
+            return self._attend()
+        except Exception:  # noqa: BLE001 - whatever it was
+            seldom.warn("a scene could not be brought up to date", traceback=traceback.format_exc())
+            return FAILED_S
 
     def _attend(self) -> float | None:
         """Do what is due; return after how many seconds to look again, or None if there is nothing to wait for."""
@@ -196,8 +205,8 @@ class Viewer:
     def _ask(self) -> bool:
         """Ask for a drawing unless nobody would be sent it; return whether one is on its way."""
         if not (self._asked or self._pacer.all_held):
-            self._asked = True
             self._on_ready()
+            self._asked = True
         return self._asked
 
     def _pause_s(self) -> float:
@@ -215,14 +224,10 @@ class Viewer:
 
     def _draw(self, shown: SceneDrawing, diagnostics: dict[str, Any]) -> None:
         drawing = shown.drawing
-        try:
-            self._cameras.set_box(self._scene.box(drawing))
-            with self._server.atomic():
-                self._scene.apply(shown, self._cameras.relief)
-                self._panel.legend(self._scene.legend(drawing))
-                self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")
-            self._server.flush()
-            self._pacer.sent()
-        except Exception:
-            # One drawing that cannot be shown must not end the picture for good.
-            logger.exception("a drawing could not be shown")
+        self._cameras.set_box(self._scene.box(drawing))
+        with self._server.atomic():
+            self._scene.apply(shown, self._cameras.relief)
+            self._panel.legend(self._scene.legend(drawing))
+            self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")
+        self._server.flush()
+        self._pacer.sent()

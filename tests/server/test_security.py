@@ -116,7 +116,7 @@ class TestToken:
             with connect(address, additional_headers={"cookie": cookies}) as socket:
                 assert hear(socket)["type"] == "hello"
 
-    @pytest.mark.parametrize("token", ["Übers Meer → und zurück", "salt & pepper; 100% \"a=b+c\\,#d"])
+    @pytest.mark.parametrize("token", ["Übers Meer → und zurück", 'salt & pepper; 100% "a=b+c\\,#d'])
     def test_a_token_of_any_characters(self, start_server: Any, token: str) -> None:
         """Whoever chooses a token need not know what stands for what in an address or a cookie."""
         with start_server(token=token) as (server, client):

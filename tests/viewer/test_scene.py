@@ -1,11 +1,14 @@
 """A drawing's primitives become nodes that are updated in place."""
 
 from dataclasses import replace
+from typing import Any, cast
 
 import cv2
 import numpy as np
+import pytest
 
-from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive
+from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive, Text
+from server.log import Seldom
 from server.pictures import PictureEncoder
 from tests.viewer.host import Peer, Session, drawing
 from tests.waiting import wait_for
@@ -122,6 +125,51 @@ def test_a_picture_arrives_as_the_worker_has_encoded_it(session: Session, peer: 
     other = session.pictures.for_scene(with_item(drawing(1), "picture", dark()))
     session.viewer.show(other, {"frame": 1})
     wait_for(lambda: peer.nodes["/picture"]["_data"] == other.pictures["picture"].file)
+
+
+def test_a_primitive_that_cannot_be_shown_ends_nothing(session: Session, peer: Peer) -> None:
+    """What comes after it is shown to the end, which is the caption, whether it is still there or not."""
+    wrong = Text(np.zeros(3, dtype=np.float32), "APF", COLOURS["estimate"], "estimate", anchor=cast("Any", "nowhere"))
+    session.show(with_item(drawing(0, 50), "wrong", wrong), {"frame": 0})
+    wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 50)
+    session.show(drawing(1, 60), {"frame": 1})
+    wait_for(lambda: any("Frame 1" in str(item.get("content")) for item in list(peer.controls.values())))
+    assert len(points(peer)) == 60
+
+
+def test_a_failure_beside_the_drawing_ends_nothing(
+    session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The panel that fails is written down, and the scene goes on."""
+    monkeypatch.setattr("server.viewer.viewer.seldom", Seldom("viewer"))
+    failed: list[int] = []
+
+    def fail() -> None:
+        failed.append(1)
+        raise RuntimeError("on purpose")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(session.viewer._panel, "tend", fail)
+        session.show(drawing(0, 50), {"frame": 0})
+        wait_for(lambda: len(failed) > 2)
+    session.show(drawing(1, 60), {"frame": 1})
+    wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 60)
+    assert capsys.readouterr().out.count("RuntimeError: on purpose") == 1
+
+
+def test_who_could_not_be_asked_for_a_drawing_is_asked_again(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene that has no drawing on its way does not wait for it."""
+    asked: list[int] = []
+
+    def ask() -> None:
+        asked.append(1)
+        if len(asked) == 1:
+            raise RuntimeError("on purpose")
+
+    monkeypatch.setattr(session.viewer, "_on_ready", ask)
+    session.viewer._asked = False
+    session.viewer._wake()
+    wait_for(lambda: len(asked) == 2)
 
 
 def test_an_unchanged_picture_is_not_sent_again(session: Session, peer: Peer) -> None:
