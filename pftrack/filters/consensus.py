@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pftrack.compiled import compiled
 from pftrack.elementary import exponentials
 
-__all__ = ["ROUNDS", "agreeing"]
+__all__ = ["ROUNDS", "agreeing", "middle"]
 
 ROUNDS = 3
 """Estimates of the solid, each from the features as the last one weighs them."""
@@ -33,6 +33,7 @@ def agreeing(
     positions: NDArray[np.float64],
     log_weights: NDArray[np.float64],
     expected: NDArray[np.float64],
+    doubts: NDArray[np.float64],
     slack_px: float,
     sd_floor_px: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -42,11 +43,19 @@ def agreeing(
         positions: (F, N, 2) px of particles.
         log_weights: (F, N), normalised by feature.
         expected: (F, 2) px, where the solid has the features.
+        doubts: (F,) by how much the variances are too small, infinite for features that say nothing.
         slack_px: How far a feature is from there.
         sd_floor_px: Smallest standard deviation of what a feature says.
     """
     at, where = np.ascontiguousarray(positions), np.ascontiguousarray(expected)
-    return _agreeing(at, log_weights, where, float(slack_px), float(sd_floor_px))
+    return _agreeing(at, log_weights, where, doubts, float(slack_px), float(sd_floor_px))
+
+
+def middle(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the median (...,) of finite values (n, ...) along the first axis; NumPy's takes ten times as long."""
+    ordered, half = np.sort(values, axis=0), len(values) // 2
+    found: NDArray[np.float64] = ordered[half] if len(values) % 2 else 0.5 * (ordered[half - 1] + ordered[half])
+    return found
 
 
 @compiled
@@ -54,6 +63,7 @@ def _agreeing(
     positions: NDArray[np.float64],
     log_weights: NDArray[np.float64],
     expected: NDArray[np.float64],
+    doubts: NDArray[np.float64],
     slack: float,
     sd_floor: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -74,5 +84,6 @@ def _agreeing(
             for i in range(count):
                 spread += weights[i] * (positions[n, i, axis] - mean) ** 2 / agreement
             means[n, axis] = mean
-            variances[n, axis] = max(spread, sd_floor * sd_floor) / max(agreement, LEAST_AGREEMENT)
+            known = max(spread, sd_floor * sd_floor) / max(agreement, LEAST_AGREEMENT)
+            variances[n, axis] = known * doubts[n] if np.isfinite(doubts[n]) else NOTHING_KNOWN_PX2
     return means, variances

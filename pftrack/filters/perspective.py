@@ -53,6 +53,7 @@ class PerspectiveLayer:
         object.__setattr__(self, "points_mm", owned(self.points_mm))
         object.__setattr__(self, "principal_px", owned(self.principal_px))
         object.__setattr__(self, "focal_px", float(self.focal_px))
+        object.__setattr__(self, "reach_rad", float(self.reach_rad))
 
     def begin(self) -> Gaussian:
         """Begin at the start, at rest, as certain as one frame's process noise."""
@@ -72,13 +73,9 @@ class PerspectiveLayer:
     ) -> Gaussian:
         """Condition on positions (F, 2) px with variances (F, 2) px^2."""
         del rng
-        mean, covariance = _observe(
-            belief.mean, belief.covariance, self.points_mm, self.focal_px, self.principal_px, positions, variances
-        )
-        if math.isfinite(self.reach_rad):
-            held = np.full(3, self.reach_rad**2)
-            mean, covariance, _ = condition(mean, covariance, -mean[:3], np.eye(3, 12), held)
-        return Gaussian(mean, covariance)
+        seen = self.points_mm, self.focal_px, self.principal_px
+        held = self.reach_rad**2
+        return Gaussian(*_observe(belief.mean, belief.covariance, *seen, positions, variances, held))
 
     def pose(self, belief: Gaussian) -> Gaussian:
         """Return the belief in the angles, rad."""
@@ -146,6 +143,7 @@ def _observe(
     principal_px: NDArray[np.float64],
     positions: NDArray[np.float64],
     variances: NDArray[np.float64],
+    held: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     count = points_mm.shape[0]
     pixels, slopes = features(mean[:6], points_mm, focal_px)
@@ -159,4 +157,6 @@ def _observe(
             for i in range(6):
                 jacobian[row, i] = slopes[n, axis, i]
     posterior, spread, _ = condition(mean, covariance, residuals, jacobian, noise)
+    if np.isfinite(held):
+        posterior, spread, _ = condition(posterior, spread, -posterior[:3], np.eye(3, 12), np.full(3, held))
     return posterior, spread

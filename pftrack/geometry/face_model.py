@@ -208,9 +208,9 @@ def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> 
     """
     if source.shape != target.shape or source.ndim != 2:
         raise ValueError(f"expected as many points as targets, got shapes {source.shape} and {target.shape}")
-    if not (np.isfinite(source).all() and np.isfinite(target).all()):
+    if not np.isfinite((source, target)).all():
         raise ValueError("expected finite points, got some that are not")
-    middle, aim = source.mean(axis=0), target.mean(axis=0)
+    middle, aim = source.sum(axis=0) / len(source), target.sum(axis=0) / len(target)
     spread, aimed = source - middle, target - aim
     power = float((spread * spread).sum())
     cross = product(aimed.T, spread)

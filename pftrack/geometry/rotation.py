@@ -100,7 +100,7 @@ def nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
         length = math.hypot(along, across)
         cosine, sine = (along / length, across / length) if length > 0.0 else (1.0, 0.0)
         return np.array([[cosine, -sine], [sine, cosine]])
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.T
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.T.tolist()
     sums = np.array(
         [
             [xx + yy + zz, yz - zy, zx - xz, xy - yx],
@@ -109,7 +109,7 @@ def nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
             [xy - yx, zx + xz, yz + zy, zz - xx - yy],
         ]
     )
-    w, x, y, z = principal(sums)
+    w, x, y, z = principal(sums).tolist()
     return np.array(
         [
             [w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
-from pftrack.geometry.face_model import fit_similarity
+from pftrack.geometry.face_model import Similarity, fit_similarity
 from pftrack.matrices import product, solved
 from pftrack.structure import recursive
 from pftrack.structure.cameras import evidence, frontal, settled
@@ -75,6 +75,7 @@ class Growing:
         settings: How to learn and to publish.
         mean_shape: (n, 3) of other bodies.
         own: The belief in the body's own shape, in a frame of its own.
+        onto_mean: By which the own shape is turned, moved and scaled onto the mean.
         mean_camera: (3, 4) by which the mean shape was fitted to the last frame; None before the first.
         probability: That the own shape predicts better.
         weight: 0..1, of the own shape in what is published.
@@ -85,6 +86,7 @@ class Growing:
     settings: Settings
     mean_shape: NDArray[np.float64]
     own: Recursive
+    onto_mean: Similarity
     mean_camera: NDArray[np.float64] | None
     probability: float
     weight: float
@@ -94,7 +96,7 @@ class Growing:
     @property
     def own_shape(self) -> NDArray[np.float64]:
         """(n, 3) the body's own shape, aligned to the mean."""
-        return fit_similarity(self.own.shape, self.mean_shape)(self.own.shape)
+        return self.onto_mean(self.own.shape)
 
     @property
     def shape_covariances(self) -> NDArray[np.float64]:
@@ -137,7 +139,8 @@ def begin(
 ) -> Growing:
     """Begin with the mean of other bodies; arguments as for `recursive.begin`."""
     own = recursive.begin(mean_shape, covariance, _of_own(settings), camera)
-    return Growing(settings, own.shape, own, own.camera, settings.first, 0.0, 0.0, own.shape)
+    onto_mean = fit_similarity(own.shape, own.shape)
+    return Growing(settings, own.shape, own, onto_mean, own.camera, settings.first, 0.0, 0.0, own.shape)
 
 
 def step(state: Growing, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Growing:
@@ -162,19 +165,20 @@ def step(state: Growing, positions: NDArray[np.float64], variances: NDArray[np.f
     mean_camera, usual = _predicted(focal, mean_camera, state.mean_shape, rows, precisions, turn_precision)
     own_camera, personal = _predicted(focal, own_camera, state.own.shape, rows, precisions, turn_precision)
     # A camera's translation is in the unit of the shape: in another size its flat prior is another.
-    size = fit_similarity(state.own.shape, state.mean_shape).scale
-    advantage = min(max(personal - usual - 3.0 * math.log(size), -LARGEST_DIFFERENCE), LARGEST_DIFFERENCE)
+    advantage = personal - usual - 3.0 * math.log(state.onto_mean.scale)
+    advantage = min(max(advantage, -LARGEST_DIFFERENCE), LARGEST_DIFFERENCE)
     odds = state.probability / (1.0 - state.probability) * math.exp(advantage)
     probability = settings.share * settings.first + (1.0 - settings.share) * odds / (1.0 + odds)
     probability = min(probability, 1.0 - ALMOST)
     weight = state.weight + min(max(probability - state.weight, -1.0 / settings.frames), 1.0 / settings.frames)
-    # What is not learned from must be followed all the same.
-    own = replace(state.own, camera=own_camera) if settings.frozen else replace(state.own, settings=_of_own(settings))
-    own = own if settings.frozen else recursive.step(own, positions, variances)
-    fresh = replace(
-        state, own=own, mean_camera=mean_camera, probability=probability, weight=weight, advantage=advantage
-    )
-    return replace(fresh, shape=state.mean_shape + weight * (fresh.own_shape - state.mean_shape))
+    if settings.frozen:
+        # What is not learned from must be followed all the same.
+        own, onto_mean = replace(state.own, camera=own_camera), state.onto_mean
+    else:
+        own = recursive.taken(replace(state.own, settings=_of_own(settings)), rows, precisions)
+        onto_mean = fit_similarity(own.shape, state.mean_shape)
+    shape = state.mean_shape + weight * (onto_mean(own.shape) - state.mean_shape)
+    return Growing(settings, state.mean_shape, own, onto_mean, mean_camera, probability, weight, advantage, shape)
 
 
 def _shape_only(shape: NDArray[np.float64]) -> NDArray[np.float64]:

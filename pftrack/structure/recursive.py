@@ -33,7 +33,7 @@ from pftrack.structure.positive import factorised, inverted, solved_from
 from pftrack.structure.tracks import FEWEST_POINTS, checked_view
 from pftrack.sums import inner_product
 
-__all__ = ["Recursive", "Settings", "begin", "step"]
+__all__ = ["Recursive", "Settings", "begin", "step", "taken"]
 
 TURN_SD_RAD = 0.1
 """By default: 6 degrees from frame to frame."""
@@ -167,7 +167,11 @@ def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np
     Raises:
         ValueError: The shapes differ, a variance is not above 0, or a position that was seen is not finite.
     """
-    rows, precisions = checked_view(positions, variances, len(state.shape))
+    return taken(state, *checked_view(positions, variances, len(state.shape)))
+
+
+def taken(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.float64]) -> Recursive:
+    """Take a frame as `tracks.checked_view` has it: rows (2, n) of positions and of precisions."""
     focal = float(state.settings.focal_px)
     camera = frontal(focal, state.shape, rows, precisions) if state.camera is None else state.camera
     start, held = state.shape, state.precision
@@ -181,7 +185,7 @@ def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np
     reference = state.reference
     if reference is None:
         reference = settled(focal, camera, state.shape, rows, precisions, camera, turn_precision, rounds)
-    shape, precision, camera, log_evidence = _taken(
+    shape, precision, camera, log_evidence = _improved(
         focal, start, held, camera, reference, rows, precisions, turn_precision, state.settings.rounds, rounds
     )
     return replace(
@@ -195,7 +199,7 @@ def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np
     )
 
 
-def _taken(
+def _improved(
     focal: float,
     start: NDArray[np.float64],
     held: NDArray[np.float64],

@@ -89,9 +89,9 @@ def seen_variances(
     slip_px = SLIP_PX * eye_distance_px / EYE_DISTANCE_PX
     slip = slip_px**2 * exponential(2.0 * SLIP_DECADES * LN_10 * (1.0 - np.clip(correlations, 0.0, 1.0)))
     variances: NDArray[np.float64] = PERSISTENCE * (told * few[:, None] + slip[:, None])
-    known = np.column_stack([correlations, variances, state.feature_means])
-    usable = state.recognised & np.isfinite(known).all(axis=1)
-    return np.where(usable[:, None], variances, math.inf)
+    # A sum is finite if all of its terms are.
+    known = np.isfinite(variances + state.feature_means + correlations[:, None]).all(axis=1)
+    return np.where((state.recognised & known)[:, None], variances, math.inf)
 
 
 def _settings(focal_px: float, parameters: HeadTrackerParameters) -> growing.Settings:

@@ -8,12 +8,14 @@ templates no longer fit.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.cascades import Box
+from pftrack.filters.consensus import middle
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.likelihoods import template
@@ -47,7 +49,7 @@ class Form(NamedTuple):
         return self.face_model, self.focal_widths, self.restarts, self.starting_face
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FirstSight:
     """The picture in which the templates were cut, kept so that they, and the solid, can be made again.
 
@@ -61,13 +63,18 @@ class FirstSight:
     points_px: NDArray[np.float64]
     own: FaceModel
 
+    @cached_property
+    def eye_distance_px(self) -> float:
+        """How far apart the eyes are."""
+        return eye_distance(self.points_px)
+
     def templates(self, factor: float) -> Templates:
         """Cut templates, `factor` times as large as the document's for a face of this size.
 
         Raises:
             ValueError: A feature is not within the picture.
         """
-        sizes = template_sizes(FEATURES, eye_distance(self.points_px), factor)
+        sizes = template_sizes(FEATURES, self.eye_distance_px, factor)
         return template.cut(self.grey, self.points_px, sizes)
 
 
@@ -136,7 +143,7 @@ class HeadMemory:
 
     def misfit(self, expected_px: NDArray[np.float64], means_px: NDArray[np.float64]) -> float:
         """Return how far features (11, 2) are from where they are expected: the median, in distances of the eyes."""
-        return float(np.median(np.hypot(*(expected_px - means_px).T))) / eye_distance(self.sight.points_px)
+        return float(middle(np.hypot(*(expected_px - means_px).T))) / self.sight.eye_distance_px
 
 
 def around(points_px: NDArray[np.float64]) -> Box:

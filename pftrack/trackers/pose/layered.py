@@ -228,18 +228,18 @@ def _agreed(
 
     At first only the middle of the features is taken from the picture, for the prediction is off by the same for all.
     """
-    telling = np.ptp(log_likelihoods, axis=1) > 0.0
+    best = log_likelihoods.max(axis=1)
+    telling = best > log_likelihoods.min(axis=1)
     expected = proposed.projection.positions if proposed.expected is None else proposed.expected
     if proposed.expected is None and telling.any():
-        expected = expected + np.median((features.means - expected)[telling], axis=0)
-    doubts = exponential(-DOUBT * np.maximum(log_likelihoods.max(axis=1), LEAST_LOG_LIKELIHOOD))
+        expected = expected + consensus.middle((features.means - expected)[telling])
+    doubts = np.where(telling, exponential(-DOUBT * np.maximum(best, LEAST_LOG_LIKELIHOOD)), np.inf)
     upper = proposed.upper
-    for _ in range(consensus.ROUNDS):
+    for attempt in range(consensus.ROUNDS):
+        if attempt > 0:
+            expected = layer.project(upper).positions
         means, variances = consensus.agreeing(
-            features.positions, features.log_weights, expected, settings.slack_px, settings.sd_floor_px
+            features.positions, features.log_weights, expected, doubts, settings.slack_px, settings.sd_floor_px
         )
-        variances *= doubts[:, None]
-        variances[~telling] = consensus.NOTHING_KNOWN_PX2
         upper = layer.update(proposed.upper, means, variances, rng)
-        expected = layer.project(upper).positions
     return upper
