@@ -11,14 +11,19 @@ A template of a thousand pixels is thinned to a few hundred points, and it is be
 particle. Eleven features with fifty particles each take less time than with flat templates.
 """
 
+import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
 
-__all__ = ["Reliefs", "Views", "correlations", "seen"]
+__all__ = ["Part", "Reliefs", "Views", "correlations", "reach", "seen"]
+
+Part: TypeAlias = tuple[int, int, int, int]
+"""Of a picture, px: its first column and row, and those after its last."""
 
 LEAST_FACING = 0.2
 """Cosine between the surface's normal and the line of sight from which a point is seen."""
@@ -55,11 +60,13 @@ class Views:
         offsets: (P, 2) columns and rows from the feature's pixel to those of its points.
         levels: (P,) of those that are seen, less their mean and of unit norm by feature; the others are 0.
         ends: (F + 1,) where each feature's points begin, with only the seen ones kept.
+        extent: (4,) the least column and row of all offsets, and the greatest, that of the feature's pixel included.
     """
 
     offsets: NDArray[np.int64]
     levels: NDArray[np.float64]
     ends: NDArray[np.int64]
+    extent: NDArray[np.int64]
 
 
 def seen(reliefs: Reliefs, slopes: NDArray[np.float64]) -> Views:
@@ -70,6 +77,28 @@ def seen(reliefs: Reliefs, slopes: NDArray[np.float64]) -> Views:
         slopes: (F, 2, 3) by how many px a mm of the object's frame moves a point beside each feature.
     """
     return Views(*_seen(reliefs.points_mm, reliefs.normals, reliefs.levels, reliefs.ends, np.ascontiguousarray(slopes)))
+
+
+def reach(positions: NDArray[np.float64], views: Views, shape: tuple[int, int]) -> Part:
+    """Return the part of a picture of some shape (height, width) that templates at positions (F, N, 2) px can cover.
+
+    Where all of them lie beyond the picture it is empty; of a position that is not finite nothing is known.
+    """
+    height, width = shape
+    (left, top), (right, bottom) = positions.min(axis=(0, 1)).tolist(), positions.max(axis=(0, 1)).tolist()
+    if not math.isfinite(left + top + right + bottom):
+        return 0, 0, width, height
+    first_column, first_row, last_column, last_row = views.extent.tolist()
+    return (
+        _within(math.floor(left + 0.5) + first_column, width),
+        _within(math.floor(top + 0.5) + first_row, height),
+        _within(math.floor(right + 0.5) + last_column + 1, width),
+        _within(math.floor(bottom + 0.5) + last_row + 1, height),
+    )
+
+
+def _within(place: int, size: int) -> int:
+    return min(max(place, 0), size)
 
 
 def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], views: Views) -> NDArray[np.float64]:
@@ -90,10 +119,10 @@ def _seen(
     levels: NDArray[np.float64],
     ends: NDArray[np.int64],
     slopes: NDArray[np.float64],
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
     features = len(ends) - 1
     offsets, kept = np.empty((len(levels), 2), np.int64), np.empty(len(levels))
-    kept_ends = np.zeros(features + 1, np.int64)
+    kept_ends, extent = np.zeros(features + 1, np.int64), np.zeros(4, np.int64)
     count = 0
     for n in range(features):
         across, down = slopes[n, 0], slopes[n, 1]
@@ -110,7 +139,9 @@ def _seen(
                 off = 0.0
                 for i in range(3):
                     off += slopes[n, axis, i] * points_mm[p, i]
-                offsets[count, axis] = int(np.floor(off + 0.5))
+                place = int(np.floor(off + 0.5))
+                offsets[count, axis] = place
+                extent[axis], extent[2 + axis] = min(extent[axis], place), max(extent[2 + axis], place)
             kept[count] = levels[p]
             total += levels[p]
             count += 1
@@ -125,7 +156,7 @@ def _seen(
         for p in range(first, count):
             kept[p] /= np.sqrt(squares)
         kept_ends[n + 1] = count
-    return offsets[:count].copy(), kept[:count].copy(), kept_ends
+    return offsets[:count].copy(), kept[:count].copy(), kept_ends, extent
 
 
 @compiled
@@ -141,6 +172,7 @@ def _correlations(
     flat = grey.ravel()
     results = np.zeros((features, count))
     steps = np.empty(len(levels), np.int64)
+    inside, places = np.empty(count, np.int64), np.empty(count, np.int64)
     for n in range(features):
         begin, end = ends[n], ends[n + 1]
         if begin == end:
@@ -151,21 +183,35 @@ def _correlations(
             column, row = offsets[p, 0], offsets[p, 1]
             left, right, top, bottom = min(left, column), max(right, column), min(top, row), max(bottom, row)
             steps[p] = row * width + column
+        within = 0
         for i in range(count):
             x, y = np.floor(positions[n, i, 0] + 0.5), np.floor(positions[n, i, 1] + 0.5)
-            if not (x + left >= 0 and x + right < width and y + top >= 0 and y + bottom < height):
-                results[n, i] = -1.0
-                continue
-            place = int(y) * width + int(x)
+            results[n, i] = -1.0
+            if x + left >= 0 and x + right < width and y + top >= 0 and y + bottom < height:
+                inside[within] = i
+                places[within] = int(y) * width + int(x)
+                within += 1
+        # Two particles at a time: while a sum waits for its last term, a term is added to the other.
+        for i in range(0, within, 2):
+            j = min(i + 1, within - 1)
+            one, other = places[i], places[j]
             total, squares, product = np.int64(0), np.int64(0), 0.0
+            other_total, other_squares, other_product = np.int64(0), np.int64(0), 0.0
             for p in range(begin, end):
-                level = np.int64(flat[place + steps[p]])
-                total = np.int64(total + level)
+                step, weight = steps[p], levels[p]
+                level, other_level = np.int64(flat[one + step]), np.int64(flat[other + step])
+                total, other_total = np.int64(total + level), np.int64(other_total + other_level)
                 squares = np.int64(squares + level * level)
-                product += level * levels[p]
-            power = squares - total * (total / (end - begin))
-            if power > LEAST_VARIANCE * (end - begin):
-                results[n, i] = min(max(product / np.sqrt(power), -1.0), 1.0)
-            else:
-                results[n, i] = -1.0
+                other_squares = np.int64(other_squares + other_level * other_level)
+                product += level * weight
+                other_product += other_level * weight
+            results[n, inside[i]] = _normalised(total, squares, product, end - begin)
+            results[n, inside[j]] = _normalised(other_total, other_squares, other_product, end - begin)
     return results
+
+
+@compiled
+def _normalised(total: np.int64, squares: np.int64, product: float, count: int) -> float:
+    """Return the correlation of a patch by the sums over its grey levels, their squares and their products."""
+    power = squares - total * (total / count)
+    return min(max(product / np.sqrt(power), -1.0), 1.0) if power > LEAST_VARIANCE * count else -1.0

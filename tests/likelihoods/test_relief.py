@@ -82,3 +82,44 @@ def test_beyond_the_picture_nothing_fits(place: tuple[float, float]) -> None:
 def test_a_flat_picture_fits_nothing() -> None:
     views = relief.seen(plate(), FRONTAL)
     assert relief.correlations(np.full((100, 120), 77, np.uint8), PLACE, views)[0, 0] == -1.0
+
+
+@pytest.mark.parametrize("count", [1, 2, 7])
+def test_each_place_is_judged_by_itself(count: int) -> None:
+    """However many places are looked at, and with some of them beyond the picture, each has what it has alone."""
+    rng = np.random.default_rng(count)
+    places = rng.uniform((-10.0, -10.0), (130.0, 110.0), (1, count, 2))
+    seen, views = rng.integers(0, 255, (100, 120), np.uint8), relief.seen(plate(), turned(20.0))
+    alone = [relief.correlations(seen, places[:, [i]], views)[0, 0] for i in range(count)]
+    assert relief.correlations(seen, places, views)[0].tolist() == alone
+
+
+def test_beyond_its_reach_the_picture_does_not_matter() -> None:
+    """Templates see the part of the picture within reach and nothing else, and no smaller part will do."""
+    rng = np.random.default_rng(3)
+    seen, views = rng.integers(0, 255, (100, 120), np.uint8), relief.seen(plate(), turned(30.0, 1.3))
+    places = rng.uniform((20.0, 30.0), (50.0, 60.0), (1, 40, 2))
+    left, top, right, bottom = relief.reach(places, views, seen.shape)
+    other = rng.integers(0, 255, seen.shape, np.uint8)
+    other[top:bottom, left:right] = seen[top:bottom, left:right]
+    found = relief.correlations(seen, places, views)
+    assert np.array_equal(relief.correlations(other, places, views), found)
+    for edge in ((slice(None), left), (slice(None), right - 1), (top, slice(None)), (bottom - 1, slice(None))):
+        less = seen.copy()
+        less[edge] ^= 255
+        assert not np.array_equal(relief.correlations(less, places, views), found)
+
+
+@pytest.mark.parametrize(
+    ("place", "part"),
+    [
+        ((3.0, 50.0), (0, 43, 11, 58)),
+        ((119.0, 99.0), (112, 92, 120, 100)),
+        ((-1e9, 50.0), (0, 43, 0, 58)),
+        ((1e9, -1e9), (120, 0, 120, 0)),
+        ((np.nan, 50.0), (0, 0, 120, 100)),
+        ((20.0, np.inf), (0, 0, 120, 100)),
+    ],
+)
+def test_the_reach_ends_with_the_picture(place: tuple[float, float], part: relief.Part) -> None:
+    assert relief.reach(np.array([[place]]), relief.seen(plate(), FRONTAL), (100, 120)) == part

@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.head.recording import defaults
+from pftrack.likelihoods import relief
 from pftrack.parameters import Value, revise
 from pftrack.random import Purpose, Stream
 from pftrack.reproduce.head.turns import RELIEF, Clip, filmed, watched
+from pftrack.trackers.head import reliefs
 from pftrack.trackers.head import step as head
 from pftrack.trackers.pose.methods import METHODS, Method
 from tests.trackers.moving_face import POINTS, begun, frame, grey, memory, parameters, stepped, target
+
+RELIEVED = parameters(templates="relief")
 
 
 @cache
@@ -65,6 +69,29 @@ def test_relief_may_be_chosen_in_mid_run() -> None:
     state = stepped(state, "pf-asd", flat, 3, grey(3, 0))
     assert memory(state).reliefs is None
     assert np.rad2deg(np.abs(state.estimate)).max() < 6
+
+
+@pytest.mark.parametrize(
+    "part", [(0, 0, 240, 200), (60, 50, 130, 120), (0, 150, 9, 200), (231, 0, 240, 3), (9, 9, 9, 9)]
+)
+def test_detail_is_the_same_in_every_part(part: relief.Part) -> None:
+    """The local mean at the border of a part is taken over what lies beyond it."""
+    sight = memory(begun("pf-asd", parameters())).sight
+    left, top, right, bottom = part
+    whole, found = reliefs.detail(grey(), sight), reliefs.detail(grey(), sight, part)
+    assert found.shape == whole.shape
+    assert np.array_equal(found[top:bottom, left:right], whole[top:bottom, left:right])
+
+
+def test_where_one_looks_does_not_change_what_is_seen() -> None:
+    """A look finds detail where it is asked for: here, beside it, within both, and wherever somebody asks for more."""
+    sight, bent = memory(begun("pf-asd", parameters())).sight, memory(begun("pf-asd", RELIEVED)).reliefs
+    assert bent is not None
+    views = relief.seen(bent, np.tile([[1.1, 0.0, 0.0], [0.0, 1.1, 0.0]], (11, 1, 1)))
+    look, whole = reliefs.Look(grey(), sight, views), reliefs.detail(grey(), sight)
+    for shift in (0.0, 30.0, 5.0, -60.0, 500.0, np.nan):
+        positions = (POINTS + shift)[:, None] + np.random.default_rng(1).uniform(-9.0, 9.0, (11, 8, 2))
+        assert np.array_equal(look(positions), relief.correlations(whole, positions, views))
 
 
 def test_flat_templates_know_nothing_of_slack_and_speed() -> None:

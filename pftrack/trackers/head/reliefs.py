@@ -6,14 +6,15 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.geometry.head_surface import HeadSurface
-from pftrack.likelihoods.relief import Reliefs
+from pftrack.likelihoods import relief
+from pftrack.likelihoods.relief import Part, Reliefs, Views
 from pftrack.matrices import owned, product, solved
-from pftrack.trackers.head.memory import FirstSight, eye_distance
+from pftrack.trackers.head.memory import FirstSight
 from pftrack.trackers.head.templates import template_sizes
 from pftrack.trackers.pose.methods import slopes_at
 from pftrack.trackers.pose.solid import Solid
 
-__all__ = ["cut", "detail"]
+__all__ = ["Look", "cut", "detail"]
 
 MOST_ACROSS = 16
 """Points along the longer side of a template."""
@@ -48,7 +49,7 @@ def cut(
         upper: The camera before which the solid is.
     """
     surface = HeadSurface(model)
-    sizes = template_sizes(FEATURES, eye_distance(sight.points_px), factor)
+    sizes = template_sizes(FEATURES, sight.eye_distance_px, factor)
     if upper == "affine":
         slopes = np.tile(solid.reference[:, :3], (len(FEATURES), 1, 1))
     else:
@@ -72,7 +73,7 @@ def cut(
     return Reliefs(places, facing, np.concatenate(levels), np.array(ends))
 
 
-def detail(grey: NDArray[np.uint8], sight: FirstSight) -> NDArray[np.uint8]:
+def detail(grey: NDArray[np.uint8], sight: FirstSight, part: Part | None = None) -> NDArray[np.uint8]:
     """Return a picture (height, width) less its local mean, about a middle grey.
 
     The shading of a cheek is alike over tens of pixels and at many places, so a template of it correlates with all of
@@ -81,10 +82,39 @@ def detail(grey: NDArray[np.uint8], sight: FirstSight) -> NDArray[np.uint8]:
     Args:
         grey: (height, width).
         sight: By which it is known how large the face is.
+        part: What of it is wanted, if not all; the rest is anything.
     """
-    side = 2 * round(DETAIL * eye_distance(sight.points_px)) + 1
-    shading = cv2.blur(grey, (side, side), borderType=cv2.BORDER_REPLICATE)
-    return np.asarray(cv2.addWeighted(grey, 1.0, shading, -1.0, MIDDLE), np.uint8)
+    half = round(DETAIL * sight.eye_distance_px)
+    left, top, right, bottom = part or (0, 0, *grey.shape[::-1])
+    # The local mean at the part's border is that over the picture beyond it.
+    rows, columns = slice(max(top - half, 0), bottom + half), slice(max(left - half, 0), right + half)
+    near, found = grey[rows, columns], np.full_like(grey, MIDDLE)
+    if near.size:
+        shading = cv2.blur(near, (2 * half + 1, 2 * half + 1), borderType=cv2.BORDER_REPLICATE)
+        found[rows, columns] = cv2.addWeighted(near, 1.0, shading, -1.0, MIDDLE)
+    return found
+
+
+class Look:
+    """How well templates in relief fit one picture, the detail of which is found where they are looked for."""
+
+    def __init__(self, grey: NDArray[np.uint8], sight: FirstSight, views: Views) -> None:
+        """Look at a picture (height, width) by templates as they should look in it."""
+        self._grey, self._sight, self._views = grey, sight, views
+        self._part: Part = (0, 0, 0, 0)
+        self._detail = grey
+
+    def __call__(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the correlations (F, N) at positions (F, N, 2) px."""
+        wanted = relief.reach(positions, self._views, self._grey.shape)
+        if not _covers(self._part, wanted):
+            self._part, self._detail = wanted, detail(self._grey, self._sight, wanted)
+        return relief.correlations(self._detail, positions, self._views)
+
+
+def _covers(part: Part, other: Part) -> bool:
+    (left, top, right, bottom), (west, north, east, south) = part, other
+    return left <= west and top <= north and right >= east and bottom >= south
 
 
 def _spaced(length_px: int, step_px: float) -> NDArray[np.float64]:

@@ -29,7 +29,7 @@ from pftrack.structure.growing import Growing
 from pftrack.trackers.head import growth as face_growth
 from pftrack.trackers.head import reliefs
 from pftrack.trackers.head.first_sight import form_of, growth_of, model_of, reliefs_of, solid_of
-from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, HeadMemory, around, eye_distance, widened
+from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, HeadMemory, around, widened
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.reports import head_measurement, head_series
 from pftrack.trackers.pose import methods as pose
@@ -88,7 +88,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     memory = memory.judged(correlations, means, patience, doubtful=doubtful)
     after = replace(after, recognised=recognised)
     if memory.growth is not None and not doubtful:
-        size_px = eye_distance(memory.sight.points_px)
+        size_px = memory.sight.eye_distance_px
         memory = replace(memory, growth=face_growth.taught(memory.growth, after, correlations, size_px, parameters))
     return replace(after, memory=_learned(memory, grey, after, templates, parameters))
 
@@ -99,8 +99,7 @@ def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, param
     if bent is None:
         return lambda positions: template.correlations(grey, positions, templates)
     views = relief.seen(bent, pose.slopes(state, parameters))
-    detail = reliefs.detail(grey, _memory(state).sight)
-    return lambda positions: relief.correlations(detail, positions, views)
+    return reliefs.Look(grey, _memory(state).sight, views)
 
 
 def _log_likelihood(
