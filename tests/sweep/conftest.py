@@ -1,8 +1,9 @@
-"""A small plan and its finished sweep, which many tests look at."""
+"""A small plan, its finished sweep and the report of that, which many tests look at."""
 
 import pytest
 
 from pftrack.sweep import Axis, Plan, Result, carry_out
+from pftrack.sweep.report import Report, write_report
 from tests.pooling import fork_server, shared_fork_server
 
 __all__ = ["fork_server", "shared_fork_server"]
@@ -27,3 +28,8 @@ def plan() -> Plan:
 @pytest.fixture(scope="session")
 def finished(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Result:
     return carry_out(plan, tmp_path_factory.mktemp("sweep") / "small.parquet", jobs=1)
+
+
+@pytest.fixture(scope="session")
+def report(finished: Result, tmp_path_factory: pytest.TempPathFactory) -> Report:
+    return write_report(finished, tmp_path_factory.mktemp("report") / "made", level=0.2)

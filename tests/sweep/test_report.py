@@ -1,13 +1,8 @@
 """Reports: tables that say what the rows say, figures that are pictures, and a page that needs nothing else."""
 
-import base64
 import csv
-import gzip
-import json
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -18,7 +13,6 @@ from PIL import Image
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import (
     Axis,
-    Code,
     Plan,
     Result,
     SweepError,
@@ -30,7 +24,6 @@ from pftrack.sweep import (
     quantity_named,
     read_result,
     samples,
-    significance,
 )
 from pftrack.sweep.report import Report, write_report
 from pftrack.sweep.report.colours import scale_of
@@ -38,12 +31,6 @@ from pftrack.sweep.report.figures import figures
 from pftrack.sweep.report.page import page
 from pftrack.sweep.report.study import Study
 from pftrack.sweep.report.tables import tables
-from server.sweeps.results import Results
-
-
-@pytest.fixture(scope="module")
-def report(finished: Result, tmp_path_factory: pytest.TempPathFactory) -> Report:
-    return write_report(finished, tmp_path_factory.mktemp("report") / "made", level=0.2)
 
 
 def test_a_report_has_all_its_files(report: Report) -> None:
@@ -80,89 +67,6 @@ def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None
         assert row[2] == f"{cells(finished)[row[0]].measures['inside_share'][0, 0]:.3g}"
 
 
-def test_the_page_needs_nothing_else(report: Report) -> None:
-    """It loads no address, has the tables' figures, and its plots carry what the pointer shows."""
-    text = report.page.read_text()
-    outside_scripts = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
-    assert not re.findall(r"""(?:src|href)=|<link|@import|url\(""", outside_scripts)
-    assert not re.findall(r"<script[^>]*src", text)
-    for row in report.tables[0].rows:
-        assert f"<td>{row[2]}</td>" in text
-    for shown in ("95 % interval", "mean error", "1: h-spf, 2: condensation", "not applicable", "on the same scenes"):
-        assert shown in text
-
-
-def sources(value: Any) -> Iterator[dict[str, Any]]:
-    """Yield the columns of every map in what a page draws."""
-    if isinstance(value, dict):
-        if value.get("name") == "ColumnDataSource":
-            yield {name: column_of(column) for name, column in value["attributes"]["data"]["entries"]}
-        value = [*value.values()]
-    for inner in value if isinstance(value, list) else ():
-        yield from sources(inner)
-
-
-def column_of(column: Any) -> list[Any]:
-    if isinstance(column, list):
-        return column
-    array = column["array"]
-    if isinstance(array, list):
-        return array
-    return np.frombuffer(gzip.decompress(base64.b64decode(array["data"])), column["dtype"]).tolist()
-
-
-def known(values: list[float | None]) -> list[float]:
-    return [np.nan if value is None else value for value in values]
-
-
-def test_maps_have_the_numbers_of_the_servers_view(report: Report, finished: Result) -> None:
-    """Means, differences, intervals, p-values and verdicts on the page are those that the sweep's page gets."""
-    view = Results(finished.plan, finished.path)
-    view.refresh()
-    text = report.page.read_text()
-    for quantity in quantities(finished.plan):
-        drawn = {
-            part: list(
-                sources(json.loads(re.search(rf'data-place="plot-{quantity.name}-{part}">(.*?)</script>', text)[1]))
-            )
-            for part in ("means", "difference", "significance")
-        }
-        maps = view.cells("occlusion_width_px", "distracter_radius_px").maps
-        for shown, column in zip(maps, drawn["means"], strict=True):
-            means = {"success": shown.rate, "error": shown.error, **shown.measures}[quantity.name]
-            assert column["value"] == pytest.approx(known(means), rel=1e-5, nan_ok=True), quantity.name
-        seen = view.compare(
-            "occlusion_width_px",
-            "distracter_radius_px",
-            "h-spf",
-            "condensation",
-            quantity.name,
-            "chi-square",
-            0.2,
-            "none",
-        )
-        (difference,), (significance,) = drawn["difference"], drawn["significance"]
-        for name, expected in {
-            "value": seen.difference, "paired": seen.paired, "low": seen.paired_low, "high": seen.paired_high
-        }.items():  # fmt: skip
-            assert difference[name] == pytest.approx(known(expected), rel=1e-5, abs=1e-9, nan_ok=True), quantity.name
-        assert difference["pairs"] == seen.pairs
-        assert significance["p"] == ["not applicable" if p is None else f"{p:.2g}" for p in seen.p_value]
-        words = {"first": "Hard switching (h-SPF) better", "second": "Condensation better", "none": "not significant"}
-        assert significance["verdict"] == [words.get(it, "not applicable") for it in seen.verdict]
-
-
-def test_the_page_says_what_the_level_means(report: Report, finished: Result) -> None:
-    """The share of false alarms is that of the level asked for, and cells that were not tested are not counted."""
-    text = report.page.read_text()
-    assert "up to 20 % come out as significant by chance" in text
-    found = significance(*cells(finished, "occlusion_width_px", "distracter_radius_px").values(), level=0.2)
-    counts = [int((found.codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER)]
-    tested = int((found.codes != Code.NOT_APPLICABLE).sum())
-    assert tested < 8
-    assert f"could be tested: h-spf {counts[0]}, condensation {counts[1]} of {tested}" in text
-
-
 @pytest.mark.parametrize(
     ("means", "ends"),
     [
@@ -197,30 +101,6 @@ def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:
             f"{seen.p_values[0, 0]:.2g}",
         )
         assert table.folded == (quantity.name not in {"success", "error"})
-
-
-@pytest.mark.browser
-def test_the_page_shows_a_cell_under_the_pointer(report: Report, chromium: object) -> None:
-    """In a browser without a network the maps are drawn, and a cell tells its rate and interval."""
-    page = chromium.new_page(viewport={"width": 1280, "height": 900}, offline=True)  # type: ignore[attr-defined]
-    faults: list[str] = []
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("requestfailed", lambda request: faults.append(request.url))
-    page.goto(report.page.as_uri())
-    first = page.locator(".bk-Figure").first
-    first.wait_for()
-    box = first.bounding_box()
-    page.mouse.move(box["x"] + 120, box["y"] + 120)
-    page.get_by_text("95 % interval", exact=False).nth(1).wait_for()
-    assert page.locator(".bk-Figure").count() >= 6
-    assert page.locator("details[open]").count() == 2
-    folded = page.locator("#median_error_px")
-    assert folded.locator(".bk-Figure").count() == 0
-    folded.locator("summary").click()
-    folded.locator(".bk-Figure").nth(3).wait_for()
-    assert folded.locator(".bk-Figure").count() == 4
-    assert not faults
-    page.close()
 
 
 def test_one_axis_of_numbers_gives_boxes(tmp_path: Path) -> None:

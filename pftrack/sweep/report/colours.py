@@ -6,8 +6,9 @@ maps as in the tests, with a neutral middle. All are the palette's, in the form 
 
 from collections.abc import Iterable
 
+import matplotlib as mpl
 import numpy as np
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import Colormap, LinearSegmentedColormap
 from numpy.typing import NDArray
 
 from pftrack.palette import CURVES, DIVERGING, NEUTRALS, VERDICTS, hexadecimal
@@ -15,7 +16,17 @@ from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import Quantity
 
-__all__ = ["CODES", "CODE_NAMES", "GREYS", "MISSING", "TRACKERS", "diverging", "largest_difference", "scale_of"]
+__all__ = [
+    "CODES",
+    "CODE_NAMES",
+    "GREYS",
+    "MISSING",
+    "TRACKERS",
+    "amounts",
+    "diverging",
+    "largest_difference",
+    "scale_of",
+]
 
 CODES = {
     Code.FIRST_BETTER: hexadecimal(VERDICTS["first"].light),
@@ -39,6 +50,11 @@ MISSING = GREYS["missing"]
 
 TRACKERS = tuple(hexadecimal(colour) for colour in CURVES)
 """Curves, in the trackers' order."""
+
+
+def amounts(quantity: Quantity) -> Colormap:
+    """Return the map of a quantity's values, on which what is better is bright."""
+    return mpl.colormaps["viridis" if quantity.better == "higher" else "viridis_r"]
 
 
 def diverging() -> LinearSegmentedColormap:

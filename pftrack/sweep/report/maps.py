@@ -7,7 +7,6 @@ the second is.
 
 from collections.abc import Sequence
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
@@ -20,7 +19,7 @@ from pftrack.sweep.axis import declared
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import TEST_TITLES
 from pftrack.sweep.quantities import Quantity
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, diverging, largest_difference, scale_of
+from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, amounts, diverging, largest_difference, scale_of
 from pftrack.sweep.report.study import Study, label, shown
 
 __all__ = ["mean_maps", "sheet", "significance_maps"]
@@ -70,8 +69,7 @@ def _draw_means(parent: FigureBase, studies: Sequence[Study], quantity: Quantity
         for name, cells in study.maps.items()
     }
     scale = Normalize(*scale_of(quantity, panels.values()))
-    colours = mpl.colormaps["viridis" if quantity.better == "higher" else "viridis_r"]
-    _maps(parent, studies[0], panels, colours, scale, f"{quantity.label}\n{quantity.better} is better")
+    _maps(parent, studies[0], panels, amounts(quantity), scale, f"{quantity.label}\n{quantity.better} is better")
 
 
 def _draw_differences(parent: FigureBase, study: Study, quantity: Quantity) -> None:

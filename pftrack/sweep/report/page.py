@@ -1,20 +1,17 @@
 """The page of a report: one HTML file that needs nothing else, with tables and with maps that answer to the pointer.
 
-Success and error are open, every other measure is a section of its own that a reader unfolds. The maps of a section are
-drawn when it is first open, so that a sweep of many measures and methods opens as fast as any other.
+Success and error are open, every other measure is a section of its own that a reader unfolds.
 """
 
 import json
 from html import escape
 
-from bokeh.embed import json_item
-from bokeh.resources import Resources
-
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import TEST_TITLES
 from pftrack.sweep.quantities import COMMON, Quantity
 from pftrack.sweep.report.colours import CODE_NAMES, CODES
-from pftrack.sweep.report.plots import Plot, code_maps, difference_maps, tracker_maps
+from pftrack.sweep.report.frame import Frame
+from pftrack.sweep.report.plots import code_maps, difference_maps, tracker_maps
 from pftrack.sweep.report.study import Study, label, shown
 from pftrack.sweep.report.tables import Table
 
@@ -37,32 +34,56 @@ DIFFERENCES = (
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; background: #fff; margin: 2rem auto; max-width: 1160px;
-  padding: 0 1rem; }
+  padding: 0 1rem; overflow-wrap: break-word; }
 h1 { font-size: 1.6rem; margin-bottom: .2rem; } h2 { font-size: 1.15rem; margin: 2.2rem 0 .6rem; }
-p { max-width: 70ch; color: #444; } dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; }
-dt { color: #666; } dd { margin: 0; } .wide { overflow-x: auto; }
+h3 { font-size: 1rem; margin: 1.4rem 0 .3rem; } p { max-width: 70ch; color: #444; }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1rem; } dt { color: #666; } dd { margin: 0; }
+.wide { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 14px; }
 th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e5e5e5; white-space: nowrap; }
+th { white-space: normal; vertical-align: bottom; }
 .key span { display: inline-block; margin-right: 1.2rem; } .key i { display: inline-block; width: 1em; height: 1em;
   border: 1px solid #888; vertical-align: -.15em; margin-right: .4em; }
+.scale { display: flex; flex-wrap: wrap; align-items: center; gap: .2rem .5rem; font-size: 13px; }
+.scale i { width: 8rem; height: .8em; } .scale span:first-child { margin-right: .5rem; }
+.maps { display: flex; flex-wrap: wrap; gap: .8rem 1.4rem; } figure { margin: 0; max-width: 100%; }
+figcaption { font-size: 13px; font-weight: 600; } svg { display: block; max-width: 100%; font-size: 11px; fill: #444; }
+path { shape-rendering: crispEdges; }
 details { border-top: 1px solid #e5e5e5; margin-top: 1.6rem; padding-top: .6rem; } summary { cursor: pointer; }
 summary h2 { display: inline; } summary p { margin: .2rem 0 .2rem 1.1rem; }
-h3 { font-size: 1rem; margin: 1.4rem 0 .3rem; }
+#cell { position: fixed; z-index: 1; margin: 0; padding: .4rem .6rem; gap: 0 .7rem; font-size: 13px; background: #fff;
+  border: 1px solid #aaa; border-radius: 4px; box-shadow: 0 2px 8px #0003; pointer-events: none; max-width: 92vw; }
+#cell[hidden] { display: none; }
+@media (max-width: 600px) { .plan { grid-template-columns: 1fr; gap: 0; } .plan dd { margin-bottom: .5rem; } }
 """
 
-
 SCRIPT = """
-for (const section of document.querySelectorAll("details")) {
-  const draw = () => {
-    if (!section.open) return;
-    section.removeEventListener("toggle", draw);
-    for (const plot of section.querySelectorAll("script[type='application/json']")) {
-      Bokeh.embed.embed_item(JSON.parse(plot.textContent), plot.dataset.place);
-    }
-  };
-  section.addEventListener("toggle", draw);
-  draw();
+const axes = JSON.parse(document.getElementById("axes").textContent);
+const [columns, rows] = [axes[0][1].length, axes[1]?.[1].length ?? 1];
+const shown = document.getElementById("cell");
+const element = (kind, text) => Object.assign(document.createElement(kind), { textContent: text });
+
+function show(event) {
+  const map = event.target instanceof Element ? event.target.closest("figure") : null;
+  const ground = map?.querySelector("rect").getBoundingClientRect();
+  const column = map ? Math.floor((columns * (event.clientX - ground.left)) / ground.width) : -1;
+  const row = map ? Math.floor((rows * (ground.bottom - event.clientY)) / ground.height) : -1;
+  shown.hidden = column < 0 || column >= columns || row < 0 || row >= rows;
+  if (shown.hidden) return;
+  const figures = Object.entries(JSON.parse(map.querySelector("script").textContent));
+  const told = [
+    ...axes.map(([name, values], which) => [name, values[which ? row : column]]),
+    ...figures.map(([name, texts]) => [name, texts[row * columns + column]]),
+  ].filter(([, text]) => text);
+  shown.replaceChildren(...told.flatMap(([name, text]) => [element("dt", name), element("dd", text)]));
+  const { width, height } = shown.getBoundingClientRect();
+  const right = document.documentElement.clientWidth - width - 4;
+  shown.style.left = `${Math.max(4, Math.min(event.clientX + 14, right))}px`;
+  shown.style.top = `${event.clientY + 14 + height > innerHeight ? event.clientY - 14 - height : event.clientY + 14}px`;
 }
+
+for (const kind of ["pointermove", "pointerdown"]) document.addEventListener(kind, show);
+document.addEventListener("scroll", () => (shown.hidden = true));
 """
 
 
@@ -72,37 +93,37 @@ def page(study: Study, tables: tuple[Table, ...]) -> str:
     title = f"{escape(plan.wiring.title)}: a sweep"
     by_tracker, *others = (table for table in tables if not table.quantity)
     body = [f"<h1>{title}</h1>", f"<p>{escape(plan.wiring.question)}</p>", _plan(study), _table(by_tracker)]
-    sections = [_section(study, quantity, tables) for quantity in study.quantities]
+    frame = Frame.of(study) if study.x else None
+    sections = [_section(study, frame, quantity, tables) for quantity in study.quantities]
     main = sum(quantity.name in COMMON for quantity in study.quantities)
     body += [*sections[:main], *map(_table, others), *sections[main:]]
-    resources = Resources(mode="inline", components=["bokeh"]).render() if study.x else ""
-    script = f"<script>{SCRIPT}</script>" if study.x else ""
+    body += [_pointer(study)] if study.x else []
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width"><title>{title}</title>'
-        f"<style>{STYLE}</style>\n{resources}</head>\n<body>\n{_joined(body)}\n{script}\n</body></html>\n"
+        f"<style>{STYLE}</style></head>\n<body>\n{_joined(body)}\n</body></html>\n"
     )
 
 
-def _section(study: Study, quantity: Quantity, tables: tuple[Table, ...]) -> str:
+def _section(study: Study, frame: Frame | None, quantity: Quantity, tables: tuple[Table, ...]) -> str:
     """Return all of one quantity: maps of the trackers, and of the pairs difference and significance."""
     parts = [_note(f"{quantity.description} {quantity.better.capitalize()} is better.")]
     if quantity.name == "error" and study.judged:
         parts.append(_note(SURVIVORS))
-    if study.x is not None:
-        parts.append(_plot(f"{quantity.name}-means", tracker_maps(study, quantity)))
-    if study.x is not None and study.pairs:
+    if frame is not None:
+        parts.append(tracker_maps(study, frame, quantity))
+    if frame is not None and study.pairs:
         pairs = study.comparisons[quantity.name]
         at = f"{study.level:g}"
         parts += ["<h3>Difference</h3>", _note(DIFFERENCES)]
-        parts.append(_plot(f"{quantity.name}-difference", difference_maps(study, quantity)))
+        parts.append(difference_maps(study, frame, quantity))
         parts += [f"<h3>{TEST_TITLES[pairs[0].test]} test at {at}, each cell by itself</h3>"]
         alone = ALONE.format(share=100 * study.level)
         parts += [_note(f"{alone} {APPLICABLE}" if pairs[0].test == "chi-square" else alone), _key()]
-        parts.append(_plot(f"{quantity.name}-significance", code_maps(study, pairs, "none")))
+        parts.append(code_maps(study, frame, pairs, "none"))
         if quantity.name == "success":
             parts += [f"<h3>{TEST_TITLES['fisher']} test at {at}, Holm's correction over the map</h3>", _note(HOLM)]
-            parts.append(_plot("success-corrected", code_maps(study, study.exact, "holm")))
+            parts.append(code_maps(study, frame, study.exact, "holm"))
     parts += [_table(table, level=3) for table in tables if table.quantity == quantity.name]
     is_open = " open" if quantity.name in COMMON else ""
     summary = f"<summary><h2>{escape(quantity.label)}</h2>{_verdict(study, quantity)}</summary>"
@@ -118,18 +139,16 @@ def _verdict(study: Study, quantity: Quantity) -> str:
         codes = pair.significance(study.level).codes
         first, second = (int((codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER))
         tested = int((codes != Code.NOT_APPLICABLE).sum())
-        said.append(f"{pair.first} {first}, {pair.second} {second} of {tested}")
-    return _note(f"Significantly better in so many of the cells that could be tested: {'; '.join(said)}")
+        said.append(f"{pair.first} {first}, {pair.second} {second} of {tested} tested")
+    return _note(f"Cells in which one is significantly better: {'; '.join(said)}")
 
 
-def _plot(place: str, plot: Plot) -> str:
-    # In a script "<" could end it, wherever it comes from.
-    text = json.dumps(json_item(plot)).replace("<", "\\u003c")
-    name = escape(place)
-    return (
-        f'<div class="wide" id="plot-{name}"></div>'
-        f'<script type="application/json" data-place="plot-{name}">{text}</script>'
-    )
+def _pointer(study: Study) -> str:
+    """Return what shows the figures of the cell under the pointer."""
+    axes = [(label(study, axis), [shown(value) for value in axis.values]) for axis in (study.x, study.y) if axis]
+    told = json.dumps(axes).replace("<", "\\u003c")  # which could end the script
+    data = f'<script type="application/json" id="axes">{told}</script>'
+    return f'<dl id="cell" hidden></dl>\n{data}\n<script>{SCRIPT}</script>'
 
 
 def _plan(study: Study) -> str:
@@ -146,7 +165,8 @@ def _plan(study: Study) -> str:
         "Fixed": ", ".join(f"{name} = {shown(value)}" for name, value in plan.values.items()) or "all as by default",
         "Seed": str(plan.seed),
     }
-    return f"<dl>{''.join(f'<dt>{escape(name)}</dt><dd>{escape(fact)}</dd>' for name, fact in facts.items())}</dl>"
+    told = "".join(f"<dt>{escape(name)}</dt><dd>{escape(fact)}</dd>" for name, fact in facts.items())
+    return f'<dl class="plan">{told}</dl>'
 
 
 def _table(table: Table, level: int = 2) -> str:

@@ -1,167 +1,135 @@
-"""The maps on the page of a report, which tell the figures of a cell under the pointer."""
+"""The maps on the page of a report, as SVG, each with the figures that its cells tell the pointer.
 
-from typing import Any
+A page of eight measures and three trackers has 75 maps, so each is as little as it can be: one path for all cells of a
+colour, and the figures as texts, which the page's script shows as they are.
+"""
+
+import json
+from collections.abc import Mapping
+from html import escape
+from typing import Literal
 
 import numpy as np
-from bokeh.layouts import gridplot
-from bokeh.models import BasicTicker, ColumnDataSource, FactorRange, HoverTool, LinearColorMapper
-from bokeh.models.annotations import ColorBar
-from bokeh.palettes import Viridis256
-from bokeh.plotting import figure
-from matplotlib.colors import to_hex
+from matplotlib.colors import Colormap, Normalize, to_hex
 from numpy.typing import NDArray
 
 from pftrack.statistics import holm
 from pftrack.sweep.cells import CellMap, Code, Correction
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import COMMON, Quantity
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, GREYS, MISSING, diverging, largest_difference, scale_of
-from pftrack.sweep.report.study import Study, label, shown
+from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, diverging, largest_difference, scale_of
+from pftrack.sweep.report.frame import Frame
+from pftrack.sweep.report.study import Study, number
 
-__all__ = ["Plot", "code_maps", "difference_maps", "tracker_maps"]
+__all__ = ["code_maps", "difference_maps", "tracker_maps"]
 
-SIDE_PX = 310
-COLUMNS = 3
+STOPS = 9
+"""How many colours a scale is made of."""
 
-Plot = Any
-"""A Bokeh figure; its classes are made at run time."""
+Figures = Mapping[str, list[str]]
+"""What the pointer shows: a text of every cell, row by row, by what it is; empty ones are left out."""
 
 
-def tracker_maps(study: Study, quantity: Quantity) -> Plot:
+def tracker_maps(study: Study, frame: Frame, quantity: Quantity) -> str:
     """Return each tracker's mean of a quantity, on one colour scale; what is better is bright."""
-    means = np.array([quantity.means(cells) for cells in study.maps.values()])
-    low, high = scale_of(quantity, means)
-    palette = Viridis256 if quantity.better == "higher" else Viridis256[::-1]
-    mapper = LinearColorMapper(palette=palette, low=low, high=high, nan_color=MISSING)
-    return _side_by_side(
-        [
-            _map(study, study.title(name), {"value": values, **_figures(cells)}, mapper, _hover(study, quantity))
-            for (name, cells), values in zip(study.maps.items(), means, strict=True)
-        ]
-    )
+    means = {name: quantity.means(cells) for name, cells in study.maps.items()}
+    colours, ends = amounts(quantity), scale_of(quantity, means.values())
+    maps = [
+        _map(frame, study.title(name), _fills(means[name], colours, ends), _of_cells(study, quantity, cells))
+        for name, cells in study.maps.items()
+    ]
+    return _side_by_side(maps, _scale(colours, ends, quantity.label))
 
 
-def difference_maps(study: Study, quantity: Quantity) -> Plot:
+def difference_maps(study: Study, frame: Frame, quantity: Quantity) -> str:
     """Return the difference of every pair, positive where the first is better, with that on the same scenes."""
     pairs = study.comparisons[quantity.name]
     most = largest_difference(pairs)
-    palette = [to_hex(diverging()(step / 255)) for step in range(256)]
-    mapper = LinearColorMapper(palette=palette, low=-most, high=most, nan_color=MISSING)
-    hover = [
-        ("difference", "@value{+0.000}"),
-        ("on the same scenes", "@paired{+0.000}"),
-        ("95 % interval", "@low{+0.000} to @high{+0.000}"),
-        ("pairs", "@pairs"),
-        (f"p ({pairs[0].test})", "@p"),
-    ]
-    return _side_by_side(
-        [
-            _map(
-                study,
-                f"1: {pair.first}, 2: {pair.second}",
-                {
-                    "value": pair.difference,
-                    "paired": pair.paired.mean,
-                    "low": pair.paired.low,
-                    "high": pair.paired.high,
-                    "pairs": pair.paired.pairs,
-                    "p": _p_values(pair.p_values),
-                },
-                mapper,
-                hover,
-            )
-            for pair in pairs
-        ]
-    )
+    colours, ends = diverging(), (-most, most)
+    maps = []
+    for pair in pairs:
+        figures = {
+            "difference": _numbers(pair.difference, "+"),
+            "on the same scenes": _numbers(pair.paired.mean, "+"),
+            "95 % interval": _intervals(_numbers(pair.paired.low, "+"), _numbers(pair.paired.high, "+")),
+            "pairs": _texts(pair.paired.pairs, "d"),
+            f"p ({pair.test})": _p_values(pair.p_values),
+        }
+        maps.append(_map(frame, _title(pair), _fills(pair.difference, colours, ends), figures))
+    unit = f", {quantity.unit}" if quantity.unit else ""
+    return _side_by_side(maps, _scale(colours, ends, f"Difference{unit}"))
 
 
-def code_maps(study: Study, pairs: tuple[Comparison, ...], correction: Correction) -> Plot:
+def code_maps(study: Study, frame: Frame, pairs: tuple[Comparison, ...], correction: Correction) -> str:
     """Return where the test finds one tracker of a pair better, in four colours."""
-    hover = [("", "@verdict"), ("p", "@p"), ("p after Holm", "@holm"), ("effect", "@effect{+0.000}")]
-    plots = []
+    maps = []
     for pair in pairs:
         found = pair.significance(study.level, correction)
+        codes = [Code(code) for code in found.codes.ravel().tolist()]
         first, second = study.title(pair.first), study.title(pair.second)
-        names = [CODE_NAMES[code].format(first=first, second=second) for code in Code]
-        columns = {
-            "fill": np.array([CODES[code] for code in Code])[found.codes],
-            "verdict": np.array(names)[found.codes],
+        figures = {
+            "verdict": [CODE_NAMES[code].format(first=first, second=second) for code in codes],
             "p": _p_values(pair.p_values),
-            "holm": _p_values(holm(pair.p_values)),
-            "effect": found.effect,
+            "p after Holm": _p_values(holm(pair.p_values)),
+            "effect": _texts(found.effect, "+.3f"),
         }
-        plots.append(_map(study, f"1: {pair.first}, 2: {pair.second}", columns, None, hover))
-    return _side_by_side(plots)
+        maps.append(_map(frame, _title(pair), [CODES[code] for code in codes], figures))
+    return _side_by_side(maps)
 
 
-def _map(
-    study: Study,
-    title: str,
-    columns: dict[str, NDArray[Any]],
-    mapper: LinearColorMapper | None,
-    hover: list[tuple[str, str]],
-) -> Plot:
-    """Return one map: a rectangle a cell, coloured by `value` through the mapper or by `fill`."""
-    across = [shown(value) for value in study.x.values] if study.x else [""]
-    down = [shown(value) for value in study.y.values] if study.y else [""]
-    rows, places = np.indices((len(down), len(across)))
-    data = {
-        "x": [across[place] for place in places.ravel()],
-        "y": [down[row] for row in rows.ravel()],
-        **{name: values.ravel() for name, values in columns.items()},
-    }
-    height = SIDE_PX if study.y else 150
-    plot: Plot = figure(
-        x_range=FactorRange(factors=across),
-        y_range=FactorRange(factors=down),
-        width=SIDE_PX + (65 if mapper else 0),
-        height=height,
-        title=title,
-        toolbar_location=None,
+def _map(frame: Frame, title: str, fills: list[str], figures: Figures) -> str:
+    told = json.dumps(figures).replace("<", "\\u003c")  # which could end the script
+    return (
+        f"<figure><figcaption>{escape(title)}</figcaption>{frame.map(fills, title)}"
+        f'<script type="application/json">{told}</script></figure>'
     )
-    fill: Any = {"field": "value", "transform": mapper} if mapper else {"field": "fill"}
-    line = None if mapper else GREYS["separator"]
-    plot.rect("x", "y", 1, 1, source=ColumnDataSource(data), fill_color=fill, line_color=line)
-    if mapper:
-        bar = ColorBar(color_mapper=mapper, ticker=BasicTicker(), width=10, border_line_color=None)
-        plot.add_layout(bar, "right")
-    named = [(label(study, axis), f"@{name}") for axis, name in ((study.x, "x"), (study.y, "y")) if axis is not None]
-    plot.add_tools(HoverTool(tooltips=[*named, *hover]))
-    for axis, line_of in ((study.x, plot.xaxis), (study.y, plot.yaxis)):
-        line_of.axis_label = label(study, axis) if axis is not None else ""
-        if axis is not None and len(axis.values) > 12:
-            line_of.major_label_overrides = {
-                shown(value): "" for place, value in enumerate(axis.values) if place % -(-len(axis.values) // 8)
-            }
-    plot.xaxis.major_label_orientation = 0.8
-    plot.grid.grid_line_color = None
-    plot.outline_line_color = None
-    return plot
 
 
-def _hover(study: Study, quantity: Quantity) -> list[tuple[str, str]]:
-    success = [("success", "@rate{0.000}"), ("95 % interval", "@low{0.000} to @high{0.000}")] if study.judged else []
-    error, lost, runs = ("mean error", "@error{0.00}"), ("mean lost frames", "@lost{0.0}"), ("runs", "@runs")
-    if quantity.name in COMMON:
-        return [*success, error, lost, runs] if study.judged else [error, runs]
-    return [(quantity.label, "@value{0.000}"), *success, error, runs]
+def _fills(values: NDArray[np.float64], colours: Colormap, ends: tuple[float, float]) -> list[str]:
+    found = colours(Normalize(*ends)(np.ma.masked_invalid(values.ravel())))
+    return [to_hex(colour) if known else "" for colour, known in zip(found, np.isfinite(values.ravel()), strict=True)]
 
 
-def _figures(cells: CellMap) -> dict[str, NDArray[Any]]:
+def _of_cells(study: Study, quantity: Quantity, cells: CellMap) -> Figures:
+    success = {
+        "success": _texts(cells.rate, ".3f"),
+        "95 % interval": _intervals(_texts(cells.low, ".3f"), _texts(cells.high, ".3f")),
+    }
     return {
-        "rate": cells.rate,
-        "low": cells.low,
-        "high": cells.high,
-        "error": cells.mean_error,
-        "lost": cells.mean_lost_frames,
-        "runs": cells.runs,
+        **({} if quantity.name in COMMON else {quantity.label: _numbers(quantity.means(cells))}),
+        **(success if study.judged else {}),
+        "mean error": _numbers(cells.mean_error),
+        **({"mean lost frames": _numbers(cells.mean_lost_frames)} if study.judged else {}),
+        "runs": _texts(cells.runs, "d"),
     }
 
 
-def _p_values(p_values: NDArray[np.float64]) -> NDArray[Any]:
-    texts = ["not applicable" if np.isnan(value) else f"{value:.2g}" for value in p_values.ravel()]
-    return np.array(texts).reshape(p_values.shape)
+def _texts(values: NDArray[np.float64] | NDArray[np.int64], form: str) -> list[str]:
+    return [format(value, form) if np.isfinite(value) else "" for value in values.ravel().tolist()]
 
 
-def _side_by_side(plots: list[Plot]) -> Plot:
-    return gridplot([plots[start : start + COLUMNS] for start in range(0, len(plots), COLUMNS)], toolbar_location=None)
+def _numbers(values: NDArray[np.float64], sign: Literal["", "+"] = "") -> list[str]:
+    return [number(value, sign) for value in values.ravel().tolist()]
+
+
+def _intervals(low: list[str], high: list[str]) -> list[str]:
+    return [f"{one} to {other}" if one else "" for one, other in zip(low, high, strict=True)]
+
+
+def _p_values(p_values: NDArray[np.float64]) -> list[str]:
+    return [text or "not applicable" for text in _texts(p_values, ".2g")]
+
+
+def _title(pair: Comparison) -> str:
+    return f"1: {pair.first}, 2: {pair.second}"
+
+
+def _scale(colours: Colormap, ends: tuple[float, float], title: str) -> str:
+    stops = ", ".join(to_hex(colours(place)) for place in np.linspace(0.0, 1.0, STOPS))
+    bar = f'<i style="background: linear-gradient(to right, {stops})"></i>'
+    low, high = map(number, ends)
+    return f'<p class="scale"><span>{escape(title)}</span><span>{low}</span>{bar}<span>{high}</span></p>'
+
+
+def _side_by_side(maps: list[str], scale: str = "") -> str:
+    return f'{scale}<div class="maps">{"".join(maps)}</div>'

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from pftrack.sweep.errors import SweepError
 from pftrack.sweep.quantities import Quantity, quantities, quantity_named, samples
 from pftrack.sweep.result import Result
 
-__all__ = ["Study", "label", "shown"]
+__all__ = ["Study", "label", "number", "shown"]
 
 MOST_PAIRS = 6
 """With more trackers than four, each is compared with the first alone."""
@@ -137,3 +138,15 @@ def shown(value: Value) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def number(value: float, sign: Literal["", "+"] = "") -> str:
+    """Return a result to three digits, whole from 1,000 on; nothing for NaN.
+
+    Args:
+        value: The result.
+        sign: "+" to write it of positive values too.
+    """
+    if np.isnan(value):
+        return ""
+    return f"{value:{sign},.0f}" if abs(value) >= 999.5 else f"{value:{sign}.3g}"

@@ -8,7 +8,7 @@ from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.quantities import COMMON, Quantity
-from pftrack.sweep.report.study import Study, label, shown
+from pftrack.sweep.report.study import Study, label, number, shown
 
 __all__ = ["Table", "tables"]
 
@@ -54,8 +54,8 @@ def _by_tracker(study: Study) -> Table:
                 f"{total.runs[0, 0]:,}",
                 _rate(total, 0),
                 _interval(total, 0),
-                _number(total.mean_error[0, 0]),
-                _number(total.mean_lost_frames[0, 0]),
+                number(total.mean_error[0, 0]),
+                number(total.mean_lost_frames[0, 0]),
                 f"{missing:,}" if missing else "",
             )
         )
@@ -68,7 +68,7 @@ def _measures(study: Study) -> tuple[Table, ...]:
     measures = [it for it in study.quantities if it.name not in COMMON]
     if not measures:
         return ()
-    rows = [(name, *(_number(it.means(total)[0, 0]) for it in measures)) for name, total in study.totals.items()]
+    rows = [(name, *(number(it.means(total)[0, 0]) for it in measures)) for name, total in study.totals.items()]
     titles = (it.label[0].lower() + it.label[1:] for it in measures)
     return (Table("Measures, means over all runs", ("tracker", *titles), tuple(rows)),)
 
@@ -81,7 +81,7 @@ def _along(study: Study, axis: Axis) -> Table:
         cells = (
             f"{_rate(cell, place)} ({_interval(cell, place)})"
             if cell.judged[0, place]
-            else _number(cell.mean_error[0, place])
+            else number(cell.mean_error[0, place])
             for cell in found.values()
         )
         rows.append((shown(value), *cells))
@@ -126,8 +126,8 @@ def _pair(pair: Comparison) -> tuple[str]:
 def _over_all(pooled: Comparison) -> tuple[str, str, str]:
     """Return the difference of the means, that on the same scenes with its interval, and how many pairs these are."""
     mean, low, high = (float(it[0, 0]) for it in (pooled.paired.mean, pooled.paired.low, pooled.paired.high))
-    interval = "" if np.isnan(low) else f" ({_signed(low)} to {_signed(high)})"
-    return _signed(pooled.difference[0, 0]), _signed(mean) + interval, f"{pooled.paired.pairs[0, 0]:,}"
+    interval = "" if np.isnan(low) else f" ({number(low, '+')} to {number(high, '+')})"
+    return number(pooled.difference[0, 0], "+"), number(mean, "+") + interval, f"{pooled.paired.pairs[0, 0]:,}"
 
 
 def _tested(study: Study, pair: Comparison, pooled: Comparison) -> tuple[str, ...]:
@@ -151,11 +151,3 @@ def _rate(cells: CellMap, place: int) -> str:
 
 def _interval(cells: CellMap, place: int) -> str:
     return f"{cells.low[0, place]:.3f}-{cells.high[0, place]:.3f}" if cells.judged[0, place] else ""
-
-
-def _number(value: float) -> str:
-    return "" if np.isnan(value) else f"{value:.3g}"
-
-
-def _signed(value: float) -> str:
-    return "" if np.isnan(value) else f"{value:+.3g}"
