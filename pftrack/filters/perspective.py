@@ -57,7 +57,8 @@ class PerspectiveLayer:
 
     def begin(self) -> Gaussian:
         """Begin at the start, at rest, as certain as one frame's process noise."""
-        return Gaussian(np.tile(self.start, 2), np.diag(np.tile(self.noise_sd**2, 2)))
+        variances = self.noise_sd**2
+        return Gaussian(np.concatenate([self.start, self.start]), np.diag(np.concatenate([variances, variances])))
 
     def predict(self, belief: Gaussian) -> Gaussian:
         """Return the belief a frame later."""

@@ -168,8 +168,8 @@ def posed(
     """
     start_at = np.concatenate([np.zeros(3), place_mm])
     layer = PerspectiveLayer(points_mm, focal_px, start_at, principal_px, FIT_NOISE)
-    belief = layer.begin()
+    belief, variances, nothing = layer.begin(), np.ones_like(pixels), Stream(0, 0, Purpose.START)
     for _ in range(FIT_ROUNDS):
-        found = layer.update(belief, pixels, np.ones_like(pixels), Stream(0, 0, Purpose.START))
-        belief = Gaussian(np.tile(found.mean[:6], 2), belief.covariance)
+        found = layer.update(belief, pixels, variances, nothing).mean[:6]
+        belief = Gaussian(np.concatenate([found, found]), belief.covariance)
     return belief.mean[:3], belief.mean[3:6]
