@@ -60,11 +60,6 @@ class Templates:
     pixels: NDArray[np.float32]
     sizes: NDArray[np.int64]
 
-    @property
-    def usable(self) -> NDArray[np.bool_]:
-        """(F,) whether each has contrast; one that has none correlates with nothing."""
-        return np.array([bool(patch.any()) for patch in _patches(self)])
-
 
 def luma(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the brightness (height, width) of a picture, 0.299 R + 0.587 G + 0.114 B; a grey one is returned as it is.

@@ -123,7 +123,8 @@ class Growing:
     @property
     def nbytes(self) -> int:
         """About how much memory it takes that other frames do not share, bytes."""
-        return 2048 + self.own.precision.nbytes + 3 * self.shape.nbytes
+        # The covariance is kept beside the precision once somebody has asked for it.
+        return 2048 + 2 * self.own.precision.nbytes + 3 * self.shape.nbytes
 
     @property
     def free_energy(self) -> float:

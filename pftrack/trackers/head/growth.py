@@ -29,7 +29,7 @@ from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 from pftrack.trackers.pose.calibrated import scarcity
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["again", "begun", "seen_variances", "taught"]
+__all__ = ["begin", "learn", "position_variances", "reacquired"]
 
 PERSISTENCE = 5.0
 """For so many frames an error of a template lasts."""
@@ -46,17 +46,17 @@ FEWEST_FEATURES = 4
 LN_10 = 2.302585092994046
 
 
-def begun(start: FaceModel, focal_px: float, parameters: HeadTrackerParameters) -> Growing:
+def begin(start: FaceModel, focal_px: float, parameters: HeadTrackerParameters) -> Growing:
     """Begin with a face, which may be off as people are from their mean."""
     return growing.begin(start.points_mm, spread_mm2(), _settings(focal_px, parameters))
 
 
-def again(growth: Growing) -> Growing:
+def reacquired(growth: Growing) -> Growing:
     """Return what is known of the face, for a head that may have moved anywhere since it was last seen."""
     return replace(growth, own=replace(growth.own, camera=None), mean_camera=None)
 
 
-def taught(
+def learn(
     growth: Growing,
     state: PoseState,
     correlations: NDArray[np.float64],
@@ -74,13 +74,13 @@ def taught(
     """
     settings = _settings(state.solid.focal_px, parameters)
     growth = growth if growth.settings == settings else replace(growth, settings=settings)
-    variances = seen_variances(state, correlations, eye_distance_px, parameters.sd_floor_px)
+    variances = position_variances(state, correlations, eye_distance_px, parameters.sd_floor_px)
     if np.isfinite(variances[:, 0]).sum() < FEWEST_FEATURES:
         return growth
     return growing.step(growth, state.feature_means - state.solid.principal_px, variances)
 
 
-def seen_variances(
+def position_variances(
     state: PoseState, correlations: NDArray[np.float64], eye_distance_px: float, sd_floor_px: float
 ) -> NDArray[np.float64]:
     """Return variances (F, 2) px^2 of the features' positions, infinite where a feature is not recognised."""

@@ -112,7 +112,7 @@ class HeadMemory:
 
     @property
     def nbytes(self) -> int:
-        """About how much memory it takes that other frames do not share, bytes."""
+        """About how much memory it takes that other frames do not share, bytes; flat templates may be new in any."""
         grown = 0 if self.growth is None else self.growth.nbytes
         return grown + sum(templates.pixels.nbytes for templates in self.bank.sets.values())
 

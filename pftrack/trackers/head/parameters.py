@@ -18,7 +18,8 @@ from pftrack.trackers.pose.parameters import (
 
 __all__ = ["HeadTrackerParameters"]
 
-LOOK, LOSS, GROWTH = "What features look like", "A lost face", "Growing face model"
+LOOK, RELIEF, LOSS = "What features look like", "Templates in relief", "A lost face"
+GROWTH = "Growing face model"
 
 
 class HeadTrackerParameters(PoseTrackerParameters):
@@ -80,41 +81,6 @@ class HeadTrackerParameters(PoseTrackerParameters):
         "are neither renewed nor gathered by pose.",
         group=LOOK,
     )
-    slack_px: float = parameter(
-        8,
-        "Slack of the features",
-        "With templates in relief, how far a feature may be from where the head has it: so much wider is the head's "
-        "prediction, and features that are further away than that count for less.",
-        unit="px",
-        ge=0.5,
-        le=100,
-        step=0.5,
-        group=LOOK,
-        trackers=LAYERED,
-    )
-    initial_speed_px: float = parameter(
-        8,
-        "Initial speed",
-        "With templates in relief, how fast a head may already be moving where tracking begins, and where it is found "
-        "again: the standard deviation of its features' speed, each frame.",
-        unit="px",
-        ge=0,
-        le=100,
-        step=0.5,
-        group=LOOK,
-        trackers=LAYERED,
-    )
-    pose_change_noise: float = parameter(
-        1,
-        "Change of the turn",
-        "With templates in relief and the pinhole, how fast turning and moving may change, in place of the camera "
-        "noise: a multiple of 1 degree and 1 mm each frame.",
-        ge=0.05,
-        le=50,
-        step=0.05,
-        group=LOOK,
-        trackers=LAYERED,
-    )
     template_renewal: float = parameter(
         0,
         "Template renewal",
@@ -129,6 +95,41 @@ class HeadTrackerParameters(PoseTrackerParameters):
         "Templates by pose",
         "Whether to gather further templates while the head is turned, and use those of the nearest pose.",
         group=LOOK,
+    )
+    slack_px: float = parameter(
+        8,
+        "Slack of the features",
+        "With templates in relief, how far a feature may be from where the head has it: so much wider is the head's "
+        "prediction, and features that are further away than that count for less.",
+        unit="px",
+        ge=0.5,
+        le=100,
+        step=0.5,
+        group=RELIEF,
+        trackers=LAYERED,
+    )
+    initial_speed_px: float = parameter(
+        8,
+        "Initial speed",
+        "With templates in relief, how fast a head may already be moving where tracking begins, and where it is found "
+        "again: the standard deviation of its features' speed, each frame.",
+        unit="px",
+        ge=0,
+        le=100,
+        step=0.5,
+        group=RELIEF,
+        trackers=LAYERED,
+    )
+    pose_change_noise: float = parameter(
+        1,
+        "Change of the turn",
+        "With templates in relief and the pinhole, how fast turning and moving may change, in place of the camera "
+        "noise: a multiple of 1 degree and 1 mm each frame.",
+        ge=0.05,
+        le=50,
+        step=0.05,
+        group=RELIEF,
+        trackers=LAYERED,
     )
     recognised_correlation: float = parameter(
         0.5,

@@ -89,7 +89,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     after = replace(after, recognised=recognised)
     if memory.growth is not None and not doubtful:
         size_px = memory.sight.eye_distance_px
-        memory = replace(memory, growth=face_growth.taught(memory.growth, after, correlations, size_px, parameters))
+        memory = replace(memory, growth=face_growth.learn(memory.growth, after, correlations, size_px, parameters))
     return replace(after, memory=_learned(memory, grey, after, templates, parameters))
 
 
@@ -186,7 +186,7 @@ def _resumed(
     """Go on with a face that was found again, as seen from the front but perhaps rolled."""
     memory = _memory(state)
     moved = fit_similarity(memory.sight.points_px, points_px)
-    growth = None if memory.growth is None else face_growth.again(memory.growth)
+    growth = None if memory.growth is None else face_growth.reacquired(memory.growth)
     if memory.reliefs is None and not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
         return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng, growth)
     solid, turn = solid_of(memory.sight, memory.model, memory.form, moved.scale)
