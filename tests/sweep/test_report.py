@@ -103,20 +103,6 @@ def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:
         assert table.folded == (quantity.name not in {"success", "error"})
 
 
-def test_one_axis_of_numbers_gives_boxes(tmp_path: Path) -> None:
-    """Every quantity has a picture of boxes and, below, of differences; there is no map of a single row."""
-    plan = Plan("ball", (Axis("sample_count", (20, 50, 100)),), ("h-spf", "s-spf"), trials=6, frames=10)
-    drawn = figures(Study.of(carry_out(plan, tmp_path / "n.parquet")))
-    measures = {f"measure-{it.name}" for it in plan.wiring.run_measures}
-    assert set(drawn) == {"curves", "success", "error", *measures}
-    boxes, differences = drawn["measure-median_error_px"]().axes
-    assert boxes.get_ylabel() == "Median error, px"
-    assert len(boxes.patches) == 2 * 3
-    assert differences.get_ylabel() == "Difference, px, + if 1 is better"
-    rates, _ = drawn["success"]().axes
-    assert not rates.patches
-
-
 class Lacking(Result):
     """A result in which one tracker has no value of a measure."""
 
@@ -139,7 +125,7 @@ def test_a_tracker_that_lacks_a_measure_is_not_compared_by_it(finished: Result) 
     assert means["h-spf"][2] != ""
     (compared,) = (table for table in made if table.quantity == "inside_share")
     assert compared.rows[0][1:] == ("", "", "0", "Rank-sum", "not applicable", "0 (0)", "0 (0)", "0 (0)", "8")
-    assert len(figures(study)["measure-inside_share"]().subfigs) == 3
+    assert len(figures(study)["measure-inside_share"]().axes[0].images) == 4
     assert "not applicable" in page(study, made)
 
 

@@ -14,7 +14,8 @@ from pftrack.sweep import Axis, Code, Result, cells, quantities, significance
 from pftrack.sweep.report import Report
 from pftrack.sweep.report.colours import CODES, amounts, diverging, largest_difference, scale_of
 from pftrack.sweep.report.frame import Frame
-from pftrack.sweep.report.study import Study, number
+from pftrack.sweep.report.labels import number
+from pftrack.sweep.report.study import Study
 from server.sweeps.results import Results
 
 AXES = "occlusion_width_px", "distracter_radius_px"

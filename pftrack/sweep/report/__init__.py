@@ -1,7 +1,7 @@
 """Reports: the result of a sweep for people. Tables, figures as PNG, and one page that needs nothing else.
 
-Modules: `study` (what is looked at); `tables`; `figures` as pictures, by `maps` and `curves`; `page`, by `plots`; and
-the `colours` that all share.
+Modules: `study` (what is looked at); `tables`; `figures` as pictures, by `curves` and by `maps` in `panels`, with their
+places by `layout`; `page`, by `plots` in a `frame`; and the `colours` and `labels` that all share.
 """
 
 import csv

@@ -6,11 +6,11 @@ Coordinates are pixels from the upper left corner of the cells; a row of cells i
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from math import ceil
 
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.report.colours import GREYS, MISSING
-from pftrack.sweep.report.study import Study, label, shown
+from pftrack.sweep.report.labels import label, shown, ticks
+from pftrack.sweep.report.study import Study
 
 __all__ = ["Frame"]
 
@@ -22,8 +22,8 @@ ROW_PX = 40
 """Height of the cells where there is a single row."""
 
 LEAST_GAPPED_PX = 8
-LETTER_PX, LINE_PX = 6.2, 14.0
-"""Of the labels: width of a letter, about, and height of a line."""
+LETTER_PX, LINE_PX, APART_PX = 6.2, 14.0, 6.0
+"""Of the labels: width of a letter, about, height of a line, and what is between two."""
 
 
 @dataclass(frozen=True)
@@ -47,21 +47,20 @@ class Frame:
     @classmethod
     def of(cls, study: Study) -> "Frame":
         """Return the frame of a study's maps."""
-        across, up = _ticks(study.x), _ticks(study.y)
+        across, up = _values(study.x), _values(study.y)
         wide = _cell(SIDE_PX, len(across))
         side = SIDE_PX * min(max(len(up) / len(across), FLATTEST), TALLEST) if study.y else ROW_PX
         high = _cell(side, len(up))
         width, height = wide * len(across), high * len(up)
         # Names of choices are turned rather than left out.
-        turned = study.x is not None and not study.x.numerical and _length(across) > wide
+        turned = study.x is not None and not study.x.numerical and _length(across) + APART_PX > wide
         below = height + LINE_PX + (0.7 * _length(across) if turned else 0.0)
         labels = [
             _text(text, (place + 0.5) * wide, height + LINE_PX, turned=turned)
-            for place, text in _apart(across, wide, LINE_PX if turned else _length(across) + 6)
+            for place, text in ticks(across, wide, LINE_PX if turned else _length(across) + APART_PX)
         ]
         labels += [
-            _text(text, -5, height - (place + 0.5) * high + 4, anchor="end")
-            for place, text in _apart(up, high, LINE_PX)
+            _text(text, -5, height - (place + 0.5) * high + 4, anchor="end") for place, text in ticks(up, high, LINE_PX)
         ]
         left = _length(up) + 8
         if study.x:
@@ -98,7 +97,7 @@ class Frame:
         )
 
 
-def _ticks(axis: Axis | None) -> list[str]:
+def _values(axis: Axis | None) -> list[str]:
     return [shown(value) for value in axis.values] if axis else [""]
 
 
@@ -109,11 +108,6 @@ def _cell(side: float, count: int) -> float:
 
 def _length(texts: Sequence[str]) -> float:
     return LETTER_PX * max(map(len, texts))
-
-
-def _apart(texts: Sequence[str], step: float, needed: float) -> list[tuple[int, str]]:
-    """Return which labels there is room for, with their places."""
-    return list(enumerate(texts))[:: max(1, ceil(needed / step))]
 
 
 def _text(text: str, x: float, y: float, *, anchor: str = "middle", turned: bool = False) -> str:

@@ -11,8 +11,9 @@ from pftrack.sweep.comparison import TEST_TITLES
 from pftrack.sweep.quantities import COMMON, Quantity
 from pftrack.sweep.report.colours import CODE_NAMES, CODES
 from pftrack.sweep.report.frame import Frame
+from pftrack.sweep.report.labels import label, shown
 from pftrack.sweep.report.plots import code_maps, difference_maps, tracker_maps
-from pftrack.sweep.report.study import Study, label, shown
+from pftrack.sweep.report.study import Study
 from pftrack.sweep.report.tables import Table
 
 __all__ = ["page"]

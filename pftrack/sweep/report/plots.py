@@ -19,7 +19,8 @@ from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import COMMON, Quantity
 from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, diverging, largest_difference, scale_of
 from pftrack.sweep.report.frame import Frame
-from pftrack.sweep.report.study import Study, number
+from pftrack.sweep.report.labels import number
+from pftrack.sweep.report.study import Study
 
 __all__ = ["code_maps", "difference_maps", "tracker_maps"]
 

@@ -3,19 +3,17 @@
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 
-from pftrack.parameters import Value
-from pftrack.sweep.axis import Axis, declared
+from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Test, cells
 from pftrack.sweep.comparison import Comparison, compare
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.quantities import Quantity, quantities, quantity_named, samples
 from pftrack.sweep.result import Result
 
-__all__ = ["Study", "label", "number", "shown"]
+__all__ = ["Study"]
 
 MOST_PAIRS = 6
 """With more trackers than four, each is compared with the first alone."""
@@ -125,28 +123,3 @@ class Study:
     ) -> tuple[Comparison, ...]:
         values = samples(self.result, quantity, x, y)
         return tuple(compare(quantity, maps, values, *pair, test=test) for pair in self.pairs)
-
-
-def label(study: Study, axis: Axis) -> str:
-    """Return what an axis is called, with its unit."""
-    declaration = declared(study.result.plan.wiring, axis.name)
-    return f"{declaration.title}, {declaration.unit}" if declaration.unit else declaration.title
-
-
-def shown(value: Value) -> str:
-    """Return a value as a tick or a table shows it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def number(value: float, sign: Literal["", "+"] = "") -> str:
-    """Return a result to three digits, whole from 1,000 on; nothing for NaN.
-
-    Args:
-        value: The result.
-        sign: "+" to write it of positive values too.
-    """
-    if np.isnan(value):
-        return ""
-    return f"{value:{sign},.0f}" if abs(value) >= 999.5 else f"{value:{sign}.3g}"

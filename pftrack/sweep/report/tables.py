@@ -8,7 +8,8 @@ from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.quantities import COMMON, Quantity
-from pftrack.sweep.report.study import Study, label, number, shown
+from pftrack.sweep.report.labels import label, number, shown
+from pftrack.sweep.report.study import Study
 
 __all__ = ["Table", "tables"]
 

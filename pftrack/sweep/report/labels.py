@@ -1,0 +1,47 @@
+"""What is written in a report: names of axes, their values, and results."""
+
+from collections.abc import Sequence
+from math import ceil, isnan
+from typing import Literal
+
+from pftrack.parameters import Value
+from pftrack.sweep.axis import Axis, declared
+from pftrack.sweep.report.study import Study
+
+__all__ = ["label", "number", "shown", "ticks"]
+
+
+def label(study: Study, axis: Axis) -> str:
+    """Return what an axis is called, with its unit."""
+    declaration = declared(study.result.plan.wiring, axis.name)
+    return f"{declaration.title}, {declaration.unit}" if declaration.unit else declaration.title
+
+
+def shown(value: Value) -> str:
+    """Return a value as a tick or a table shows it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def number(value: float, sign: Literal["", "+"] = "") -> str:
+    """Return a result to three digits, whole from 1,000 on; nothing for NaN.
+
+    Args:
+        value: The result.
+        sign: "+" to write it of positive values too.
+    """
+    if isnan(value):
+        return ""
+    return f"{value:{sign},.0f}" if abs(value) >= 999.5 else f"{value:{sign}.3g}"
+
+
+def ticks(texts: Sequence[str], step: float, needed: float) -> list[tuple[int, str]]:
+    """Return which values of an axis there is room to write, the first and then evenly, with their places.
+
+    Args:
+        texts: The values.
+        step: From one to the next.
+        needed: By one, in the same unit.
+    """
+    return list(enumerate(texts))[:: max(1, ceil(needed / step))]
