@@ -70,10 +70,17 @@ def test_chi_square_agrees_with_scipy_where_it_applies(first: tuple[int, int], s
 
 
 def test_chi_square_applies_from_an_expected_count_of_five() -> None:
-    """Expected counts of exactly 5 are enough."""
+    """Expected counts of exactly 5 are enough, whatever the counts are."""
     assert not np.isnan(chi_square(3, 10, 7, 10))
     assert np.isnan(chi_square(3, 10, 6, 10))
     assert np.isnan(chi_square(0, 0, 5, 10))
+    runs, more, successes = (each.ravel() for each in np.mgrid[5:60, 5:60, 0:60])
+    first = np.minimum(successes, runs)
+    second = successes - first
+    possible = second <= more
+    runs, more, first, second = (each[possible] for each in (runs, more, first, second))
+    least = np.minimum(runs, more) * np.minimum(first + second, runs + more - first - second)
+    assert (~np.isnan(chi_square(first, runs, second, more)) == (least >= 5 * (runs + more))).all()
 
 
 def test_fisher_knows_the_lady_tasting_tea() -> None:
