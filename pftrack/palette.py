@@ -123,7 +123,6 @@ NEUTRALS: dict[str, Colour] = {
     "outline": (136, 136, 136),
     "frame": (170, 170, 170),
     "hatching": (196, 196, 196),
-    "separator": (221, 221, 221),
     "grid": (229, 229, 229),
     "missing": (236, 236, 236),
 }
