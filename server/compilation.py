@@ -1,8 +1,8 @@
 """Compiling while the server runs already: what is ready, how far the rest is, and who has to wait.
 
-On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that,
-experiment by experiment, while pages are served; a session of an experiment that is not ready is refused with a
-sentence that says how long it will take.
+On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that
+while pages are served; a session of an experiment that is not ready is refused with a sentence that says how long it
+will take.
 """
 
 import asyncio

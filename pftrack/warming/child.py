@@ -1,8 +1,10 @@
-"""The process that calls everything that an experiment compiles: experiments by line on its input, news on its output.
+"""The process that calls what experiments compile: cases by line on its input, news on its output.
 
-Each piece of news is a line of JSON: `{"total": 81}` when it begins, `{"function": NAME, "seconds": S}` for what it has
-compiled, `{"found": [NAME, ...]}` for what was compiled before, `{"ready": EXPERIMENT}` or `{"failed": EXPERIMENT,
-"reason": ...}` at the end of each.
+A case is a line `["head", 3]`: an experiment's name, and the number of one of its `coverage.cases`. Each piece of news
+is an object of JSON: `{"total": 81}` when it begins; `{"begun": EXPERIMENT, "cases": 12}` before the first case of one;
+`{"function": NAME, "seconds": S}` for what it has compiled; at the end of a case `{"found": [NAME, ...]}`, all that is
+compiled by now, and `{"done": [EXPERIMENT, 3], "loaded": [...]}`, what this process had not called before, or else
+`{"failed": EXPERIMENT, "reason": ...}`.
 """
 
 import json
@@ -15,7 +17,6 @@ from pftrack.compiled import FUNCTIONS
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import follow_parent, leave_interrupts_to_parent
 from pftrack.warming.coverage import cases, run_case
-from pftrack.warming.memory import remember
 from pftrack.warming.watch import loaded, name_of, watched
 
 LOW_PRIORITY = 10
@@ -38,25 +39,23 @@ def output() -> Say:
     return say
 
 
-def warm(name: str, say: Say) -> None:
-    """Run everything of an experiment, and tell what came of it."""
-    loading: dict[int, frozenset[str]] = {}
+def warm(name: str, number: int, say: Say) -> None:
+    """Run a case of an experiment, and tell what came of it."""
     try:
-        for number, (tracker, values) in enumerate(cases(EXPERIMENTS[name])):
-            before = loaded()
-            run_case(EXPERIMENTS[name], tracker, values)
-            if new := loaded() - before:
-                loading[number] = new
-            say({"found": [name_of(it) for it in FUNCTIONS if it.signatures]})
+        every = tuple(cases(EXPERIMENTS[name]))
+        if number == 0:
+            say({"begun": name, "cases": len(every)})
+        before = loaded()
+        run_case(EXPERIMENTS[name], *every[number])
     except Exception as error:  # noqa: BLE001 - foreign experiments may raise anything, and it is to be reported
         say({"failed": name, "reason": f"{type(error).__name__}: {error}".splitlines()[0]})
     else:
-        remember(name, loading)
-        say({"ready": name})
+        say({"found": [name_of(it) for it in FUNCTIONS if it.signatures]})
+        say({"done": [name, number], "loaded": sorted(loaded() - before)})
 
 
 def main() -> None:
-    """Warm experiment after experiment until there are no more."""
+    """Run case after case until there are no more."""
     leave_interrupts_to_parent()
     follow_parent(os.getppid())
     say = output()
@@ -66,7 +65,8 @@ def main() -> None:
     say({"total": len(FUNCTIONS)})
     with watched(lambda _: None, lambda name, seconds: say({"function": name, "seconds": round(seconds, 3)})):
         for line in sys.stdin:
-            warm(line.strip(), say)
+            name, number = json.loads(line)
+            warm(name, number, say)
 
 
 if __name__ == "__main__":

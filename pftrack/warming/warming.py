@@ -1,17 +1,18 @@
-"""The processes that compile, seen from outside: they are given experiments, and their news make the progress."""
+"""The processes that compile, seen from outside: they are given cases, and their news make the progress."""
 
 import json
 import os
 import subprocess
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any
 
 from pftrack.process import command, described, environment
+from pftrack.warming.memory import remember
 from pftrack.warming.progress import Progress
+from pftrack.warming.schedule import Case, Schedule
 
 __all__ = ["Warming"]
 
@@ -43,8 +44,9 @@ class Warming:
             child: The module that does it.
             low_priority: Whether others come first, as they should where nobody waits for it.
         """
-        self._waiting = deque(names)
-        self._all = frozenset(self._waiting)
+        names = tuple(names)
+        self._schedule = Schedule(names)
+        self._all = frozenset(names)
         self._told = told
         self._module = child
         self._arguments = () if low_priority else ("--at-once",)
@@ -52,11 +54,12 @@ class Warming:
         self._done: set[str] = set()
         self._ready: set[str] = set()
         self._failed: dict[str, str] = {}
+        self._loading: dict[str, dict[int, list[str]]] = {}
         self._seconds: dict[str, float] = {}
         self._total = 0
         self._begun = time.monotonic()
         self._ended: float | None = None
-        count = min(len(self._waiting), processes or os.cpu_count() or 1)
+        count = min(len(names), processes or os.cpu_count() or 1)
         self._children = [self._started() for _ in range(count)]
         self._threads = [threading.Thread(target=self._work, args=(it,), daemon=True) for it in self._children]
         for thread in self._threads:
@@ -85,7 +88,7 @@ class Warming:
     def stop(self) -> None:
         """End the processes; what they have compiled stays."""
         with self._lock:
-            self._waiting.clear()
+            self._schedule.clear()
             for child in self._children:
                 child.kill()
         for thread in self._threads:
@@ -102,7 +105,7 @@ class Warming:
         )
 
     def _work(self, child: "subprocess.Popen[str]") -> None:
-        """Follow a process, and another one after each that ends before its time, until no experiment waits."""
+        """Follow a process, and another one after each that ends before its time, until nothing waits."""
         self._follow(child)
         while (following := self._successor(child)) is not None:
             child = following
@@ -111,22 +114,23 @@ class Warming:
     def _successor(self, child: "subprocess.Popen[str]") -> "subprocess.Popen[str] | None":
         """Start a process in the place of one that has ended, if there is something left for it to do."""
         with self._lock:  # so that `stop` meets either the new process or an empty queue
-            if not self._waiting:
+            if not self._schedule:
                 return None
             self._children.remove(child)
             self._children.append(self._started())
             return self._children[-1]
 
     def _follow(self, child: "subprocess.Popen[str]") -> None:
-        """Hand out experiments to a process and take its news, until there are no more or it ends."""
-        current = self._hand_out(child)
+        """Hand out cases to a process and take its news, until there are no more or it ends."""
+        current = self._hand_out(child, None)
         assert child.stdout is not None  # noqa: S101 - as it was started
         for line in child.stdout:
             news = json.loads(line)
             with self._lock:
                 self._take(news)
-                if "ready" in news or "failed" in news:
-                    current = self._hand_out(child)
+                if current is not None and ("done" in news or "failed" in news):
+                    self._close(current[0])
+                    current = self._hand_out(child, current[0])
                 self._tell()
         child.wait()
         child.stdout.close()
@@ -135,33 +139,47 @@ class Warming:
                 child.stdin.close()
         if current is not None:
             with self._lock:
-                self._failed[current] = f"its compiler process {described(child.returncode)}"
+                self._fail(current[0], f"its compiler process {described(child.returncode)}")
+                self._close(current[0])
                 self._tell()
 
     def _take(self, news: dict[str, Any]) -> None:
         if "total" in news:
             self._total = news["total"]
+        if "begun" in news:
+            self._schedule.begun(news["begun"], news["cases"])
         if "function" in news:
             self._seconds[news["function"]] = self._seconds.get(news["function"], 0.0) + news["seconds"]
             self._done.add(news["function"])
         self._done.update(news.get("found", ()))
-        if "ready" in news:
-            self._ready.add(news["ready"])
+        if "done" in news and news["loaded"]:
+            name, number = news["done"]
+            self._loading.setdefault(name, {})[number] = news["loaded"]
         if "failed" in news:
-            self._failed[news["failed"]] = news["reason"]
+            self._fail(news["failed"], news["reason"])
 
-    def _hand_out(self, child: "subprocess.Popen[str]") -> str | None:
-        """Give a process the next experiment, or let it end."""
+    def _fail(self, name: str, reason: str) -> None:
+        self._failed.setdefault(name, reason)
+        self._schedule.give_up(name)
+
+    def _close(self, name: str) -> None:
+        """Take up that a case has run; an experiment is ready when that was the last of them."""
+        if self._schedule.done(name) and name not in self._failed:
+            remember(name, self._loading.get(name, {}))
+            self._ready.add(name)
+
+    def _hand_out(self, child: "subprocess.Popen[str]", before: str | None) -> Case | None:
+        """Give a process the next case, or let it end."""
         assert child.stdin is not None  # noqa: S101 - as it was started
         with self._lock:
-            name = self._waiting.popleft() if self._waiting else None
+            case = self._schedule.take(before)
         with suppress(OSError):  # where it has ended; whoever reads its output sees that
-            if name is None:
+            if case is None:
                 child.stdin.close()
             else:
-                child.stdin.write(name + "\n")
+                child.stdin.write(json.dumps(case) + "\n")
                 child.stdin.flush()
-        return name
+        return case
 
     def _tell(self) -> None:
         progress = self.progress

@@ -9,6 +9,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import repeat
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from pftrack.compiled import compiled
 from pftrack.trackers.ball.loop import loop_with
 from pftrack.warming import Progress, Warming, memory
+from pftrack.warming.schedule import Schedule
 
 ROOT = Path(__file__).parents[2]
 
@@ -32,15 +34,17 @@ import json, sys, time
 def say(**news): print(json.dumps(news), flush=True)
 say(total=6)
 for line in sys.stdin:
-    name = line.strip()
-    if name == "dies": sys.exit(3)
+    name, number = json.loads(line)
+    if number == 0:
+        say(begun=name, cases=2)
+    if name == "dies" and number == 1: sys.exit(3)
     if name == "broken":
         say(failed=name, reason="ValueError: no")
         continue
-    for part in "ab":
-        time.sleep({pause})
-        say(function=f"{{name}}.{{part}}", seconds=0.5)
-    say(ready=name)
+    function = f"{{name}}.{{'ab'[number]}}"
+    time.sleep({pause})
+    say(function=function, seconds=0.5)
+    say(done=[name, number], loaded=[function + "()"])
 """
 
 
@@ -60,6 +64,7 @@ def pretend(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "pretending.py").write_text(PRETENDING.format(pause=0.05))
     (tmp_path / "pausing.py").write_text(PRETENDING.format(pause=60))
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     return "pretending"
 
 
@@ -74,6 +79,7 @@ def test_progress_comes_with_every_function(pretend: str) -> None:
     counts = [progress.done for progress in told]
     assert counts == sorted(counts)
     assert any(progress.ready and not progress.finished for progress in told)
+    assert memory.loading("two") == {0: {"two.a()"}, 1: {"two.b()"}}
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -84,6 +90,37 @@ def test_one_that_does_not_run_keeps_no_other(pretend: str, bad: str, reason: st
     assert done.finished
     assert reason in done.failed[bad]
     assert done.ready == {"one"}
+    assert memory.ready([bad, "one"]) == {"one"}
+
+
+def test_processes_share_the_cases_of_one_experiment(pretend: str) -> None:
+    """Two processes run each case once, and what each has loaded is remembered together."""
+    done = Warming(["one", "three"], processes=2, child=pretend).wait()
+    assert done.seconds == {f"{name}.{part}": 0.5 for name in ("one", "three") for part in "ab"}
+    assert memory.loading("three") == {0: {"three.a()"}, 1: {"three.b()"}}
+
+
+def test_a_process_stays_with_its_experiment_and_then_helps_where_most_is_left() -> None:
+    """Its own cases from the front, an experiment that nobody has begun, and last of all the end of the longest."""
+    schedule = Schedule(["short", "long", "tiny"])
+    assert [schedule.take(None), schedule.take(None)] == [("short", 0), ("long", 0)]
+    schedule.begun("short", 2)
+    schedule.begun("long", 4)
+    assert not schedule.done("short")
+    assert schedule.take("short") == ("short", 1)
+    assert schedule.done("short")
+    assert schedule.take("short") == ("tiny", 0)
+    schedule.begun("tiny", 1)
+    assert schedule.done("tiny")
+    assert schedule.take("tiny") == ("long", 3)
+    assert not schedule.done("long")
+    assert schedule.take("long") == ("long", 1)
+    assert schedule
+    schedule.give_up("long")
+    assert schedule.take("long") is None
+    assert not schedule
+    assert not schedule.done("long")
+    assert schedule.done("long")
 
 
 @pytest.mark.usefixtures("pretend")
@@ -164,13 +201,16 @@ def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pyte
     assert memory.ready(["one"]) == frozenset()
 
 
+CASES = "".join(f'["sine", {number}]\n' for number in range(2))
+
+
 def test_what_an_experiment_prints_is_no_news(tmp_path: Path) -> None:
     """What is printed while an experiment is called, also below Python, goes to standard error."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-c", PRINTING]
-    done = subprocess.run(command, input="sine\n", capture_output=True, text=True, check=True, env=environment)
+    done = subprocess.run(command, input=CASES, capture_output=True, text=True, check=True, env=environment)
     news = [json.loads(line) for line in done.stdout.splitlines()]
-    assert {"ready": "sine"} in news
+    assert {"done": ["sine", 1], "loaded": []} in news
     assert "by Python" in done.stderr
     assert "below Python" in done.stderr
 
@@ -186,35 +226,34 @@ child.main()
 """
 
 
-def news_of(program: str, cache: Path) -> list[dict[str, object]]:
-    """What a child says that warms the sine, with an own cache of what is compiled."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(cache)}
-    command = [sys.executable, "-c", program, "--at-once"]
-    done = subprocess.run(command, input="sine\n", capture_output=True, text=True, check=True, env=environment)
-    return [json.loads(line) for line in done.stdout.splitlines()]
-
-
-def compiled_of(news: list[dict[str, object]]) -> set[object]:
-    return {it["function"] for it in news if "function" in it}
-
-
 def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
     """In an empty cache what is called is compiled function by function; a second time there is nothing to do."""
     first, second = (news_of(LITTLE, tmp_path) for _ in range(2))
     names = {"pftrack.elementary.exponentials", "pftrack.elementary.logarithms"}
-    assert {"ready": "sine"} in first
-    assert compiled_of(first) == names
-    assert {"ready": "sine"} in second
-    assert compiled_of(second) == set()
-    assert any(names <= set(it["found"]) for it in second if isinstance(it.get("found"), list))
-    assert list(tmp_path.glob("warm-*/sine"))
+    loaded = {it["function"]: it for it in first if "function" in it}
+    assert loaded.keys() == names
+    assert {"begun": "sine", "cases": 3} in first
+    done = [it for it in first if "done" in it]
+    assert [it["done"] for it in done] == [["sine", 0], ["sine", 1]]
+    assert [len(it["loaded"]) for it in done] == [2, 0]
+    assert [it for it in second if "done" in it] == done
+    assert not any("function" in it for it in second)
+    assert any(names <= set(it["found"]) for it in second if "found" in it)
+
+
+def news_of(program: str, cache: Path) -> list[dict[str, Any]]:
+    """What a child says that runs cases of the sine, with an own cache of what is compiled."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(cache)}
+    command = [sys.executable, "-c", program, "--at-once"]
+    done = subprocess.run(command, input=CASES, capture_output=True, text=True, check=True, env=environment)
+    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 @pytest.mark.slow
-def test_a_whole_experiment_is_compiled_and_kept(tmp_path: Path) -> None:
+def test_a_whole_experiment_is_compiled_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same with all that an experiment calls."""
-    first, second = (news_of("from pftrack.warming import child; child.main()", tmp_path) for _ in range(2))
-    assert {"ready": "sine"} in first
-    assert len(compiled_of(first)) > 5
-    assert {"ready": "sine"} in second
-    assert compiled_of(second) == set()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    first, second = (Warming(["sine"], low_priority=False).wait() for _ in range(2))
+    assert len(first.seconds) > 5
+    assert not second.seconds
+    assert first.ready == second.ready == memory.ready(["sine"])

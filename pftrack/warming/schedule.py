@@ -1,0 +1,62 @@
+"""Which process runs which case next, so that all of them have something to do until everything is done.
+
+Cases of one experiment call much the same functions, so a process stays with the experiment that it has begun. Whoever
+has none left takes another; when all have been begun, the last case of that of which most are left.
+"""
+
+from collections import deque
+from collections.abc import Iterable
+
+__all__ = ["Case", "Schedule"]
+
+Case = tuple[str, int]
+"""An experiment's name, and the number of one of its `coverage.cases`."""
+
+
+class Schedule:
+    """The cases of all experiments: waiting, running, or done. How many an experiment has is told when it is begun."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._new = deque(names)
+        self._waiting: dict[str, deque[int]] = {}
+        self._running: dict[str, int] = {}
+
+    def __bool__(self) -> bool:
+        """Whether anything is waiting."""
+        return bool(self._new) or any(self._waiting.values())
+
+    def begun(self, name: str, count: int) -> None:
+        """Take up how many cases there are of an experiment whose first is running."""
+        self._waiting[name] = deque(range(1, count))
+
+    def take(self, before: str | None) -> Case | None:
+        """Return what a process is to run next, if anything waits.
+
+        Args:
+            before: The experiment of what it ran last.
+        """
+        if before is not None and self._waiting.get(before):
+            case = (before, self._waiting[before].popleft())
+        elif self._new:
+            case = (self._new.popleft(), 0)
+        else:
+            fullest = max(self._waiting, key=lambda name: len(self._waiting[name]), default=None)
+            if fullest is None or not self._waiting[fullest]:
+                return None
+            case = (fullest, self._waiting[fullest].pop())
+        self._running[case[0]] = self._running.get(case[0], 0) + 1
+        return case
+
+    def done(self, name: str) -> bool:
+        """Take up that a case of an experiment has run; return whether that was the last of them."""
+        self._running[name] -= 1
+        return not self._running[name] and not self._waiting.get(name)
+
+    def give_up(self, name: str) -> None:
+        """Forget the cases of an experiment that wait."""
+        self._waiting.pop(name, None)
+
+    def clear(self) -> None:
+        """Forget all that waits."""
+        self._new.clear()
+        self._waiting.clear()
