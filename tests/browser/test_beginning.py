@@ -99,7 +99,7 @@ def test_the_plots_do_not_wait_for_the_scene_to_be_drawn(page: Any, server: Serv
     page.goto(server.start_session()["page"])
     shown = SessionPage(page, server)
     shown.until(lambda: any(name.startswith("error") for name in shown.lines), "the plots are drawn")
-    assert page.locator(".scene-still").count() == 1
+    page.locator(".scene-still").wait_for(state="attached")
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (800, 700), (400, 800)])

@@ -245,12 +245,15 @@ def test_what_is_pointed_at_is_named(look: Look) -> None:
         }""",
         view.id,
     )
+    caption = view.page.locator(".flat-caption")
+    before = caption.inner_text()
     canvas.hover(position=nose)
-    assert canvas.get_attribute("title") == "tip of the nose"
+    view.until(lambda: canvas.get_attribute("title") == "tip of the nose", "the name is under the pointer")
     canvas.click(position=nose)
-    assert view.page.locator(".flat-caption").inner_text() == "tip of the nose"
-    canvas.hover(position={"x": 5, "y": 5})
-    assert canvas.get_attribute("title") == ""
+    view.until(lambda: caption.inner_text() == "tip of the nose", "the line below says it")
+    canvas.click(position={"x": 5, "y": 5})
+    view.until(lambda: canvas.get_attribute("title") == "", "there is nothing under the pointer")
+    view.until(lambda: caption.inner_text() == before, "the line below is about the frame again")
 
 
 def test_the_choice_of_a_view_is_remembered(look: Look) -> None:
@@ -304,7 +307,7 @@ def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Look, server: Se
     assert "The tracker stopped" in notice.inner_text()
     notice.locator("button").click()
     view.until(lambda: view.page.locator(".play").is_enabled(), "the play button can be pressed")
-    assert notice.is_hidden()
+    notice.wait_for(state="hidden")
     view.press("ArrowRight")
     view.paints(31)
     assert view.page.locator("#same").count() == 1

@@ -70,7 +70,9 @@ def test_the_model_is_taken_away_and_brought_back(
     unchosen.goto(session["page"])
     view = SessionPage(unchosen, server).ready()
     unchosen.click("[aria-label=Files]")
-    assert unchosen.locator(".menu [data-export]").count() == len(session["exports"])
+    away, into = (unchosen.locator(".menu section", has_text=title) for title in ("Take away", "Bring in"))
+    assert away.locator("[data-export]").count() == len(session["exports"])
+    assert into.locator("[data-file]").count() == 1
     with unchosen.expect_download() as waiting:
         unchosen.click("[data-export=face-obj]")
     place = tmp_path / waiting.value.suggested_filename

@@ -37,6 +37,8 @@ def test_keys_move_through_the_run(watch: Watch, server: Server) -> None:
 def test_help_lists_the_keys_and_takes_the_others(watch: Watch) -> None:
     """The question mark opens the list; while it is open, keys do nothing else; Escape closes it."""
     shown = watch()
+    sent: list[str] = []
+    shown.page.on("request", lambda request: sent.append(request.url))
     shown.press("?")
     dialog = shown.page.locator("dialog")
     dialog.wait_for()
@@ -44,7 +46,9 @@ def test_help_lists_the_keys_and_takes_the_others(watch: Watch) -> None:
     shown.press("ArrowRight")
     shown.press("Escape")
     dialog.wait_for(state="detached")
-    assert shown.session["position"] == 0
+    shown.press("ArrowRight")
+    shown.stands_at(1)
+    assert len([url for url in sent if url.endswith("/transport")]) == 1
 
 
 def test_enter_in_the_branch_dialog_branches(watch: Watch, server: Server) -> None:
@@ -77,7 +81,8 @@ def test_the_scrubber_goes_back_and_stays(watch: Watch, server: Server) -> None:
     shown.page.mouse.up()
     shown.stands_at(33)
     assert not shown.session["playing"]
-    assert shown.page.get_attribute(".scrubber", "aria-valuenow") == "33"
+    now = lambda: shown.page.get_attribute(".scrubber", "aria-valuenow")  # noqa: E731 - one line of reading
+    shown.until(lambda: now() == "33", "the scrubber stands there")
 
 
 def test_a_number_starts_that_preset(watch: Watch) -> None:

@@ -19,7 +19,8 @@ def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch) -> None:
     """
     shown = watch()
     shown.until(lambda: shown.in_scene(BALL, False), "the ball is in the picture")
-    assert shown.particles == shown.session["parameters"]["sample_count"]
+    count = shown.session["parameters"]["sample_count"]
+    shown.until(lambda: shown.particles == count, "so are the particles")
     for _ in range(3):
         shown.press("ArrowRight")
     shown.stands_at(3)
@@ -30,9 +31,9 @@ def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch) -> None:
     )
 
     shown.until(lambda: 36 <= shown.occluder <= 44, "the occluder is 40 px wide")
-    shown.slide("Occluder width (px)", 10)
-    wide = shown.session["parameters"]["occlusion_width_px"]
+    wide = shown.slide("Occluder width (px)", 10)
     assert wide > 40
+    shown.until(lambda: shown.session["parameters"]["occlusion_width_px"] == wide, "the slider is obeyed")
     shown.type_number("Particles", 300)
     shown.until(lambda: shown.session["parameters"]["sample_count"] == 300, "300 particles are in force")
     shown.press("Escape")
@@ -68,7 +69,7 @@ def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, se
 
     shown.branch("apf")
     shown.until(lambda: "Auxiliary" in shown.page.inner_text("h1"), "the title names the new tracker")
-    assert shown.page.locator(".chip").count() == 2
+    shown.until(lambda: shown.page.locator(".chip").count() == 2, "both branches are listed")
     shown.play_to_the_end()
     shown.until(lambda: shown.verdict in {"on target", "hidden"}, "the ball is held to the end")
 
@@ -77,7 +78,7 @@ def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, se
     assert sum(survived[at:]) < sum(lost[at:]) / 2
     assert server.column(shown.id, "error", second)[: at + 1] == server.column(shown.id, "error", first)[: at + 1]  # type: ignore[operator]
     shown.until(lambda: shown.lines.get(f"error {second}") == 90, "the second branch is a line of its own")
-    assert shown.lines[f"error {first}"] == 90
+    shown.until(lambda: shown.lines.get(f"error {first}") == 90, "the first one's is still there")
 
 
 def test_a_change_in_the_past_makes_a_branch(watch: Watch, server: Server) -> None:

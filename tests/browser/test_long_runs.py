@@ -18,6 +18,11 @@ Watch = Callable[..., SessionPage]
 
 HEAVY = {"sample_count": 100_000}
 FAR = 24
+DROP = """() => {
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File(["words"], "other.mp4"));
+    document.dispatchEvent(new DragEvent("drop", { dataTransfer }));
+}"""
 WORDS = re.compile(r"Computing frame \d+ of (\d+)")
 
 
@@ -34,7 +39,7 @@ def test_a_session_that_comes_back(watch: Watch, server: Server) -> None:
     found = WORDS.match(bar.locator("p").inner_text())
     assert found
     assert found.group(1) == str(FAR)
-    assert shown.page.locator(".notice").is_hidden()
+    shown.page.locator(".notice").wait_for(state="hidden")
     bar.locator("button").click()
     bar.wait_for(state="hidden")
     shown.until(lambda: shown.session["goal"] is None, "it has stopped")
@@ -54,20 +59,27 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
-    """A run that is brought in shows how far it is, after a reload too; cancelled, it makes room for another file."""
+    """A run that is brought in shows how far it is, after a reload too; cancelled, it makes room for another file.
+
+    Until then another file would push it out of sight, and be pushed away by its end.
+    """
     page: Any = gallery.page
     drop = page.locator(".drop")
+    before = server.get("runs")
     for ends in ("cancelled", "opened"):
         page.set_input_files("#file-picker", str(saved))
         page.get_by_text(WORDS).wait_for()
+        page.evaluate(DROP)
+        page.get_by_text("Other files are on their way").wait_for()
         assert "heavy.pft" in drop.inner_text()
-        page.reload()
+        page.reload(wait_until="commit")  # the run goes on meanwhile, and takes some seconds only
         page.get_by_text(WORDS).wait_for()
         assert "heavy.pft" in drop.inner_text()
         if ends == "cancelled":
             drop.locator("button").click()
             page.get_by_text("Drop a video here").wait_for()
-            assert server.get("runs") == []
+            assert server.get("runs") == before
     page.wait_for_url("**/session/*")
-    (run,) = server.get("runs")
+    run, *others = server.get("runs")
+    assert others == before
     assert run["summary"]["reproduced"]

@@ -158,7 +158,7 @@ def test_a_session_has_the_parts_that_were_asked_for(several: Several) -> None:
     parts = page.evaluate("[...document.querySelectorAll('[data-part]')].map((it) => it.dataset.part)")
     assert parts == ["readout", "transport"]
     assert page.locator("iframe, canvas").count() == 0
-    assert "px" in page.inner_text("[data-part=readout]")
+    several.until(lambda: "px" in page.inner_text("[data-part=readout]"), "the numbers of the frame are there")
 
 
 def test_a_panel_stands_alone(several: Several, server: Server) -> None:

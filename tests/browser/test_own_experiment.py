@@ -87,13 +87,14 @@ def test_a_live_session_has_its_sliders_and_plots(page: Any, server: Server) -> 
     shown.until(lambda: shown.session["parameters"]["hypothesis_count"] == 7, "the slider is obeyed")
     shown.play_to_the_end()
     shown.until(lambda: shown.in_scene(VERTICES, 0) == 21, "there are seven arrows")
-    panels = [panel.get_attribute("data-plot") for panel in page.locator(".panel:visible").all()]
-    assert panels == ["error", "places", "turn"]
+    panels = lambda: [it.get_attribute("data-plot") for it in page.locator(".panel:visible").all()]  # noqa: E731
+    shown.until(lambda: panels() == ["error", "places", "turn"], "its plots are there, and no others")
     rows = server.column(shown.id, "series")
     assert [len(row["places"]["weights"]) for row in rows] == [5] * 21 + [7] * 39
     count = 5 * 21 + 7 * 39
     shown.until(lambda: len((shown.glyph("places") or {"y1": []})["y1"]) == count, "all hypotheses are drawn")
-    assert [title.inner_text() for title in page.locator(".readout dt:visible").all()] == ["estimate", "likeliest"]
+    titles = lambda: [it.inner_text() for it in page.locator(".readout dt:visible").all()]  # noqa: E731
+    shown.until(lambda: titles() == ["estimate", "likeliest"], "so are its readings")
 
 
 def test_a_saved_run_and_a_link_bring_the_same_numbers_back(page: Any, server: Server, chromium: Any) -> None:

@@ -68,16 +68,16 @@ def test_what_a_method_does_not_have_is_not_shown(page: Any, server: Server) -> 
     shown = opened(page, server)
     shown.play_to_the_end()
     shown.until(lambda: panels(shown) == ["hypotheses", "range", "sigma"], "only these panels are there")
-    assert readings(shown) == ["estimate", "most probable", "range", "step"]
-    assert "threshold" in page.locator("[data-plot=sigma] h2").inner_text()
-    assert "0.300" in page.locator("[data-plot=sigma] h2").inner_text()
+    shown.until(lambda: readings(shown) == ["estimate", "most probable", "range", "step"], "and only these readings")
+    heading = page.locator("[data-plot=sigma] h2")
+    shown.until(lambda: {"threshold", "0.300"} <= set(heading.inner_text().split()), "the threshold is told")
 
 
 def test_a_method_may_take_over_that_reports_something_else(page: Any, server: Server) -> None:
     """What a method does not report is left out of its frames; the curves of the frames before stay."""
     shown = opened(page, server, tracker="plain")
     shown.until(lambda: panels(shown) == ["sigma"], "a method that reports nothing has what all have")
-    assert readings(shown) == ["estimate", "step"]
+    shown.until(lambda: readings(shown) == ["estimate", "step"], "the readings as well")
     server.seek(shown.id, 10)
     server.patch(f"sessions/{shown.id}/parameters", {"tracker": "bank"})
     shown.play_to_the_end()

@@ -27,7 +27,7 @@ def test_a_killed_worker_is_reported_and_restarts_where_it_was(watch: Watch, ser
     shown.until(lambda: shown.page.locator(".play").is_disabled(), "the play button cannot be pressed")
     notice.locator("button").click()
     shown.until(lambda: shown.page.locator(".play").is_enabled(), "the play button can be pressed")
-    assert notice.is_hidden()
+    notice.wait_for(state="hidden")
     shown.stands_at(30)
     shown.until(lambda: shown.in_scene(PARTICLES, 0) > 0, "the scene is back")
     shown.press("ArrowRight")
@@ -95,12 +95,14 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
     assert third.locator(".map").count() == 2
     own_server.start()
     maps.until(third.locator("[data-part=disconnected]").is_hidden, "the page is connected again")
-    assert maps.words.startswith("Complete")
+    maps.complete()
     for each in (page, other):
         each.locator(".bar-lost").wait_for(state="hidden")
     shown.until(lambda: shown.session["state"] in {"ready", "ended", "suspended"}, "the session is known again")
-    if page.locator(".notice button").is_visible():
-        page.locator(".notice button").click()
+    resume = page.locator(".notice button")
+    shown.until(lambda: resume.is_visible() or page.locator(".play").is_enabled(), "it goes on, or can be resumed")
+    if resume.is_visible():
+        resume.click()
     for each in (page, other):
         shown.until(each.locator(".play").is_enabled, "the play button can be pressed")
     shown.stands_at(20)

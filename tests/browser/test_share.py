@@ -48,8 +48,8 @@ def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     shown.page.reload()
     shown.ready()
     shown.stands_at(15)
-    assert shown.page.locator(".chip").count() == 2
-    assert shown.page.inner_text(".amount") == "1"
+    shown.until(lambda: shown.page.locator(".chip").count() == 2, "both branches are listed")
+    shown.until(lambda: shown.page.inner_text(".amount") == "1", "the bookmark is counted again")
     shown.until(lambda: shown.page.inner_text(".readout dl") == verdict, "the numbers of this frame are the same")
     first = shown.session["branches"][0]["id"]
     shown.until(lambda: shown.lines.get(f"error {first}") == 31, "the other branch's curve is back")

@@ -13,7 +13,7 @@ def test_a_shape_is_found_while_one_watches(gallery: Gallery, server: Server) ->
     shown.until(lambda: (shown.position or 0) > 40, "it plays by itself until the first shape is there")
     errors = server.column(shown.id, "error")
     assert errors[40] < errors[5] / 2
-    assert "depth over its noise" in page.inner_text("body")
+    page.get_by_text("depth over its noise").first.wait_for()
 
 
 def test_a_table_of_tracks_is_brought_in(gallery: Gallery, server: Server) -> None:
@@ -25,7 +25,7 @@ def test_a_table_of_tracks_is_brought_in(gallery: Gallery, server: Server) -> No
     assert "prism.csv, 26 frames of tracks" in page.inner_text(".target header")
     assert page.locator("#target-experiment").count() == 0
     assert page.locator("#target-truth").count() == 0
-    assert page.locator("img.target-picture").count() == 1
+    page.locator("img.target-picture").wait_for()
     go.click()
     shown = SessionPage(page, server).ready()
     shown.play_to_the_end()

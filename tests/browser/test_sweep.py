@@ -146,23 +146,23 @@ def test_by_keyboard(sweep: SweepPage, page: Any) -> None:
         page.keyboard.press(key)
     tip = page.locator(".map-tip")
     tip.wait_for()
-    assert "Occluder width 55 px" in tip.inner_text()
-    assert "Look-alike radius 20 px" in tip.inner_text()
-    assert "5 runs" in tip.inner_text()
+    said = ("Occluder width 55 px", "Look-alike radius 20 px", "5 runs")
+    sweep.until(lambda: all(words in tip.inner_text() for words in said), "the cell is told of")
     page.keyboard.press("Enter")
     sweep.runs().first.wait_for()
     assert "Look-alike radius 20 px" in page.inner_text(".runs-head")
     page.keyboard.press("ArrowDown")
-    assert "Look-alike radius 1 px" in tip.inner_text()
+    sweep.until(lambda: "Look-alike radius 1 px" in tip.inner_text(), "the cell below is told of")
     page.keyboard.press("Escape")
     tip.wait_for(state="hidden")
 
 
 def test_the_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     """The switch shows error, difference and significance; axes can be swapped; the address remembers all of it."""
+    pressed = page.locator(".segments [aria-pressed=true]")
     for words in OPTIONS:
         page.locator(".segments button", has_text=words).click()
-        assert page.locator(".segments [aria-pressed=true]").inner_text() == words
+        sweep.until(lambda words=words: pressed.inner_text() == words, "it is what is shown")  # type: ignore[misc]
         assert page.evaluate("document.activeElement.innerText") == words
     page.locator(".segments button", has_text="Significance").click()
     page.locator("[aria-label='Test']").select_option("fisher")
@@ -172,22 +172,28 @@ def test_the_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     sweep.until(lambda: "x=distracter_radius_px" in page.url, "the address names the axes")
     page.reload()
     sweep.until(lambda: page.locator(".map").count() == 3, "two methods and their comparison are shown")
-    assert page.locator("[aria-label='Axis across']").input_value() == "distracter_radius_px"
-    assert page.locator("[aria-label='Axis up']").input_value() == "occlusion_width_px"
-    assert page.locator("[aria-label='Test']").input_value() == "fisher"
-    assert page.locator("label", has_text="Holm").locator("input").is_checked()
+    for label, value in (
+        ("Axis across", "distracter_radius_px"),
+        ("Axis up", "occlusion_width_px"),
+        ("Test", "fisher"),
+    ):
+        choice = page.locator(f"[aria-label='{label}']")
+        sweep.until(lambda choice=choice, value=value: choice.input_value() == value, f"{label} is {value}")  # type: ignore[misc]
+    sweep.until(page.locator("label", has_text="Holm").locator("input").is_checked, "and Holm is checked")
 
 
 def test_a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
     """The maps show the means of the measure that is chosen, say which it is, and a link to it shows the same."""
+    sweep.until(lambda: BARE not in sweep.colours("h-spf"), "all cells are there")
+    successes = sweep.colours("h-spf")
     page.click(".segments button:has-text('Measure')")
     page.select_option("select[aria-label='Which measure']", "inside_share")
     sweep.until(
         lambda: "Inside the true box, mean of all runs" in page.inner_text(".sweep-legend"), "the legend says so"
     )
+    sweep.until(lambda: sweep.colours("h-spf") != successes, "so do the maps")
     shown = sweep.colours("h-spf")
-    assert "show=measure" in page.url
-    assert "of=inside_share" in page.url
+    sweep.until(lambda: "show=measure" in page.url and "of=inside_share" in page.url, "the address names it")
     page.reload()
     sweep.until(lambda: page.locator(".map canvas").count() == 2, "the maps are there")
     sweep.until(lambda: sweep.colours("h-spf") == shown, "the link shows the same")
@@ -225,7 +231,7 @@ def test_errors_stand_beside_their_field(page: Any, width: int, complaints: Comp
     beside = page.locator("[data-field='axes.0'] .wrong")
     form.until(beside.is_visible, "the error is shown")
     assert "between 0 and 640 px, got 1000" in beside.inner_text()
-    assert page.locator("text=Start the sweep").is_disabled()
+    form.until(page.locator("text=Start the sweep").is_disabled, "it cannot be started")
     page.locator("[data-field='axes.0.values']").fill("5, 100")
     form.until(beside.is_hidden, "the error is gone")
     page.locator("[data-field=trials] input").fill("0")
@@ -244,7 +250,7 @@ def test_cancel_resume_delete(page: Any, server: Server, complaints: Complaints)
     )
     page.click("[data-role=cancel]")
     sweep.until(lambda: sweep.words.startswith("Stopped"), "the page says that it stopped")
-    assert "was cancelled" in page.inner_text(".sweep-bar .note")
+    page.locator(".sweep-bar .note", has_text="was cancelled").wait_for()
     page.click("[data-role=resume]")
     sweep.until(lambda: page.locator("[data-role=cancel]").is_visible(), "it runs again")
     page.click("[aria-label='Delete this sweep']")

@@ -45,7 +45,8 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     gallery.until(lambda: page.evaluate("document.querySelector('.mark-surface img').complete"), "the picture is there")
     area = surface.bounding_box()
     scale = area["width"] / 160
-    assert "picture 5 of 30, frame 0 of the session" in " ".join(page.inner_text(".target-choices").split())
+    words = lambda: " ".join(page.inner_text(".target-choices").split())  # noqa: E731 - one line of reading
+    gallery.until(lambda: "picture 5 of 30, frame 0 of the session" in words(), "both numbers are told")
     page.mouse.move(area["x"] + 40 * scale, area["y"] + 50 * scale)
     page.mouse.down()
     page.mouse.move(area["x"] + 58 * scale, area["y"] + 70 * scale, steps=4)

@@ -136,7 +136,7 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
     for key in ("ArrowRight", "ArrowDown", "Shift+ArrowDown", "Shift+ArrowUp"):
         form.page.keyboard.press(key)
     assert near(form.points, {"nose": np.add(found["nose"], 1)}, 0.15)
-    assert form.page.inner_text(".picture-words").startswith("tip of the nose at ")
+    form.until(lambda: form.page.inner_text(".picture-words").startswith("tip of the nose at "), "its place is told")
     form.page.keyboard.press("Tab")
     assert form.page.evaluate("document.activeElement.dataset.handle") == "points.leye"
     form.drag("lmc", 0.5, 0.5)
@@ -172,11 +172,11 @@ def test_a_face_in_the_picture_is_proposed(gallery: Gallery, server: Server) -> 
     form.until(lambda: held, "it is looked for a face")
     held[0].continue_()
     form.until(lambda: choice.input_value() == "head", "the head is proposed")
-    assert "There is a face in the picture." in form.page.inner_text(".target-choices")
+    form.page.locator(".target-choices", has_text="There is a face in the picture.").wait_for()
     form.settled()
     shown = form.track(server)
     assert shown.session["recipe"]["experiment"] == "head"
-    assert "picture 0 of the clip" in form.page.inner_text(".counter")
+    form.page.locator(".counter", has_text="picture 0 of the clip").wait_for()
     shown.until(lambda: "yaw" in shown.in_scene("document.body.innerText", ""), "the scene says the pose")
 
 
@@ -202,8 +202,8 @@ def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery, server: Se
     form.follow_a_head()
     form.settled()
     start = form.page.locator("#target-start")
-    assert start.input_value() == "6"
-    assert "The first suitable face from picture 0 on is in picture 6." in form.page.inner_text(".finding")
+    form.until(lambda: start.input_value() == "6", "the picture with the face is gone to")
+    form.page.locator(".finding", has_text="The first suitable face from picture 0 on is in picture 6.").wait_for()
 
     start.fill("2")
     form.page.locator("text=found none in the picture").wait_for()

@@ -35,6 +35,9 @@ class WorldPage(SessionPage):
         """From where it is seen: azimuth and elevation in degrees."""
         return int(self.canvas.get_attribute("data-azimuth")), int(self.canvas.get_attribute("data-elevation"))
 
+    def stands(self, azimuth: int, elevation: int) -> None:
+        self.until(lambda: self.side == (azimuth, elevation), f"it is seen from {azimuth}, {elevation} degrees")
+
     @property
     def shown(self) -> int:
         return int(self.page.evaluate(SUM))
@@ -62,7 +65,7 @@ def test_a_world_is_seen_from_its_viewpoints(view: WorldPage) -> None:
     for name, side in (("front", (0, 0)), ("top", (0, 90)), ("3-d", (-35, 15))):
         button = view.page.locator(f"[data-viewpoint='{name}']")
         view.changes(button.click)
-        assert view.side == side
+        view.stands(*side)
         assert view.page.locator("[data-viewpoint][aria-pressed=true]").all_inner_texts() == [button.inner_text()]
     assert view.canvas.get_attribute("aria-label").startswith("Head model, in mm, seen from -35 degrees")
 
@@ -82,15 +85,15 @@ def test_a_world_is_turned_by_hand(view: WorldPage, server: Server) -> None:
         mouse.up()
 
     view.changes(drag)
-    assert view.side == (-65, 27)
+    view.stands(-65, 27)
     assert view.page.locator("[data-viewpoint][aria-pressed=true]").count() == 0
     view.canvas.focus()
     for key in ("ArrowRight", "ArrowRight", "ArrowUp"):
         view.changes(lambda key=key: view.press(key))  # type: ignore[misc]
-    assert view.side == (-45, 37)
+    view.stands(-45, 37)
     for _ in range(6):
         view.press("ArrowUp")
-    assert view.side == (-45, 90)
+    view.stands(-45, 90)
     assert view.position == 9
     view.page.locator(".play").focus()
     view.press("ArrowRight")

@@ -184,13 +184,14 @@ class SessionPage(View):
         while folded.count():
             folded.first.click()
 
-    def slide(self, label: str, presses: int) -> None:
-        """Move a slider of the panel by its arrow key, not faster than the scene listens."""
+    def slide(self, label: str, presses: int) -> float:
+        """Move a slider of the panel by its arrow key, not faster than the scene listens; return where it then is."""
         thumb = self.row(label).locator("[role=slider]")
         thumb.focus()
         for _ in range(presses):
             thumb.press("ArrowRight")
             self.page.wait_for_timeout(100)
+        return float(thumb.get_attribute("aria-valuenow"))
 
     def type_number(self, label: str, value: int) -> None:
         """Type a number into the panel."""
