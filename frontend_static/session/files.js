@@ -18,8 +18,8 @@ const LARGEST = 500_000;
 export function fileMenu({ store }) {
   const label = h("span", { class: "wide-only" }, "Files");
   const button = h("button", { type: "button", title: "Take files away, or bring some in", "aria-label": "Files" }, icon("save"), label);
-  const list = h("ul", { class: "menu-list" });
-  const root = popover(button, list);
+  const lists = h("div", {});
+  const root = popover(button, lists);
   root.hidden = true;
   let shown = "";
   const draw = () => {
@@ -31,10 +31,18 @@ export function fileMenu({ store }) {
     if (now === shown) return;
     shown = now;
     root.hidden = exports.length + files.length === 0;
-    fill(list, exports.map((one) => away(id, one)), files.map((one) => into(id, one)));
+    fill(lists, part("Take away", exports.map((one) => away(id, one))), part("Bring in", files.map((one) => into(id, one))));
   };
   store.on(["session"], draw);
   return root;
+}
+
+/**
+ * @param {string} title
+ * @param {HTMLElement[]} files Without any there is nothing.
+ */
+function part(title, files) {
+  return files.length > 0 && h("section", {}, h("h2", {}, title), h("ul", { class: "menu-list" }, files));
 }
 
 /**

@@ -134,18 +134,19 @@ export class DropZone {
     const stop = h("button", { type: "button", on: { click: () => transfer.stop() } }, "Stop");
     fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, stop);
     this.#isBusy = true;
+    let answer;
     try {
-      const answer = await transfer.done;
-      this.#isBusy = false;
-      this.#invite();
-      received(answer);
+      answer = await transfer.done;
     } catch (error) {
       if (statusOf(error) === -1) this.#invite();
       else this.#refuse(name, messageOf(error));
+      return;
     } finally {
       this.#isBusy = false;
       ended.abort();
     }
+    this.#invite();
+    received(answer);
   }
 
   /**
@@ -160,13 +161,14 @@ export class DropZone {
     const words = h("p", { class: "hint", role: "status" }, "Waiting for its turn");
     let wanted = true;
     const stop = () => {
-      wanted = false;
+      wanted = this.#isBusy = false;
       leaveAddress();
       this.#invite();
       attempt(() => api.cancelImport(id));
     };
     fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, h("button", { type: "button", on: { click: stop } }, "Cancel"));
     const since = performance.now();
+    this.#isBusy = true;
     try {
       let job = begun;
       while (wanted && job.state === "computing") {
@@ -175,7 +177,7 @@ export class DropZone {
           setText(words, progressWords(job.done, job.total, (performance.now() - since) / 1000, job.done - begun.done));
         }
         await after(ASK_EVERY_MS);
-        if (wanted) job = await api.importing(id);
+        if (wanted) job = await progress(job, () => setText(words, "The server does not answer; it is asked again"));
       }
       if (!wanted) return;
       leaveAddress();
@@ -185,6 +187,8 @@ export class DropZone {
       this.#on.imported(run);
     } catch (error) {
       if (wanted) this.#refuse(name, messageOf(error));
+    } finally {
+      if (wanted) this.#isBusy = false;
     }
   }
 
@@ -199,6 +203,22 @@ export class DropZone {
       h("p", { class: "wrong", role: "alert" }, message),
       h("button", { type: "button", autofocus: true, on: { click: () => this.#invite() } }, "Choose another file"),
     );
+  }
+}
+
+/**
+ * How far a run has come by now; what was known of it while the server does not answer, as when it is begun again.
+ *
+ * @param {ImportPublic} known
+ * @param {() => void} silent Called when it does not answer.
+ */
+async function progress(known, silent) {
+  try {
+    return await api.importing(known.id);
+  } catch (error) {
+    if (statusOf(error) !== 0) throw error;
+    silent();
+    return known;
   }
 }
 

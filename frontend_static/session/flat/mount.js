@@ -150,8 +150,7 @@ class FlatView {
     };
     canvas.addEventListener("pointermove", (event) => (canvas.title = named(event)));
     canvas.addEventListener("pointerdown", (event) => {
-      const name = named(event);
-      if (name !== "") setText(this.#caption, name);
+      if (this.#ready !== null) setText(this.#caption, named(event) || wordsOf(this.#ready.drawing));
     });
   }
 
@@ -171,11 +170,11 @@ class FlatView {
   }
 
   /** @param {Drawing} drawing */
-  #say({ frame, caption }) {
-    const words = caption || `frame ${frame}`;
+  #say(drawing) {
+    const words = wordsOf(drawing);
     setText(this.#caption, words);
     this.#canvas.setAttribute("aria-label", `The current frame with what the tracker believes: ${words}`);
-    this.#canvas.dataset.frame = String(frame);
+    this.#canvas.dataset.frame = String(drawing.frame);
   }
 
   /**
@@ -194,4 +193,9 @@ class FlatView {
     canvas.style.left = inPage(Math.floor((this.#room.width - width) / 2));
     canvas.style.top = inPage(Math.floor((this.#room.height - height) / 2));
   }
+}
+
+/** @param {Drawing} drawing */
+function wordsOf({ caption, frame }) {
+  return caption || `frame ${frame}`;
 }
