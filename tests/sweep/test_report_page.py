@@ -66,7 +66,7 @@ def test_the_page_says_what_the_level_means(report: Report, finished: Result) ->
     counts = [int((found.codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER)]
     tested = int((found.codes != Code.NOT_APPLICABLE).sum())
     assert tested < 8
-    assert f"significantly better: h-spf {counts[0]}, condensation {counts[1]} of {tested} tested<" in text
+    assert f"<span>h-spf {counts[0]}, condensation {counts[1]} of {tested} tested</span>" in text
 
 
 @pytest.mark.parametrize("name", ["success", "error", "inside_share", "median_error_px"])

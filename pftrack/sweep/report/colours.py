@@ -1,7 +1,7 @@
 """Colours and scales, which can be distinguished without red and green, and mean the same in every figure.
 
 Amounts are shown in viridis. What is better is blue for the first tracker and orange for the second, in the difference
-maps as in the tests, with a neutral middle. All are the palette's, in the form that matplotlib and Bokeh read.
+maps as in the tests, with a neutral middle. All are the palette's, in the form that matplotlib and CSS read.
 """
 
 from collections.abc import Iterable

@@ -45,8 +45,8 @@ th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px so
 th { white-space: normal; vertical-align: bottom; }
 .key span { display: inline-block; margin-right: 1.2rem; } .key i { display: inline-block; width: 1em; height: 1em;
   border: 1px solid #888; vertical-align: -.15em; margin-right: .4em; }
-.scale { display: flex; flex-wrap: wrap; align-items: center; gap: .2rem .5rem; font-size: 13px; }
-.scale i { width: 8rem; height: .8em; } .scale span:first-child { margin-right: .5rem; }
+.scale { font-size: 13px; } .scale i { display: inline-block; width: 8rem; height: .8em; margin: 0 .3rem; }
+.scale span, summary span { white-space: nowrap; } .scale span { margin-left: .5rem; }
 .maps { display: flex; flex-wrap: wrap; gap: .8rem 1.4rem; } figure { margin: 0; max-width: 100%; }
 figcaption { font-size: 13px; font-weight: 600; } svg { display: block; max-width: 100%; font-size: 11px; fill: #444; }
 path { shape-rendering: crispEdges; }
@@ -140,8 +140,8 @@ def _verdict(study: Study, quantity: Quantity) -> str:
         codes = pair.significance(study.level).codes
         first, second = (int((codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER))
         tested = int((codes != Code.NOT_APPLICABLE).sum())
-        said.append(f"{pair.first} {first}, {pair.second} {second} of {tested} tested")
-    return _note(f"Cells in which one is significantly better: {'; '.join(said)}")
+        said.append(f"<span>{escape(f'{pair.first} {first}, {pair.second} {second} of {tested} tested')}</span>")
+    return f"<p>Cells in which one is significantly better: {'; '.join(said)}</p>"
 
 
 def _pointer(study: Study) -> str:

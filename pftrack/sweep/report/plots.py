@@ -129,7 +129,7 @@ def _scale(colours: Colormap, ends: tuple[float, float], title: str) -> str:
     stops = ", ".join(to_hex(colours(place)) for place in np.linspace(0.0, 1.0, STOPS))
     bar = f'<i style="background: linear-gradient(to right, {stops})"></i>'
     low, high = map(number, ends)
-    return f'<p class="scale"><span>{escape(title)}</span><span>{low}</span>{bar}<span>{high}</span></p>'
+    return f'<p class="scale">{escape(title)} <span>{low} {bar} {high}</span></p>'
 
 
 def _side_by_side(maps: list[str], scale: str = "") -> str:
