@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
-from pftrack.elementary import exponentials
 
 __all__ = ["ROUNDS", "agreeing", "middle"]
 
@@ -31,7 +30,7 @@ NOTHING_KNOWN_PX2 = 1e8
 
 def agreeing(
     positions: NDArray[np.float64],
-    log_weights: NDArray[np.float64],
+    weights: NDArray[np.float64],
     expected: NDArray[np.float64],
     doubts: NDArray[np.float64],
     slack_px: float,
@@ -41,14 +40,14 @@ def agreeing(
 
     Args:
         positions: (F, N, 2) px of particles.
-        log_weights: (F, N), normalised by feature.
+        weights: (F, N), normalised by feature.
         expected: (F, 2) px, where the solid has the features.
         doubts: (F,) by how much the variances are too small, infinite for features that say nothing.
         slack_px: How far a feature is from there.
         sd_floor_px: Smallest standard deviation of what a feature says.
     """
     at, where = np.ascontiguousarray(positions), np.ascontiguousarray(expected)
-    return _agreeing(at, log_weights, where, doubts, float(slack_px), float(sd_floor_px))
+    return _agreeing(at, weights, where, doubts, float(slack_px), float(sd_floor_px))
 
 
 def middle(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -61,28 +60,27 @@ def middle(values: NDArray[np.float64]) -> NDArray[np.float64]:
 @compiled
 def _agreeing(
     positions: NDArray[np.float64],
-    log_weights: NDArray[np.float64],
+    weights: NDArray[np.float64],
     expected: NDArray[np.float64],
     doubts: NDArray[np.float64],
     slack: float,
     sd_floor: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     features, count, _ = positions.shape
-    means, variances = np.empty((features, 2)), np.empty((features, 2))
+    means, variances, shares = np.empty((features, 2)), np.empty((features, 2)), np.empty(count)
     for n in range(features):
-        weights = exponentials(log_weights[n])
         agreement = 0.0
         for i in range(count):
             across, down = positions[n, i, 0] - expected[n, 0], positions[n, i, 1] - expected[n, 1]
             near = 1.0 + (across * across + down * down) / (FREEDOM * slack * slack)
-            weights[i] /= near * near
-            agreement += weights[i]
+            shares[i] = weights[n, i] / (near * near)
+            agreement += shares[i]
         for axis in range(2):
             mean, spread = 0.0, 0.0
             for i in range(count):
-                mean += weights[i] * positions[n, i, axis] / agreement
+                mean += shares[i] * positions[n, i, axis] / agreement
             for i in range(count):
-                spread += weights[i] * (positions[n, i, axis] - mean) ** 2 / agreement
+                spread += shares[i] * (positions[n, i, axis] - mean) ** 2 / agreement
             means[n, axis] = mean
             known = max(spread, sd_floor * sd_floor) / max(agreement, LEAST_AGREEMENT)
             variances[n, axis] = known * doubts[n] if np.isfinite(doubts[n]) else NOTHING_KNOWN_PX2

@@ -98,7 +98,7 @@ def adapt(
     )
     eta = 1.0 / (1.0 + settings.forgetting / mixture.eta) if mixture.eta > 0.0 else 1.0
     learned = mixture.responsibilities + eta * (shares - mixture.responsibilities)
-    return Mixture(np.clip(learned, settings.clip, 1.0 - settings.clip), learned, eta)
+    return Mixture(learned.clip(settings.clip, 1.0 - settings.clip), learned, eta)
 
 
 @compiled

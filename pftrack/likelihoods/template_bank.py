@@ -54,6 +54,8 @@ class TemplateBank:
         Args:
             theta_rad: (3,) nod, turn and roll; the roll plays no part.
         """
+        if len(self.sets) == 1:
+            return self.sets[FRONTAL]
         return self.sets[min(self.sets, key=lambda place: _distance(place, theta_rad))]
 
     def learn(

@@ -9,7 +9,7 @@ from pftrack.filters.consensus import LEAST_AGREEMENT, NOTHING_KNOWN_PX2, agreei
 def clouds(*middles: tuple[float, float], spread: float = 1.0, count: int = 400) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(1)
     positions = np.array(middles)[:, None] + spread * rng.standard_normal((len(middles), count, 2))
-    return positions, np.full((len(middles), count), -np.log(count))
+    return positions, np.full((len(middles), count), 1.0 / count)
 
 
 def test_where_all_agree_it_is_the_mean_of_the_particles() -> None:

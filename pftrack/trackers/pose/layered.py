@@ -234,12 +234,13 @@ def _agreed(
     if proposed.expected is None and telling.any():
         expected = expected + consensus.middle((features.means - expected)[telling])
     doubts = np.where(telling, exponential(-DOUBT * np.maximum(best, LEAST_LOG_LIKELIHOOD)), np.inf)
+    positions, weights = np.ascontiguousarray(features.positions), exponential(features.log_weights)
     upper = proposed.upper
     for attempt in range(consensus.ROUNDS):
         if attempt > 0:
             expected = layer.project(upper).positions
         means, variances = consensus.agreeing(
-            features.positions, features.log_weights, expected, doubts, settings.slack_px, settings.sd_floor_px
+            positions, weights, expected, doubts, settings.slack_px, settings.sd_floor_px
         )
         upper = layer.update(proposed.upper, means, variances, rng)
     return upper
