@@ -1,12 +1,17 @@
-"""What the tests of the command line share: a call's type, the clip's length, and how a failure is checked."""
+"""What the tests of the command line share: calls, a clip, and how a failure is checked."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 Call = Callable[..., tuple[int, str, str]]
 """Arguments -> status, standard output, standard error."""
 
 FRAMES = 12
 """Of the clip of a red square."""
+
+
+def on_clip(clip: Path, *more: object) -> tuple[object, ...]:
+    return "run", "ball", "--video", clip, "--box", "20,30,10,8", *more
 
 
 def refused(result: tuple[int, str, str], status: int, *parts: str) -> None:

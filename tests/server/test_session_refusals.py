@@ -1,0 +1,98 @@
+"""What sessions refuse through the REST interface, by the field that is wrong."""
+
+from typing import Any
+
+import httpx
+import pytest
+
+from tests.server.host import Server, begin, error_of
+
+
+class TestBadWishes:
+    @pytest.mark.parametrize(
+        ("body", "field"),
+        [
+            ({}, "experiment"),
+            ({"experiment": "chess"}, "experiment"),
+            ({"experiment": "ball", "tracker": "magic"}, "tracker"),
+            ({"experiment": "ball", "seed": -1}, "seed"),
+            ({"experiment": "ball", "seed": "x"}, "seed"),
+            ({"experiment": "ball", "seed": 2**70}, "seed"),
+            ({"experiment": "ball", "frames": 0}, "frames"),
+            ({"experiment": "ball", "frames": 10**6}, "frames"),
+            ({"experiment": "ball", "parameters": {"sample_count": 0}}, "sample_count"),
+            ({"experiment": "ball", "parameters": [1]}, "timeline.0.values"),
+            ({"experiment": "ball", "upload": "nothing", "box": [0, 0, 9, 9]}, "upload"),
+            ({"experiment": "ball", "upload": "nothing"}, "upload"),
+            ({"experiment": "ball", "box": [0, 0, 9, 9]}, "upload"),
+            ({"experiment": "ball", "upload": "x", "box": [0, 0, 0, 9]}, "upload"),
+            ({"experiment": "ball", "timeline": [{"frame": 3, "values": {"sample_count": 0}}]}, "sample_count"),
+            ({"experiment": "ball", "surprise": 1}, "surprise"),
+        ],
+    )
+    def test_refuses(self, client: httpx.Client, body: dict[str, Any], field: str) -> None:
+        """A session that cannot be is refused with the field's name, and leaves no session behind."""
+        before = len(client.get("/api/v1/sessions").json())
+        assert error_of(client.post("/api/v1/sessions", json=body), 422)["field"] == field
+        assert len(client.get("/api/v1/sessions").json()) == before
+
+    def test_full_house(self, start_server: Any) -> None:
+        """A full house answers 503 with a clear sentence, and has room again when a session ends."""
+        with start_server(max_sessions=2) as (_, client):
+            first = begin(client)
+            begin(client)
+            answer = client.post("/api/v1/sessions", json={"experiment": "ball"})
+            assert "All 2 places are taken" in error_of(answer, 503)["message"]
+            client.delete(f"/api/v1/sessions/{first['id']}")
+            begin(client)
+
+    def test_too_many_particles(self, start_server: Any) -> None:
+        """The server's own limit of particles counts besides the parameter's."""
+        with start_server(max_particles=500) as (_, client):
+            session = begin(client, parameters={"sample_count": 500})
+            answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 501})
+            assert error_of(answer, 422)["bound"] == "at most 500 on this server"
+
+    def test_too_many_branches(self, start_server: Any) -> None:
+        """A session's branches are limited, with a clear sentence."""
+        with start_server(max_branches=2) as (_, client):
+            session = begin(client)
+            url = f"/api/v1/sessions/{session['id']}/branch"
+            assert client.post(url, json={"frame": 0}).status_code == 201
+            assert "at most 2 branches" in error_of(client.post(url, json={"frame": 0}), 409)["message"]
+
+
+def test_unknown_session(server: Server, client: httpx.Client) -> None:
+    """A session that is not there is a 404 in the one error shape, whatever is asked of it."""
+    for method, path in [
+        ("GET", ""),
+        ("DELETE", ""),
+        ("POST", "/resume"),
+        ("GET", "/diagnostics"),
+        ("GET", "/frame.png"),
+        ("POST", "/bookmarks"),
+    ]:
+        error_of(client.request(method, f"/api/v1/sessions/0123456789abcdef{path}"), 404)
+
+
+LONG = "9" * 5000
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "field"),
+    [
+        ("POST", "", f'{{"experiment": "ball", "seed": {LONG}}}', "seed"),
+        ("POST", "", f'{{"recipe": {{"experiment": "ball", "seed": -{LONG}}}}}', "seed"),
+        ("PATCH", "/{}/parameters", f'{{"alpha": 1, "sample_count": {LONG}}}', "sample_count"),
+        ("POST", "/{}/branch", f'{{"frame": 0, "parameters": {{"alpha": [1, {LONG}]}}}}', "parameters.alpha.1"),
+    ],
+)
+def test_long_numbers(
+    client: httpx.Client, session: dict[str, Any], method: str, path: str, body: str, field: str
+) -> None:
+    """A number with more digits than can be read is refused by the name of its field."""
+    address = f"/api/v1/sessions{path.format(session['id'])}"
+    answer = client.request(method, address, content=body, headers={"content-type": "application/json"})
+    error = error_of(answer, 422)
+    assert error["field"] == field
+    assert "at most 4300 digits" in error["message"]
