@@ -1,7 +1,9 @@
 """Which process runs which case next, so that all of them have something to do until everything is done.
 
-Cases of one experiment call much the same functions, so a process stays with the experiment that it has begun. Whoever
-has none left takes another; when all have been begun, the last case of that of which most are left.
+Two processes that need the same function at the same time both compile it. Cases that follow one another call much the
+same functions, so a process stays with the experiment that it has begun; when that has no more, it helps another from
+its end, where other things are chosen than in the beginning. Only then does it begin one: experiments share functions
+too, and find compiled what those before them called.
 """
 
 from collections import deque
@@ -35,15 +37,15 @@ class Schedule:
         Args:
             before: The experiment of what it ran last.
         """
+        fullest = max(self._waiting, key=lambda name: len(self._waiting[name]), default=None)
         if before is not None and self._waiting.get(before):
             case = (before, self._waiting[before].popleft())
+        elif fullest is not None and self._waiting[fullest]:
+            case = (fullest, self._waiting[fullest].pop())
         elif self._new:
             case = (self._new.popleft(), 0)
         else:
-            fullest = max(self._waiting, key=lambda name: len(self._waiting[name]), default=None)
-            if fullest is None or not self._waiting[fullest]:
-                return None
-            case = (fullest, self._waiting[fullest].pop())
+            return None
         self._running[case[0]] = self._running.get(case[0], 0) + 1
         return case
 

@@ -100,27 +100,27 @@ def test_processes_share_the_cases_of_one_experiment(pretend: str) -> None:
     assert memory.loading("three") == {0: {"three.a()"}, 1: {"three.b()"}}
 
 
-def test_a_process_stays_with_its_experiment_and_then_helps_where_most_is_left() -> None:
-    """Its own cases from the front, an experiment that nobody has begun, and last of all the end of the longest."""
+def test_a_process_stays_with_its_experiment_and_helps_others_before_it_begins_one() -> None:
+    """Its own cases from the front, then others' from the end, and last of all an experiment that nobody has begun."""
     schedule = Schedule(["short", "long", "tiny"])
     assert [schedule.take(None), schedule.take(None)] == [("short", 0), ("long", 0)]
     schedule.begun("short", 2)
-    schedule.begun("long", 4)
+    schedule.begun("long", 3)
     assert not schedule.done("short")
     assert schedule.take("short") == ("short", 1)
     assert schedule.done("short")
-    assert schedule.take("short") == ("tiny", 0)
-    schedule.begun("tiny", 1)
-    assert schedule.done("tiny")
-    assert schedule.take("tiny") == ("long", 3)
+    assert schedule.take("short") == ("long", 2)
     assert not schedule.done("long")
     assert schedule.take("long") == ("long", 1)
-    assert schedule
-    schedule.give_up("long")
-    assert schedule.take("long") is None
-    assert not schedule
     assert not schedule.done("long")
+    assert schedule.take("long") == ("tiny", 0)
     assert schedule.done("long")
+    assert not schedule
+    schedule.begun("tiny", 4)
+    assert schedule
+    schedule.give_up("tiny")
+    assert schedule.take("long") is None
+    assert schedule.done("tiny")
 
 
 @pytest.mark.usefixtures("pretend")
