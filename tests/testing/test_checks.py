@@ -2,316 +2,34 @@
 
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import count
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import field_validator
 
-from pftrack.drawing import Ellipsoids, Points, Primitive, WorldDrawing
-from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
+from pftrack.drawing import Ellipsoids
+from pftrack.experiment import Experiment, Preset
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.frame import Frame
-from pftrack.marks import Editor, Handle, Mark
 from pftrack.measures import PICTURE_MEASURES
 from pftrack.parameters import parameter
-from pftrack.sources.signal import SignalSource
 from pftrack.suitability import Suitability
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
-from pftrack.world import World
 from tests.installing import environment, install
-
-TRACKERS = find("sine").trackers
-KALMAN = TRACKERS["kalman"]
-BALL = find("ball")
-SOUND = replace(
-    find("sine"),
-    id="under-test",
-    trackers={"kalman": KALMAN, **TRACKERS},
-    presets=(Preset("works", "works", "kalman"),),
+from tests.testing.broken import (
+    BALL,
+    BROKEN,
+    KALMAN,
+    SOUND,
+    SPACE,
+    declaring,
+    folding,
+    in_world,
+    refusing,
 )
-
-SPACE = World("space", "Space", "mm", 5.0)
-
-
-class Altered:
-    """A state that says something else than the one within."""
-
-    def __init__(self, state: Any, **other: Any) -> None:
-        self.within = state
-        self.__dict__.update(other)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.within, name)
-
-
-def tracking(alter: Callable[[Any, Frame], dict[str, Any]]) -> Experiment:
-    """Return an experiment whose tracker alters each state after the first."""
-
-    def step(state: Any, frame: Frame, parameters: Any, rng: Any) -> Altered:
-        within = state.within if isinstance(state, Altered) else state
-        made = KALMAN.step(within, frame, parameters, rng)
-        return Altered(made, **alter(state, frame))
-
-    return replace(SOUND, trackers={**SOUND.trackers, "kalman": replace(KALMAN, step=step)})
-
-
-def drawing(alter: Callable[[Any, Step, Any, Any], Any]) -> Experiment:
-    """Return an experiment that alters its drawings."""
-
-    def draw(step: Step, past: Any, other: Any = None) -> Any:
-        return alter(SOUND.draw(step, past, other), step, past, other)
-
-    return replace(SOUND, draw=draw)
-
-
-def layered(layer: Callable[[int], str]) -> Experiment:
-    def alter(drawn: Any, step: Step, *_: Any) -> Any:
-        moved = replace(drawn.primitives["now"], layer=layer(step.diagnostics.frame))
-        return replace(drawn, primitives={**drawn.primitives, "now": moved})
-
-    return drawing(alter)
-
-
-def in_world(*items: Primitive, world: World = SPACE) -> Experiment:
-    """Return an experiment that draws in the world `SPACE`, or in another one."""
-    drawn = WorldDrawing(world, dict(zip(("it", "other"), items, strict=False)))
-    return replace(drawing(lambda flat, *_: replace(flat, worlds=(drawn,))), worlds=(SPACE,))
-
-
-def nibbled(**other: Any) -> Experiment:
-    """Return an experiment of whose drawings one primitive has other fields."""
-
-    def alter(drawn: Any, *_: Any) -> Any:
-        return replace(drawn, primitives={**drawn.primitives, "now": replace(drawn.primitives["now"], **other)})
-
-    return drawing(alter)
-
-
-def declaring(model: type[SineParameters]) -> Experiment:
-    return replace(SOUND, simulate=lambda: replace(SOUND.simulate(), parameters=model()))
-
-
-def showing(source: Callable[[int, Any], Any]) -> Experiment:
-    return replace(SOUND, simulate=lambda: replace(SOUND.simulate(), open_source=source))
-
-
-class NoUnit(SineParameters):
-    """A unit in the name alone."""
-
-    width_px: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
-
-
-def refusing(*_: Any, **__: Any) -> Any:
-    raise ValueError("too dark")
-
-
-def from_the_start(sequence: Any, mark: Any, **_: Any) -> Any:
-    """Wire a recording from its first picture on, whatever is asked for."""
-    assert BALL.on_video is not None
-    return BALL.on_video(sequence, mark)
-
-
-class Forgiving(SineParameters):
-    """Takes what is too large for what is largest."""
-
-    width: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
-
-    @field_validator("width", mode="before")
-    @classmethod
-    def _cut(cls, value: object) -> object:
-        return min(value, 2.0) if isinstance(value, float | int) else value
-
-
-class Restless(SignalSource):
-    """Shows another signal whenever it is asked."""
-
-    calls = 0
-
-    def frame(self, index: int, history: Any) -> Frame:
-        frame = super().frame(index, history)
-        self.calls += 1
-        return replace(frame, signal=frame.signal + self.calls)
-
-
-class Quiet(SignalSource):
-    """Says that its noise does not depend on the seed."""
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self.noisy = False
-
-
-def hidden_state() -> Experiment:
-    """Return an experiment whose tracker counts its calls outside of its state."""
-    calls = count()
-    return tracking(lambda *_: {"estimate": np.array([float(next(calls))])})
-
-
-def changing_states() -> Experiment:
-    kept = np.zeros(3)
-
-    def alter(*_: Any) -> dict[str, Any]:
-        kept[:] += 1
-        return {"arrays": lambda: {"kept": kept}}
-
-    start = tracking(alter).trackers["kalman"]
-    begin = lambda *given: Altered(KALMAN.start(*given), arrays=lambda: {"kept": kept})  # noqa: E731 - a stub
-    return replace(SOUND, trackers={**SOUND.trackers, "kalman": replace(start, start=begin)})
-
-
-def jealous_trackers() -> Experiment:
-    def step(state: Any, *given: Any) -> Any:
-        known = isinstance(state, Altered)
-        made = KALMAN.step(state.within if known else state, *given)
-        return Altered(made) if known else Altered(made, estimate=np.array([np.nan]))
-
-    start = lambda *given: Altered(KALMAN.start(*given))  # noqa: E731 - a stub
-    other = replace(KALMAN, id="jealous", start=start, step=step)
-    return replace(SOUND, trackers={**SOUND.trackers, "jealous": other})
-
-
-def folding(alter: Callable[[Any], dict[str, Any]]) -> Experiment:
-    """Return an experiment whose tracker alters what it says of many frames at once."""
-    tracker = BALL.trackers["h-spf"]
-
-    def fold(*given: Any) -> Any:
-        done = tracker.fold(*given)  # type: ignore[misc] # this one has it
-        return done and replace(done, **alter(done))
-
-    return replace(BALL, trackers={"h-spf": replace(tracker, fold=fold)}, default_tracker="h-spf")
-
-
-def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> Any:
-    return replace(drawn, caption=f"{len(past)} frames")
-
-
-class Loose(Mark):
-    """A point that may be anywhere, and is drawn on a layer of its own."""
-
-    title: ClassVar[str] = "Point"
-    instruction: ClassVar[str] = "Drag it."
-
-    kind: Literal["loose"] = "loose"
-    at: tuple[float, float]
-
-    def check(self, size: tuple[int, int]) -> None:
-        del size
-
-    def draw(self) -> Mapping[str, Primitive]:
-        position = np.array([[*self.at, 1.0]], np.float32)
-        return {"point": Points(position, np.zeros((1, 3), np.uint8), 3.0, "points")}
-
-    @classmethod
-    def editor(cls) -> Editor:
-        return cls.described(handles=(Handle(name="at", title="Place"),))
-
-
-def plots_of_one_name() -> Experiment:
-    return replace(SOUND, plots=(SOUND.plots[0], SOUND.plots[0]))
-
-
-BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
-    "the registry finds it by its id": (
-        lambda: replace(SOUND, id="unlisted"),
-        "unlisted must be registered by an entry point",
-    ),
-    "it says what it is": (lambda: replace(SOUND, question="Why."), r"the experiment's question .* got 'Why.'"),
-    "its parameters are declared whole": (lambda: declaring(NoUnit), "width_px has a unit in its name"),
-    "bad values are refused with their field": (
-        lambda: declaring(Forgiving),
-        "width = inf must be refused, and was accepted",
-    ),
-    "its presets run": (
-        lambda: replace(SOUND, presets=(Preset("few", "few", "kalman", {"sample_count": 0}),)),
-        "the preset few does not fit the experiment: sample_count must be",
-    ),
-    "its example sweep is a plan": (
-        lambda: replace(SOUND, example_sweep=ExampleSweep({"sample_count": (0,)}, ("kalman",), 1, 5)),
-        "the example sweep does not fit the experiment: sample_count",
-    ),
-    "its plots and readings are complete": (plots_of_one_name, "plots must have names of their own, got twice error"),
-    "its measures are declared whole": (
-        lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], description="inside"),)),
-        "the description of the measure inside_share must be a sentence that ends in '.', got 'inside'",
-    ),
-    "estimates are finite and as long as positions are": (
-        lambda: tracking(lambda *_: {"estimate": np.zeros(2)}),
-        r"the estimate of frame 1 must have the shape \(1,\), got \(2,\)",
-    ),
-    "its states are values": (changing_states, "kept of the state of frame 0 changed"),
-    "measures are a number a frame": (
-        lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], frames=lambda _: np.zeros(3)),)),
-        "the measure inside_share must give numbers .*, one a frame, got float64",
-    ),
-    "series are as declared": (
-        lambda: replace(SOUND, measure=lambda frame, _: {f"s{frame.index}": 1.0}),
-        "frame 0 has a series 's0', which",
-    ),
-    "frames are the same when asked for again": (lambda: showing(Restless), "depends on which frames were asked for"),
-    "only a noisy source depends on the seed": (lambda: showing(Quiet), "frame 0 depends on the seed"),
-    "another process comes to the same numbers": (
-        lambda: replace(SOUND, id="unlisted"),
-        "another process cannot compute the run: .*no experiment 'unlisted'",
-    ),
-    "a batch comes to the numbers of live runs": (
-        lambda: folding(lambda done: {"estimates": done.estimates + 1e-9}),
-        "a batch comes to other estimates than a live run",
-    ),
-    "any tracker takes over from any other": (
-        jealous_trackers,
-        r"the estimate of frame \d is \(nan,\) after the tracker changed",
-    ),
-    "seeking comes to the same numbers": (hidden_state, "a run that seeks to and fro must come to the same estimates"),
-    "a branch shares the past and comes to the same numbers": (hidden_state, "a branch that changes nothing must come"),
-    "a saved run comes to the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
-    "its kinds of mark describe themselves": (
-        lambda: replace(SOUND, marks=(Loose,)),
-        "the experiment takes no recordings, and has 1 kinds of mark",
-    ),
-    "bad marks are refused with their field": (
-        lambda: replace(SOUND, marks=(Loose,)),
-        r"at at \[-1000000000.0, 1.0\] must be refused in a picture of 320 x 240 px, and was accepted",
-    ),
-    "marks survive their JSON and can be drawn": (
-        lambda: replace(SOUND, marks=(Loose,)),
-        r"a loose must be drawn on the layer 'mark', got \['points'\]",
-    ),
-    "drawings keep to the picture and to declared layers": (
-        lambda: layered(lambda _: "secret"),
-        "now is drawn on the layer 'secret', which is not declared",
-    ),
-    "what is drawn in a world keeps to it": (
-        lambda: in_world(Points(np.array([[0.0, 0.0, 7.0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, "estimate")),
-        "positions of it in frame 0 must lie within 5 mm of the middle of the world 'space', got 7 mm",
-    ),
-    "a film of its scene is tracked from a mark": (
-        lambda: replace(BALL, on_video=refusing),
-        "a box of the scene's own target in picture 0 must be taken, and is refused: too dark",
-    ),
-    "what is no start on a film is refused": (
-        lambda: replace(BALL, on_video=from_the_start),
-        "a start at picture -1 of 12 must be refused, and was accepted",
-    ),
-    "a drawing holds what can be shown": (
-        lambda: nibbled(width=math.nan),
-        "now in frame 0 cannot be shown: width must be a finite number that is not negative, got nan",
-    ),
-    "what has a name in a drawing stays what it is": (
-        lambda: layered(lambda frame: ("estimate", "truth")[frame % 2]),
-        "now is a Ellipse on the layer 'truth' in frame 1, and was a Ellipse on 'estimate' before",
-    ),
-    "a drawing shows no future": (lambda: drawing(caption_of_all_frames), "frame 6 is drawn differently once later"),
-    "a second run can be drawn beside it": (
-        lambda: drawing(lambda _, step, past, __: SOUND.draw(step, past)),
-        "nothing is drawn of a second run",
-    ),
-}
 
 
 @pytest.fixture(autouse=True)
