@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -132,6 +133,15 @@ def test_one_axis_of_numbers_gives_boxes(counted: Result) -> None:
     assert differences.get_ylabel() == "Difference, px, + if 1 is better"
     rates, _ = drawn["success"]().axes
     assert not rates.patches
+
+
+def test_many_values_are_not_wider_than_a_picture_can_be(counted: Result) -> None:
+    """Boxes become narrow rather than the picture endless, and the values that are written do not touch."""
+    many = replace(counted.plan, axes=(Axis("sample_count", tuple(range(1, 1001))),))
+    drawn = figures(Study.of(replace(counted, plan=many)))
+    for name in ("success", "error", "curves"):
+        assert pixels(drawn[name]()).shape[1] <= 2000
+    assert_readable(drawn["error"]())
 
 
 def test_a_box_has_the_quartiles_of_its_runs(counted: Result) -> None:

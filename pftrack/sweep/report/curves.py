@@ -21,8 +21,8 @@ from pftrack.sweep.report.study import Study
 __all__ = ["along", "boxes", "curves"]
 
 MOST_TICKS = 10
-MOST_BOXES = 16
-LEFT_IN, WIDE_IN, RIGHT_IN, NARROWEST_IN = 0.75, 3.3, 0.15, 5.0
+LEFT_IN, WIDE_IN, RIGHT_IN = 0.75, 3.3, 0.15
+BOX_IN, NARROWEST_IN, WIDEST_IN = 0.35, 5.0, 16.0
 TITLE_IN, HIGH_IN, BELOW_IN = 0.24, 2.5, 0.55
 PERCENTILES = 5, 25, 50, 75, 95
 """Of a box: ends of the whiskers, edges of the box, and median."""
@@ -70,11 +70,7 @@ def along(study: Study, axis: Axis, quantity: Quantity) -> Figure:
     """Draw a quantity over the only axis: boxes, or rates with their interval, above the differences of the pairs."""
     is_success = quantity.name == "success"
     better = f"{quantity.title}; {quantity.better} is better"
-    parts = [
-        (f"{better}\n95 % intervals", _key(study))
-        if is_success
-        else (f"{better}\n{_of_boxes()}", _key(study, of_boxes=True))
-    ]
+    parts = [(f"{better}\n{'95 % intervals' if is_success else _of_boxes()}", _key(study, of_boxes=not is_success))]
     if study.pairs:
         test = TEST_TITLES[study.comparisons[quantity.name][0].test]
         title = f"On the same scenes, 95 % intervals\nFilled where different, {test} test at {study.level:g}"
@@ -97,7 +93,7 @@ def _of_boxes() -> str:
 
 def _stacked(study: Study, axis: Axis, parts: Sequence[tuple[str, Key]]) -> tuple[Figure, list[Axes]]:
     """Return panels over an axis of equally spaced values below each other, each with its title and its key."""
-    wide = max(0.35 * len(axis.values) * len(study.trackers), NARROWEST_IN)
+    wide = min(max(BOX_IN * len(axis.values) * len(study.trackers), NARROWEST_IN), WIDEST_IN)
     width = LEFT_IN + wide + RIGHT_IN
     below = BELOW_IN + _upright(axis, wide / len(axis.values))
     heights = [2 * TITLE_IN + HIGH_IN + below + _height(key, width) for _, key in parts]

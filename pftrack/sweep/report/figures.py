@@ -11,11 +11,13 @@ from matplotlib.figure import Figure
 from pftrack.parameters import with_role
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.quantities import COMMON, Quantity
-from pftrack.sweep.report.curves import MOST_BOXES, along, boxes, curves
+from pftrack.sweep.report.curves import along, boxes, curves
 from pftrack.sweep.report.maps import sheet
 from pftrack.sweep.report.study import Study
 
 __all__ = ["figures"]
+
+MOST_BOXES = 16
 
 
 def figures(study: Study) -> dict[str, Callable[[], Figure]]:
