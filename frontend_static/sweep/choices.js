@@ -120,10 +120,8 @@ function axes(store) {
   return h(
     "span",
     { class: "choice end" },
-    "across ",
-    select("Axis across", names, view.x, across),
-    " up ",
-    select("Axis up", [...names, { value: NO_AXIS, words: "none" }], view.y, up),
+    h("span", { class: "pair" }, "across", select("Axis across", names, view.x, across)),
+    h("span", { class: "pair" }, "up", select("Axis up", [...names, { value: NO_AXIS, words: "none" }], view.y, up)),
   );
 }
 

@@ -159,5 +159,6 @@ function pooled({ known }, map) {
 function verdicts({ view, comparison }) {
   if (view.show !== "significance" || comparison === null) return "";
   const of = (/** @type {typeof comparison.verdict[number]} */ code) => comparison.verdict.filter((one) => one === code).length;
-  return `${count(of("first"), "cell")} to ${of("second")}, ${of("none")} not significant`;
+  const untested = of("untested") > 0 ? `, ${of("untested")} not applicable` : "";
+  return `${count(of("first"), "cell")} to ${of("second")}, ${of("none")} not significant${untested}`;
 }
