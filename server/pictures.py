@@ -99,7 +99,8 @@ class PictureEncoder:
         height, width = image_rgb.shape[:2]
         picture = EncodedPicture(self._next_key, width, height, encoded.tobytes())
         self._next_key += 1
-        return _Known(image_rgb, fine, picture)
+        # An experiment may draw its next picture into the same array.
+        return _Known(image_rgb.copy() if image_rgb.flags.writeable else image_rgb, fine, picture)
 
 
 def _pictures(drawing: Drawing) -> Iterator[tuple[str, Picture]]:

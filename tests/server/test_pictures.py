@@ -62,6 +62,19 @@ def test_a_picture_that_stays_is_encoded_once(encoded: list[tuple[int, ...]]) ->
     assert encoded == [(60, 80, 3), (60, 80, 3), (120, 160, 3)]
 
 
+def test_a_picture_may_be_drawn_over_the_last_one() -> None:
+    """An experiment that keeps one array for all frames is shown each of them."""
+    encoder, shown = PictureEncoder(), drawing()
+    picture = shown.primitives["picture"]
+    assert isinstance(picture, Picture)
+    first = encoder.for_scene(shown).pictures["picture"]
+    picture.image_rgb[:] = 7
+    second = encoder.for_scene(shown).pictures["picture"]
+    assert first.key != second.key
+    picture.image_rgb.flags.writeable = False
+    assert encoder.for_scene(shown).pictures["picture"] is second
+
+
 def test_a_scene_and_flat_views_share_a_picture(encoded: list[tuple[int, ...]]) -> None:
     """What is fine enough for a flat view does for the scene; what was made for the scene alone is made again."""
     encoder = PictureEncoder()
