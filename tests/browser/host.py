@@ -19,10 +19,11 @@ START_S = 60.0
 class Server:
     """`pftrack serve` on a free port; a second start serves the same data at the same place."""
 
-    def __init__(self, data: Path, installed: Path | None = None) -> None:
-        """Start it on a folder of data, beside what is installed in another folder."""
+    def __init__(self, data: Path, installed: Path | None = None, **variables: str) -> None:
+        """Start it on a folder of data, beside what is installed in another folder, with variables of its own."""
         self.data = data
-        self._environment = {**(environment(installed) if installed else os.environ), "PYTHONUNBUFFERED": "1"}
+        inherited = environment(installed) if installed else os.environ
+        self._environment = {**inherited, "PYTHONUNBUFFERED": "1", **variables}
         self._port = 0
         self._born: dict[str, set[int]] = {}
         self._process: subprocess.Popen[str] | None = None
