@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -145,9 +146,13 @@ def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -
 
 
 def test_axes_are_chosen_or_named(finished: Result) -> None:
-    """The first two numerical axes span the maps; others may be named, an unknown one is refused."""
+    """The first two numerical axes span the maps, a single one goes across; others may be named if they are there."""
     study = Study.of(finished)
     assert study.names == ("occlusion_width_px", "distracter_radius_px")
+    assert study.level == 0.01
+    single = Result(replace(finished.plan, axes=finished.plan.axes[:1]), finished.files, complete=True)
+    for named in ({}, {"x": "occlusion_width_px"}, {"y": "occlusion_width_px"}):
+        assert Study.of(single, **named).names == ("occlusion_width_px", None)
     assert Study.of(finished, x="distracter_radius_px").names == ("distracter_radius_px", "occlusion_width_px")
     with pytest.raises(SweepError, match="no axis 'width'"):
         Study.of(finished, x="width")

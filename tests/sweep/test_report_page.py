@@ -108,6 +108,9 @@ def test_maps_have_the_colours_of_their_cells(report: Report, finished: Result) 
         (pair,) = study.comparisons[quantity.name]
         shares = 0.5 + pair.difference[np.isfinite(pair.difference)] / (2 * largest_difference([pair]))
         assert difference.fills == [to_hex(diverging()(share)) for share in shares]
+        ends = f"{number(-largest_difference([pair]))} <i"
+        unit = {"px": ", px", "frames": ", frames"}.get(quantity.unit, "")
+        assert f'<p class="scale">Difference{unit} <span>{ends}' in text
         assert difference.title == significant.title == "1: h-spf, 2: condensation"
         assert significant.fills == [CODES[Code(code)] for code in pair.significance(0.2).codes.ravel().tolist()]
 

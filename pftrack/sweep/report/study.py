@@ -39,6 +39,8 @@ class Study:
     def of(cls, result: Result, *, x: str | None = None, y: str | None = None, level: float = 0.01) -> "Study":
         """Choose the axes: those named, or the first two with several numbers, in the order of the plan.
 
+        Of a single one the values stand across, also if it was named to go down.
+
         Raises:
             SweepError: The sweep has no such axis, or both are the same.
         """
@@ -50,7 +52,7 @@ class Study:
         free = sorted(several, key=lambda axis: not axis.numerical)
         across = plan.axis(x) if x is not None else free.pop(0) if free else None
         down = plan.axis(y) if y is not None else free.pop(0) if free and across is not None else None
-        return cls(result, across, down, level)
+        return cls(result, across or down, down if across else None, level)
 
     @property
     def trackers(self) -> tuple[str, ...]:
