@@ -1,14 +1,19 @@
-"""Exports: files that an experiment offers of what is believed in a frame, declared as data.
+"""Exports: files that an experiment offers of a frame and of those before it, declared as data.
 
 A run is saved, and its series come as columns, without anybody's help. What a belief has beyond that and is worth
 taking to another program, such as the model of a head, its experiment declares; commands and pages list what there is.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
-__all__ = ["Export", "export_named"]
+from pftrack.runs.diagnostics import Diagnostics
+
+__all__ = ["Export", "Make", "export_named"]
+
+Make: TypeAlias = Callable[[Any, Sequence[Diagnostics]], bytes]
+"""(the tracker's state, the rows of all frames from 0 to this one) -> the file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,14 +25,14 @@ class Export:
         title: What it is, a few words.
         suffix: Of the file's name, without the dot; no other export of the experiment has it.
         media_type: Of the file.
-        make: (the tracker's state) -> the file.
+        make: What makes it.
     """
 
     name: str
     title: str
     suffix: str
     media_type: str
-    make: Callable[[Any], bytes]
+    make: Make
 
 
 def export_named(exports: Iterable[Export], name: str) -> Export:

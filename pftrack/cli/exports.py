@@ -1,4 +1,4 @@
-"""`--export`: files of the last frame, of the kinds that the experiment offers."""
+"""`--export`: files of the last frame and those before it, of the kinds that the experiment offers."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -19,7 +19,7 @@ ExportOut: TypeAlias = Annotated[
     typer.Option(
         "--export",
         metavar="FILE",
-        help="Write a file of the last frame; `show` lists the kinds, told apart by suffix. May be repeated.",
+        help="Write a file of what was tracked; `show` lists the kinds, told apart by suffix. May be repeated.",
     ),
 ]
 
@@ -44,6 +44,6 @@ def write_exports(exports: "list[tuple[Export, Path]]", run: "Run") -> None:
     """Write files of the frame at which a run stands."""
     for export, place in exports:
         try:
-            place.write_bytes(export.make(run.current.state))
+            place.write_bytes(export.make(run.current.state, run.diagnostics[: run.position + 1]))
         except OSError as error:
             raise CommandError(f"{place} cannot be written: {error.strerror}") from None

@@ -99,7 +99,7 @@ def show(
         table("Measures of a run", ("name", "definition", "source"), measures)
     if found.exports:
         typer.echo("")
-        table("Exports of the last frame", ("suffix", "title"), [(f".{it.suffix}", it.title) for it in found.exports])
+        table("Exports", ("suffix", "title"), [(f".{it.suffix}", it.title) for it in found.exports])
     if found.accepts_video:
         typer.echo("")
         typer.echo(f"It takes recordings of the kinds {', '.join(found.footage)} (--video).")

@@ -222,7 +222,9 @@ class RunTree:
 
     def export(self, name: str) -> bytes:
         """Return a file of the frame that is shown, one that the experiment offers."""
-        return export_named(self.experiment.exports, name).make(self.run.current.state)
+        step = self.run.current
+        past = self.run.diagnostics[: step.frame.index + 1]
+        return export_named(self.experiment.exports, name).make(step.state, past)
 
     @property
     def second(self) -> str | None:

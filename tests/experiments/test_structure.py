@@ -1,6 +1,7 @@
 """The experiment of a body's shape: its presets, its measures, and what is drawn."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,10 @@ from pftrack.experiment import Preset
 from pftrack.experiments import find
 from pftrack.experiments.structure.truth import shape_errors
 from pftrack.experiments.structure.world import shape_world
+from pftrack.export import export_named
+from pftrack.geometry.face_model import fit_similarity, mean_model, person
 from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import open_sequence
 from pftrack.structure.alignment import shape_error
 
 EXPERIMENT = find("structure")
@@ -89,3 +93,21 @@ def test_hidden_points_are_rings_and_ellipsoids_shrink() -> None:
         assert isinstance(ellipsoids, Ellipsoids)
         sizes.append(np.trace(ellipsoids.covariances, axis1=1, axis2=2).mean())
     assert sizes[1] < sizes[0] / 2
+
+
+def test_tracks_of_a_head_teach_its_face(tmp_path: Path) -> None:
+    """What a head's tracker has seen of the features, brought here as a table, tells the face from the mean one."""
+    head = find("head")
+    tracked = Run(head, head.simulate(), seed=7, frames=240, timeline=(Change(0, {"person": 210}),))
+    table = tmp_path / "tracks.csv"
+    tracked.finish()
+    table.write_bytes(export_named(head.exports, "tracks").make(tracked.current.state, tracked.diagnostics))
+    setup = EXPERIMENT.on_video(open_sequence(table), None)
+    run = Run(EXPERIMENT, setup)
+    run.finish()
+    true, found = person(210).points_mm, run.current.state.placed.points
+    assert apart_mm(found, true) < 0.85 * apart_mm(mean_model().points_mm, true)
+
+
+def apart_mm(points: np.ndarray, true: np.ndarray) -> float:
+    return float(np.sqrt(np.square(fit_similarity(points, true)(points) - true).sum(axis=1).mean()))

@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pftrack.geometry.face_model import FEATURES, LINKS, mean_model
 from pftrack.parameters import Parameters
 from pftrack.sources.formats import SourceError
 from pftrack.sources.sequence import Limits, open_sequence
 from pftrack.sources.source import History
+from pftrack.sources.tracks.bodies import named, normalised
 from pftrack.sources.tracks.recorded import RecordedTracks
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, written
@@ -195,6 +197,19 @@ def test_recorded_tracks_begin_at_the_chosen_frame(tmp_path: Path) -> None:
     assert source.frame_count == 3
     np.testing.assert_array_equal(measured.points_px, sequence.positions[1])
     np.testing.assert_array_equal(measured.sd_px, [(2, 3)] * 4)
+
+
+def test_points_with_the_names_of_a_face_are_one() -> None:
+    """Whatever their order, and if some are missing: what other faces look like is known of them, and of no others."""
+    names = ("nose", "reye", "leye", *FEATURES[5:8])
+    shape = named(names)
+    assert shape.mean is not None
+    mean = mean_model().points_mm[[FEATURES.index(name) for name in names]]
+    np.testing.assert_allclose(shape.mean, normalised(mean))
+    assert {(names[one], names[other]) for one, other in shape.edges} == {it for it in LINKS if set(it) <= set(names)}
+    other = named(("nose", "reye", "leye", "tail"))
+    assert other.mean is None
+    assert len(other.edges) == 0
 
 
 @pytest.mark.parametrize("scale", [1e-3, 30.0])

@@ -300,7 +300,7 @@ def test_it_may_begin_with_a_face_that_was_learned(grown: Run) -> None:
     """With what was exported it begins where that ended: nearer to the driver's face than the mean, from frame 0 on."""
     grown.finish()
     (exported,) = (export for export in HEAD.exports if export.suffix == "json")
-    text = exported.make(grown.current.state).decode()
+    text = exported.make(grown.current.state, grown.diagnostics).decode()
     run = run_of(6, **SMALL, starting_face=text)
     first = float(run.current.diagnostics.series["shape_error_mm"])
     assert first == pytest.approx(error_mm(growth_of(grown).shape, 102), abs=0.01)

@@ -1,4 +1,7 @@
-"""The face model as files for other programs: the surface of the head as it is assumed, and its eleven points."""
+"""Files for other programs: the surface of the head as it is assumed, its eleven points, and where these were seen."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,9 +9,12 @@ from numpy.typing import NDArray
 from pftrack.drawing import COLOURS
 from pftrack.experiments.head.own_face import surface_colours
 from pftrack.experiments.head.sketch import front
-from pftrack.export import Export
+from pftrack.export import Export, Make
+from pftrack.geometry.face_model import FEATURES
 from pftrack.model_files.points import as_json
 from pftrack.model_files.surface import Surface, as_glb, as_obj, as_ply, upright
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.sources.tracks.table import written
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.state import PoseState
 
@@ -53,9 +59,29 @@ def _colours(memory: HeadMemory, count: int) -> NDArray[np.uint8]:
     return np.tile(np.array(COLOURS["estimate"], np.uint8), (count, 1))
 
 
+def tracks_of(past: Sequence[Diagnostics]) -> bytes:
+    """Return where the features were seen, as a table of tracks from which the experiment `structure` finds the face.
+
+    A feature that was not recognised in a frame has no line there.
+    """
+    x, y, sd = (
+        np.array([row.series[name] for row in past], dtype=np.float64)
+        for name in ("feature_x_px", "feature_y_px", "track_sd_px")
+    )
+    variances = np.where(np.isnan(sd), np.inf, np.square(sd))
+    return written(FEATURES, np.stack([x, y], axis=2), np.stack([variances, variances], axis=2)).encode()
+
+
+def _of_frame(make: Callable[[Any], bytes]) -> Make:
+    return lambda state, _past: make(state)
+
+
 EXPORTS = (
-    Export("face-glb", "Face model, glTF", "glb", "model/gltf-binary", lambda state: as_glb(surface_of(state))),
-    Export("face-obj", "Face model, OBJ", "obj", "model/obj", lambda state: as_obj(surface_of(state))),
-    Export("face-ply", "Face model, PLY", "ply", "model/ply", lambda state: as_ply(surface_of(state))),
-    Export("face-json", "Points of the face model, JSON", "json", "application/json", points_of),
+    Export(
+        "face-glb", "Face model, glTF", "glb", "model/gltf-binary", _of_frame(lambda state: as_glb(surface_of(state)))
+    ),
+    Export("face-obj", "Face model, OBJ", "obj", "model/obj", _of_frame(lambda state: as_obj(surface_of(state)))),
+    Export("face-ply", "Face model, PLY", "ply", "model/ply", _of_frame(lambda state: as_ply(surface_of(state)))),
+    Export("face-json", "Points of the face model, JSON", "json", "application/json", _of_frame(points_of)),
+    Export("tracks", "Tracks of the features up to here, CSV", "csv", "text/csv", lambda _state, past: tracks_of(past)),
 )

@@ -12,7 +12,7 @@ from pftrack.geometry.face_model import FEATURES, LINKS, mean_model, person
 from pftrack.random import Purpose, Stream
 from pftrack.sources.prism import FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
 
-__all__ = ["Body", "Kind", "Shape", "body_of", "normalised", "unnamed"]
+__all__ = ["Body", "Kind", "Shape", "body_of", "named", "normalised", "unnamed"]
 
 Kind: TypeAlias = Literal["prism", "face", "cloud", "plate"]
 
@@ -63,9 +63,22 @@ class Body:
     graded: bool = False
 
 
-def unnamed(points: int | Sequence[str]) -> Shape:
-    """Return what is known of a body of which only tracks are given: the names of its points, or how many there are."""
-    return Shape(tuple(map(str, range(1, points + 1))) if isinstance(points, int) else tuple(points))
+def unnamed(count: int) -> Shape:
+    """Return what is known of a body of so many points: nothing else."""
+    return Shape(tuple(map(str, range(1, count + 1))))
+
+
+def named(points: Sequence[str]) -> Shape:
+    """Return what is known of a body by the names of its points: other faces, if all are features of one."""
+    if not set(points) <= set(FEATURES):
+        return Shape(tuple(points))
+    mean = mean_model().points_mm[[FEATURES.index(point) for point in points]]
+    return Shape(tuple(points), _links(points), mean=normalised(mean))
+
+
+def _links(points: Sequence[str]) -> NDArray[np.int64]:
+    both = [(points.index(one), points.index(other)) for one, other in LINKS if {one, other} <= set(points)]
+    return np.array(both, np.int64).reshape(-1, 2)
 
 
 def normalised(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -121,11 +134,9 @@ def _outwards(triangles: NDArray[np.int32], points: NDArray[np.float64]) -> NDAr
 
 def _face(seed: int) -> Body:
     points = person(seed).points_mm
-    edges = np.array([(FEATURES.index(one), FEATURES.index(other)) for one, other in LINKS])
     outwards = points - HEAD_CENTRE_MM
     normals = outwards / np.sqrt(np.square(outwards).sum(axis=1))[:, None]
-    shape = Shape(FEATURES, edges, mean=normalised(mean_model().points_mm))
-    return Body(shape, normalised(points), normals[:, None], np.zeros((len(points), 1)), graded=True)
+    return Body(named(FEATURES), normalised(points), normals[:, None], np.zeros((len(points), 1)), graded=True)
 
 
 def _cloud(seed: int, count: int) -> Body:

@@ -6,7 +6,7 @@ from pftrack.frame import Frame, Measurements, Target
 from pftrack.parameters import Parameters
 from pftrack.sources.recording import check_start
 from pftrack.sources.source import History
-from pftrack.sources.tracks.bodies import unnamed
+from pftrack.sources.tracks.bodies import named
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.target import BodyTarget
 
@@ -40,7 +40,7 @@ class RecordedTracks:
         self._sequence, self._first = sequence, first
         self.size, self.frame_rate_hz = sequence.size, sequence.frame_rate_hz
         self.frame_count: int | None = sequence.frame_count - first
-        shape = unnamed(sequence.names)
+        shape = named(sequence.names)
         self.start: Target = BodyTarget(
             np.zeros(3 * len(sequence.names)),
             hidden=None,

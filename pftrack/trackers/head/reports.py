@@ -3,9 +3,11 @@
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import FEATURES
 from pftrack.series import Series, SeriesValue
+from pftrack.trackers.head.growth import position_variances
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.methods import Method
 from pftrack.trackers.pose.reports import measurement, reported
@@ -14,6 +16,14 @@ from pftrack.trackers.pose.state import PoseState
 __all__ = ["head_measurement", "head_series"]
 
 CORRELATION = Series("correlation", "correlation with its template", shape="vector", components=FEATURES)
+
+TRACK_SD = Series(
+    "track_sd_px",
+    "standard deviation as a track, its template's slips included",
+    "px",
+    "vector",
+    components=FEATURES,
+)
 
 GROWTH = (
     Series("own_share", "share of the person's own face in the model"),
@@ -27,7 +37,7 @@ GROWTH = (
 
 def head_series(method: Method) -> tuple[Series, ...]:
     """Return what a tracker of a head reports."""
-    return (*reported(method, FEATURES), CORRELATION, *GROWTH)
+    return (*reported(method, FEATURES), CORRELATION, TRACK_SD, *GROWTH)
 
 
 def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
@@ -36,7 +46,11 @@ def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, Serie
 
     def measure(state: PoseState) -> Mapping[str, SeriesValue]:
         memory: HeadMemory = state.memory
-        values = {**layers(state), CORRELATION.name: tuple(memory.correlations.tolist())}
+        values = {
+            **layers(state),
+            CORRELATION.name: tuple(memory.correlations.tolist()),
+            TRACK_SD.name: tuple(_track_sd(state, memory).tolist()),
+        }
         growth = memory.growth
         if growth is None:
             return values
@@ -51,3 +65,9 @@ def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, Serie
         }
 
     return measure
+
+
+def _track_sd(state: PoseState, memory: HeadMemory) -> NDArray[np.float64]:
+    """Return how far each feature's position may be off by all that a face learns from it, (F,) px; NaN if unknown."""
+    variances = position_variances(state, memory.correlations, memory.sight.eye_distance_px, 0.0).mean(axis=1)
+    return np.sqrt(np.where(np.isfinite(variances), variances, np.nan))

@@ -17,6 +17,8 @@ def reported(method: Method, features: tuple[str, ...]) -> tuple[Series, ...]:
         Series("ess", "ESS", role="ess"),
         Series("particles", "particles", role="particles"),
         Series("feature_recognised", "recognised", shape="vector", role="flag", components=features),
+        Series("feature_x_px", "position, x", "px", "vector", components=features),
+        Series("feature_y_px", "position, y", "px", "vector", components=features),
         Series("feature_sd_px", "standard deviation", "px", "vector", components=features),
         Series(
             "switched",
@@ -59,6 +61,8 @@ def measurement(series: tuple[Series, ...]) -> Callable[[PoseState], Mapping[str
             "ess": float((1.0 / np.square(weights).sum(axis=-1)).sum()),
             "particles": float(weights.size),
             "feature_recognised": tuple(state.recognised.astype(np.float64).tolist()),
+            "feature_x_px": tuple(state.feature_means[:, 0].tolist()),
+            "feature_y_px": tuple(state.feature_means[:, 1].tolist()),
             "feature_sd_px": tuple(np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2) / 2.0).tolist()),
             "switched": float(state.switched),
         }
