@@ -212,7 +212,7 @@ def _frame(place: str, text: str) -> int:
     except ValueError:
         frame = -1
     if not 0 <= frame <= LARGEST_FRAME:
-        raise TruthError(f"{place}: frame must be a whole number from 0 on, got {text[:40]!r}")
+        raise TruthError(f"{place}: frame must be a whole number from 0 to {LARGEST_FRAME:,}, got {text[:40]!r}")
     return frame
 
 

@@ -49,6 +49,9 @@ def test_of_several_objects_the_first_is_kept_and_it_is_said(tmp_path: Path) -> 
     assert table.warnings == ("truth.csv has several objects; further boxes of the same frames were left out (2)",)
 
 
+FRAME = "frame must be a whole number from 0 to 10,000,000"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -56,8 +59,9 @@ def test_of_several_objects_the_first_is_kept_and_it_is_said(tmp_path: Path) -> 
         ("a,b\n1,2\n", "truth.csv, line 1: expected the columns frame, x, y, w, h, got a, b"),
         ("frame,x,y,w,h\n", "truth.csv lists no frames"),
         ("frame,x,y,w,h\n0,1,2\n", "truth.csv, line 2: expected 5 values, got 3"),
-        ("frame,x,y,w,h\n-1,1,2,3,4\n", "truth.csv, line 2: frame must be a whole number from 0 on, got '-1'"),
-        ("frame,x,y,w,h\n1.5,1,2,3,4\n", "truth.csv, line 2: frame must be a whole number from 0 on, got '1.5'"),
+        ("frame,x,y,w,h\n-1,1,2,3,4\n", f"truth.csv, line 2: {FRAME}, got '-1'"),
+        ("frame,x,y,w,h\n1.5,1,2,3,4\n", f"truth.csv, line 2: {FRAME}, got '1.5'"),
+        (f"frame,x,y,w,h\n{10**9},1,2,3,4\n", f"truth.csv, line 2: {FRAME}, got '1000000000'"),
         ("frame,x,y,w,h\n\n0,1,two,3,4\n", "truth.csv, line 3: y must be a number of px, got 'two'"),
         ("frame,x,y,w,h\n0,nan,2,3,4\n", "truth.csv, line 2: x must be a number of px, got 'nan'"),
         ("frame,x,y,w,h\n0,inf,2,3,4\n", "truth.csv, line 2: x must be a number of px, got 'inf'"),
