@@ -5,10 +5,10 @@ whoever begins it.
 """
 
 import asyncio
-import json
 import shutil
 from pathlib import Path
-from typing import Any
+
+import structlog
 
 from pftrack.experiment import Experiment
 from pftrack.files import write_whole
@@ -22,6 +22,17 @@ from server.uploads.multipart import Received
 
 __all__ = ["forget_truth", "keep_truth", "kept_truth", "rows_of"]
 
+log = structlog.get_logger(__name__)
+
+
+class _Kept(TruthPublic):
+    """What is kept beside an upload: the summary, and the rows by number of the frame."""
+
+    rows: dict[int, tuple[float, ...]]
+
+    def summary(self) -> TruthPublic:
+        return TruthPublic(**self.model_dump(exclude={"rows"}))
+
 
 async def keep_truth(
     store: Store, tasks: ChildTasks, upload: UploadRow, experiment: Experiment, folder: Path, received: Received
@@ -33,26 +44,27 @@ async def keep_truth(
         ConflictError: The upload was deleted while the table was read.
     """
     try:
-        read = await tasks.run(read_truth, str(received.paths[0]), experiment.id, upload.frames)
+        read = _Kept(**await tasks.run(read_truth, str(received.paths[0]), experiment.id, upload.frames))
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     try:
-        await asyncio.to_thread(write_whole, _place(store, upload.id, experiment), json.dumps(read).encode())
+        content = read.model_dump_json().encode()
+        await asyncio.to_thread(write_whole, _place(store, upload.id, experiment), content)
     except FileNotFoundError:
         raise ConflictError("The upload was deleted in the meantime.") from None
-    return TruthPublic(**read)
+    return read.summary()
 
 
 def kept_truth(store: Store, upload: str, experiment: Experiment) -> TruthPublic | None:
     """Return in short what is kept, if anything is."""
     kept = _kept(store, upload, experiment)
-    return TruthPublic(**kept) if kept else None
+    return kept.summary() if kept else None
 
 
 def rows_of(store: Store, upload: str, experiment: Experiment) -> dict[int, tuple[float, ...]] | None:
     """Return what is kept, by number of the frame, if anything is."""
     kept = _kept(store, upload, experiment)
-    return {int(frame): tuple(row) for frame, row in kept["rows"].items()} if kept else None
+    return kept.rows if kept else None
 
 
 def forget_truth(store: Store, upload: str, experiment: Experiment) -> None:
@@ -60,12 +72,14 @@ def forget_truth(store: Store, upload: str, experiment: Experiment) -> None:
     _place(store, upload, experiment).unlink(missing_ok=True)
 
 
-def _kept(store: Store, upload: str, experiment: Experiment) -> dict[str, Any] | None:
+def _kept(store: Store, upload: str, experiment: Experiment) -> _Kept | None:
     try:
-        kept: dict[str, Any] = json.loads(_place(store, upload, experiment).read_bytes())
+        return _Kept.model_validate_json(_place(store, upload, experiment).read_bytes())
     except FileNotFoundError:
         return None
-    return kept
+    except ValueError:
+        log.warning("the truth of an upload is damaged and left out; give it again", upload=upload)
+        return None
 
 
 def _place(store: Store, upload: str, experiment: Experiment) -> Path:

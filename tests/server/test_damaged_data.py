@@ -115,6 +115,25 @@ def test_a_damaged_index(start_server: Any, tmp_path: Path) -> None:
             client.delete(f"/api/v1/sessions/{session['id']}")
 
 
+def test_a_damaged_truth(start_server: Any, tmp_path: Path) -> None:
+    """An upload of which the truth is damaged is one without truth, until it is given again."""
+    table = {"file": ("truth.csv", b"frame,x,y,w,h\n0,10,20,10,10\n")}
+    with start_server() as (_, client):
+        upload = send(client, ("ball.mp4", video(8))).json()
+        path = f"/api/v1/uploads/{upload['id']}/truth?experiment=ball"
+        mark = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
+        recipe = {"experiment": "ball", "footage": {"sha256": upload["sha256"], "mark": mark}}
+        for damage in (b"", b"{", b'{"rows": 3}', b"\xff"):
+            given = client.put(path, files=table)
+            assert (given.status_code, given.json()["frames"]) == (200, 1)
+            (kept,) = (tmp_path / "data" / "uploads" / upload["id"]).glob("truth-*.json")
+            kept.write_bytes(damage)
+            assert client.get(path).json() is None
+            session = begin_with(client, recipe, upload["id"])
+            assert session["recipe"]["footage"].get("truth") is None
+            client.delete(f"/api/v1/sessions/{session['id']}")
+
+
 def begin_with(client: httpx.Client, recipe: dict[str, Any], upload: str) -> dict[str, Any]:
     answer = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload})
     assert answer.status_code == 201, answer.text
