@@ -1,7 +1,6 @@
 """How each primitive of a drawing is shown: which of viser's nodes it becomes, and what of it is sent again.
 
-A node's arrays are replaced where they have changed, which costs half or a third of adding the node again. The one
-exception is a mesh with colours of its own, which viser takes as a file only.
+A node's arrays are replaced where they have changed, which costs half or a third of adding the node again.
 """
 
 from collections.abc import Callable
@@ -25,7 +24,6 @@ from pftrack.drawing import (
     Primitive,
     Text,
 )
-from pftrack.model_files.gltf import glb
 from server.pictures import EncodedPicture
 from server.viewer import bodies, shapes, viser_adapter
 from server.viewer.shapes import Stance
@@ -223,12 +221,11 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
 
 
 def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
-    file = glb(_pressed(item, stance), shapes.turned_over(item.faces), item.rgba)
+    parts = _pressed(item, stance), shapes.turned_over(item.faces), item.rgba
     if node.handle is None:
-        node.handle = server.scene.add_glb(f"/{name}", file, cast_shadow=False, receive_shadow=False)
-    elif file != node.look:
-        node.handle.glb_data = file
-    node.look = file
+        node.handle = viser_adapter.ColouredMesh(server, f"/{name}", *parts)
+    else:
+        node.handle.update(*parts)
 
 
 def _pressed(item: Mesh, stance: Stance) -> shapes.Floats:

@@ -242,23 +242,43 @@ def test_of_a_mesh_that_changes_its_colour_only_that_is_sent(session: Session, p
     assert node["vertices"] is vertices
 
 
-def test_a_mesh_with_colours_of_its_own_is_a_file_that_is_sent_when_it_changes(session: Session, peer: Peer) -> None:
-    """Viser takes colours of vertices in no other way; a mesh that becomes one of one colour is another node."""
-    colours = np.array(((255, 0, 0), (0, 255, 0), (0, 0, 255)), dtype=np.uint8)
-    mesh = replace(triangle(3.0), colour=colours)
+def test_a_mesh_with_colours_of_its_own_is_updated_in_place(session: Session, peer: Peer) -> None:
+    """Of vertices, triangles and colours only what changes is sent; as one of one colour it is another node."""
+
+    def colours() -> list[int]:
+        return list(peer.nodes["/mesh colours"]["colors"])
+
+    own = np.array(((255, 0, 0), (0, 255, 0), (0, 0, 255)), dtype=np.uint8)
+    mesh = replace(triangle(3.0), colour=own, opacity=1.0)
     session.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
-    wait_for(lambda: "/mesh" in peer.nodes)
-    node = peer.nodes["/mesh"]
-    assert node["kind"] == "GlbMessage"
-    file = bytes(node["glb_data"])
-    session.show(with_item(drawing(1, 50), "mesh", replace(mesh, colour=colours.copy())), {"frame": 1})
-    wait_for(lambda: len(points(peer)) == 50)
-    assert bytes(node["glb_data"]) == file
-    fading = replace(mesh, opacity=np.array((1.0, 0.5, 0.0), dtype=np.float32))
+    wait_for(lambda: {"/mesh", "/mesh colours"} <= peer.nodes.keys())
+    node, paint = peer.nodes["/mesh"], peer.nodes["/mesh colours"]
+    assert colours() == [255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255]
+    assert node["opacity"] is None
+    assert peer.visible.get("/mesh colours") is False
+    vertices, faces, first = node["vertices"], node["faces"], paint["colors"]
+    moved = replace(mesh, vertices=triangle(5.0).vertices, colour=own.copy())
+    session.show(with_item(drawing(1), "mesh", moved), {"frame": 1})
+    wait_for(lambda: np.frombuffer(node["vertices"], dtype=np.float32)[3] == 5.0)
+    assert (node["faces"] is faces, paint["colors"] is first) == (True, True)
+    vertices = node["vertices"]
+    fading = replace(moved, opacity=np.array((1.0, 0.6, 0.0), dtype=np.float32))
     session.show(with_item(drawing(2), "mesh", fading), {"frame": 2})
-    wait_for(lambda: bytes(node["glb_data"]) != file)
-    session.show(with_item(drawing(3), "mesh", triangle(3.0)), {"frame": 3})
-    wait_for(lambda: peer.nodes["/mesh"]["kind"] == "MeshMessage")
+    wait_for(lambda: colours()[-3:] == [255, 153, 0])
+    assert node["opacity"] == 1.0
+    assert (node["vertices"] is vertices, node["faces"] is faces) == (True, True)
+    grown = Mesh(
+        np.concatenate([fading.vertices, fading.vertices[:1] + 1]),
+        np.array(((0, 1, 2), (1, 2, 3)), dtype=np.int32),
+        np.concatenate([own, own[:1]]),
+        0.5,
+        "head",
+    )
+    session.show(with_item(drawing(3), "mesh", grown), {"frame": 3})
+    wait_for(lambda: len(colours()) == 3 * (4 + 2) and len(node["vertices"]) == 48)
+    assert len(peer.nodes["/mesh colours"]["points"]) % 6 == 0
+    session.show(with_item(drawing(4), "mesh", triangle(3.0)), {"frame": 4})
+    wait_for(lambda: tuple(peer.nodes["/mesh"]["color"]) == COLOURS["estimate"])
 
 
 def test_a_mesh_that_is_nowhere_is_not_shown(session: Session, peer: Peer) -> None:

@@ -7,6 +7,7 @@
 - `clock`: no smoothing of the stream
 - `pictures`: pictures that are encoded already
 - `messages`: what a browser may say, and what viser must not hear
+- `coloured_mesh`: meshes with colours of vertices, which viser has in files only
 - `client_page`, `client_bundle`: viser's client, taken apart and prepared to live inside a session's page
 - `client/`: the scripts and the style sheet that are put into that page; nothing else knows how viser's client is built
 
@@ -26,11 +27,13 @@ yet; how it is likely to differ is taken from what changed between 1.0.21 and 1.
    that is packed in another way is served in one piece until `client_bundle` learns the new way.
 4. `test_client_in_browser`: `__viserMutable`, `drainMessageQueue` and `messageQueue` are not in 1.0.21 at all, so these
    are what a new version is most likely to change; `client/frames.js` and `client/state.js` are then to be adapted.
-   What `style.css`, `numbers.js` and `folds.js` look for are names of the library that draws the panel (mantine), and
-   of its icons.
+   `client/colours.js` rests on `onBeforeRender` of the scene and on the bytes that points keep as their colours; with a
+   viser whose meshes take colours of vertices in place, it and `coloured_mesh` can go. What `style.css`, `numbers.js`
+   and `folds.js` look for are names of the library that draws the panel (mantine), and of its icons.
 """
 
 from server.viewer.viser_adapter.client_page import CONTENT_SECURITY_POLICY, client_asset, client_page
+from server.viewer.viser_adapter.coloured_mesh import ColouredMesh
 from server.viewer.viser_adapter.echo import echo
 from server.viewer.viser_adapter.endpoint import Connection, Endpoint
 from server.viewer.viser_adapter.messages import is_welcome
@@ -39,6 +42,7 @@ from server.viewer.viser_adapter.server import connection_of, start, stop
 
 __all__ = [
     "CONTENT_SECURITY_POLICY",
+    "ColouredMesh",
     "Connection",
     "Endpoint",
     "add_jpeg",

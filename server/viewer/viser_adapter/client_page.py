@@ -44,7 +44,7 @@ CONTENT_SECURITY_POLICY = "; ".join(_DIRECTIVES)
 ASSETS = "/viz/client/"
 """Where the files of the client are served, under their names."""
 
-SCRIPTS = ("page.js", "frames.js", "state.js", "keys.js", "numbers.js", "folds.js")
+SCRIPTS = ("page.js", "frames.js", "colours.js", "state.js", "keys.js", "numbers.js", "folds.js")
 """Scripts that run before viser's own script, in this order, each with names of its own."""
 
 CLIENT = Path(__file__).parent / "client"

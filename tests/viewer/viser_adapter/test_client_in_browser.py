@@ -48,9 +48,36 @@ def scene(chromium: Any) -> Iterator[Any]:
 
 @pytest.mark.parametrize(("member", "kind"), MEMBERS.items())
 def test_what_the_scripts_read_of_the_scene_is_there(scene: Any, member: str, kind: str) -> None:
-    """`frames.js` and `state.js` read it; without it frames would be drawn late or never be known as drawn."""
+    """The scripts read it; without it frames would be drawn late, without colours, or never be known as drawn."""
     found = scene.evaluate(f"typeof window.__viserMutable.{member}")
     assert found == kind, f"in viser {viser.__version__} __viserMutable.{member} is {found}, expected {kind}"
+
+
+def test_the_scene_calls_before_it_draws(scene: Any) -> None:
+    """`colours.js` gives meshes their colours then."""
+    scene.evaluate("""(() => {
+        const { scene, requestRender } = window.__viserMutable;
+        const dress = scene.onBeforeRender;
+        scene.onBeforeRender = function (...given) {
+            window.drawnOnce = true;
+            scene.onBeforeRender = dress;
+            return dress.apply(this, given);
+        };
+        requestRender();
+    })()""")
+    until(scene, "window.drawnOnce === true")
+
+
+def test_points_keep_the_bytes_of_their_colours(scene: Any) -> None:
+    """`colours.js` takes those of vertices from there."""
+    found = scene.evaluate("""(() => {
+        let found = null;
+        window.__viserMutable.nodeRefFromName['/particles'].traverse((item) => {
+            if (item.isPoints) found = item.geometry.attributes.color.array.constructor.name;
+        });
+        return found;
+    })()""")
+    assert found == "Uint8Array", f"viser {viser.__version__} keeps colours of points as {found}"
 
 
 @pytest.mark.parametrize("selector", SELECTORS)

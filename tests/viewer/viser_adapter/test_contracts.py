@@ -186,6 +186,7 @@ def test_the_clients_page_has_the_places_where_something_is_put() -> None:
         ("messageQueue", "the frames that wait, as frames.js looks for them"),
         ("requestRender", "asking for a picture to be drawn, as frames.js does"),
         ("createObjectURL", "unpacking a picture, as frames.js notices it"),
+        ("onBeforeRender", "the moment before a picture is drawn, in which colours.js gives meshes their colours"),
         ("hasFocus", "reconnecting only with the focus, as page.js grants it"),
         ("darkMode", "the theme in the address, as page.js sets it"),
         ("webgl-software-rendering", "the notice that style.css hides"),

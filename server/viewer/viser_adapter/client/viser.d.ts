@@ -11,12 +11,46 @@ interface ViserPicture {
   height: number;
 }
 
+/** An attribute of vertices: so many values for each of them, one after the other. */
+interface ViserAttribute<Values extends Float32Array | Uint8Array = Float32Array> {
+  array: Values;
+  count: number;
+  needsUpdate: boolean;
+  constructor: new (values: Values, size: number) => ViserAttribute<Values>;
+}
+
+interface ViserGeometry {
+  attributes: { position: ViserAttribute; color?: ViserAttribute };
+  setAttribute(name: string, attribute: ViserAttribute): void;
+}
+
+interface ViserMaterial {
+  isMeshBasicMaterial?: boolean;
+  map?: { image?: ViserPicture | null } | null;
+  vertexColors: boolean;
+  needsUpdate: boolean;
+}
+
+interface ViserMesh extends ViserNode {
+  isMesh: true;
+  geometry: ViserGeometry;
+  material: ViserMaterial;
+}
+
+interface ViserPoints extends ViserNode {
+  isPoints: true;
+  /** viser keeps the bytes of their colours as they have come. */
+  geometry: { attributes: { color?: ViserAttribute<Uint8Array> } };
+}
+
 interface ViserNode {
   isLineSegments2?: boolean;
   isMesh?: boolean;
   isPoints?: boolean;
   /** Of what is drawn alone. */
-  material?: { isMeshBasicMaterial?: boolean; map?: { image?: ViserPicture | null } | null };
+  material?: ViserMaterial;
+  /** Of a scene, just before a picture is drawn. */
+  onBeforeRender?(): void;
   getWorldPosition(target: ViserVector): ViserVector;
   traverse(visit: (node: ViserNode) => void): void;
 }

@@ -1,0 +1,94 @@
+"""A mesh with a colour and an opacity for each vertex, each of them updated in place.
+
+viser takes such a mesh as a file, which travels whole whenever something of it changes, and for as long as its client
+reads a new one it shows neither. Here the mesh is one of viser's plain ones, white, and its colours travel as those of
+points that are never shown; `client/colours.js` gives them to the vertices. Of what changes only that is sent: 12 bytes
+a vertex that moves, 4 a vertex that changes its colour.
+"""
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+__all__ = ["ColouredMesh"]
+
+SUFFIX = " colours"
+"""Behind the name of the mesh; `client/colours.js` looks for it."""
+WHITE = (255, 255, 255)
+
+
+class ColouredMesh:
+    """A node of the scene.
+
+    Args:
+        server: The session's viser server.
+        name: Of the node.
+        vertices: (n, 3), finite.
+        faces: (m, 3), counterclockwise seen from outside; the other side is not shown.
+        rgba: (n, 4) sRGB colours and opacities, 0..1.
+    """
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        name: str,
+        vertices: NDArray[np.float32],
+        faces: NDArray[np.uint32],
+        rgba: NDArray[np.float32],
+    ) -> None:
+        packed = _packed(rgba)
+        self._colours = server.scene.add_point_cloud(
+            name + SUFFIX, np.zeros_like(packed, dtype=np.float32), packed, visible=False
+        )
+        self._mesh = server.scene.add_mesh_simple(
+            name,
+            vertices,
+            faces,
+            color=WHITE,
+            opacity=_opacity(rgba),
+            side="front",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        self._vertices, self._faces, self._packed = vertices, faces, packed
+
+    def update(self, vertices: NDArray[np.float32], faces: NDArray[np.uint32], rgba: NDArray[np.float32]) -> None:
+        """Show other vertices, triangles or colours; what is as it was is not sent again."""
+        packed = _packed(rgba)
+        if len(packed) != len(self._packed):
+            self._colours.points = np.zeros_like(packed, dtype=np.float32)
+        if not np.array_equal(packed, self._packed):
+            self._colours.colors = packed
+        if not np.array_equal(vertices, self._vertices):
+            self._mesh.vertices = vertices
+        if not np.array_equal(faces, self._faces):
+            self._mesh.faces = faces
+        if self._mesh.opacity != _opacity(rgba):
+            self._mesh.opacity = _opacity(rgba)
+        self._vertices, self._faces, self._packed = vertices, faces, packed
+
+    @property
+    def visible(self) -> bool:
+        """Whether it is shown."""
+        return self._mesh.visible
+
+    @visible.setter
+    def visible(self, shown: bool) -> None:
+        self._mesh.visible = shown
+
+    def remove(self) -> None:
+        """Take it from the scene."""
+        self._mesh.remove()
+        self._colours.remove()
+
+
+def _packed(rgba: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return colours (n, 4) as rows of three bytes: red, green and blue of all, and then all opacities."""
+    values = np.rint(255.0 * np.clip(rgba, 0.0, 1.0)).astype(np.uint8)
+    opacities = np.resize(values[:, 3], (len(values) + 2) // 3 * 3)
+    return np.concatenate([values[:, :3], opacities.reshape(-1, 3)])
+
+
+def _opacity(rgba: NDArray[np.float32]) -> float | None:
+    """Return viser's opacity of the whole: only a mesh through which something is seen has to be blended."""
+    return None if rgba[:, 3].min() >= 1.0 else 1.0
