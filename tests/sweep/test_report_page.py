@@ -15,6 +15,7 @@ from pftrack.sweep.report import Report
 from pftrack.sweep.report.colours import CODES, amounts, diverging, largest_difference, scale_of
 from pftrack.sweep.report.frame import Frame
 from pftrack.sweep.report.labels import number
+from pftrack.sweep.report.page import STYLE
 from pftrack.sweep.report.study import Study
 from server.sweeps.results import Results
 
@@ -111,12 +112,15 @@ def test_maps_have_the_colours_of_their_cells(report: Report, finished: Result) 
         ends = f"{number(-largest_difference([pair]))} <i"
         unit = {"px": ", px", "frames": ", frames"}.get(quantity.unit, "")
         assert f'<p class="scale">Difference{unit} <span>{ends}' in text
+        colours = amounts(quantity)
+        assert f"right, {to_hex(colours(0.0))}, {to_hex(colours(0.125))}," in text
+        assert f", {to_hex(colours(1.0))})" in text
         assert difference.title == significant.title == "1: h-spf, 2: condensation"
         assert significant.fills == [CODES[Code(code)] for code in pair.significance(0.2).codes.ravel().tolist()]
 
 
 def test_labels_do_not_touch(finished: Result) -> None:
-    """Where there is no room numbers are left out, from the first on evenly; the names of choices are turned."""
+    """Where there is no room numbers are left out, from the first on evenly; the names of choices stand upright."""
     axes = Axis("occlusion_width_px", tuple(map(float, range(1000, 1100)))), Axis("ball_colour", ("#000000", "#ffffff"))
     labels = Frame.of(Study(finished, *axes, level=0.01)).labels
     across = [int(text) for text in re.findall(r">(1\d{3})<", labels)]
@@ -125,8 +129,8 @@ def test_labels_do_not_touch(finished: Result) -> None:
     assert 4 < len(across) < 10
     assert labels.count("#ffffff") == 1
     colours = Axis("ball_colour", tuple(f"#{number:06x}" for number in range(12)))
-    turned = Frame.of(Study(finished, colours, None, level=0.01)).labels
-    assert turned.count("rotate(-45)") == 12
+    upright = Frame.of(Study(finished, colours, None, level=0.01)).labels
+    assert upright.count("rotate(-90)") == 12
 
 
 def test_numbers_are_written_to_three_digits() -> None:
@@ -135,6 +139,45 @@ def test_numbers_are_written_to_three_digits() -> None:
         *("0.00123", "12.3", "1,000", "12,346", "")
     ]
     assert [number(value, "+") for value in (0.25, -1234.5, 2000.0)] == ["+0.25", "-1,234", "+2,000"]
+
+
+TOUCHING = """svg => {
+  const boxes = [...svg.querySelectorAll("text, rect")].map((one) => [one.textContent, one.getBoundingClientRect()]);
+  const within = svg.getBoundingClientRect();
+  const out = ([, { x, y, right, bottom }]) =>
+    Math.min(x - within.x, y - within.y, within.right - right, within.bottom - bottom) < -1;
+  const touch = ([, one], [, other]) =>
+    Math.min(one.right, other.right) - Math.max(one.x, other.x) > 1 &&
+    Math.min(one.bottom, other.bottom) - Math.max(one.y, other.y) > 3;
+  return boxes.flatMap((one, at) => [
+    ...(out(one) ? [`${one[0]} is cut off`] : []),
+    ...boxes.slice(at + 1).filter((other) => touch(one, other)).map((other) => `${one[0]} touches ${other[0]}`),
+  ]);
+}"""
+
+
+@pytest.mark.browser
+def test_labels_have_their_room(finished: Result, chromium: Browser) -> None:
+    """As they are drawn, values and names of both axes touch neither each other nor the cells, nor are they cut off."""
+    counts = Axis("sample_count", tuple(range(1000, 1040)))
+    colours = Axis("ball_colour", tuple(f"#{number:06x}" for number in range(9)))
+    page = chromium.new_page()
+    for x, y in ((*finished.plan.axes,), (counts, colours), (colours, counts), (colours, None), (counts, None)):
+        frame = Frame.of(Study(finished, x, y, level=0.01))
+        cells = ["#ffffff"] * (len(x.values) * (len(y.values) if y else 1))
+        page.set_content(f"<style>{STYLE} text {{ line-height: 1 }}</style>{frame.map(cells, 'a map')}")
+        assert page.locator("svg").evaluate(TOUCHING) == [], (x, y)
+    page.close()
+
+
+def test_cells_stand_apart_if_they_are_large(finished: Result) -> None:
+    """They fill their map but for a line between them."""
+    frame = Frame.of(Study.of(finished))
+    (path,) = re.findall(r'd="([^"]*)"', frame.map(["#123456"] * 8, "a map"))
+    corners = [(float(x), float(y)) for x, y in re.findall(r"M([\d.]+) ([\d.]+)h", path)]
+    sides = {(float(across), float(down)) for across, down in re.findall(r"h([\d.]+)v([\d.]+)h-", path)}
+    assert sides == {(frame.wide - 1, frame.high - 1)}
+    assert sorted(corners) == [(x * frame.wide, y * frame.high) for x in range(4) for y in range(2)]
 
 
 @pytest.mark.browser

@@ -22,7 +22,7 @@ ROW_PX = 40
 """Height of the cells where there is a single row."""
 
 LEAST_GAPPED_PX = 8
-LETTER_PX, LINE_PX, APART_PX = 6.2, 14.0, 6.0
+LETTER_PX, LINE_PX, APART_PX = 7.2, 14.0, 6.0
 """Of the labels: width of a letter, about, height of a line, and what is between two."""
 
 
@@ -52,17 +52,18 @@ class Frame:
         side = SIDE_PX * min(max(len(up) / len(across), FLATTEST), TALLEST) if study.y else ROW_PX
         high = _cell(side, len(up))
         width, height = wide * len(across), high * len(up)
-        # Names of choices are turned rather than left out.
-        turned = study.x is not None and not study.x.numerical and _length(across) + APART_PX > wide
-        below = height + LINE_PX + (0.7 * _length(across) if turned else 0.0)
+        # Names of choices stand upright rather than being left out.
+        longest = _length(across)
+        upright = study.x is not None and not study.x.numerical and longest + APART_PX > wide
+        below = height + (longest + 5 if upright else LINE_PX)
         labels = [
-            _text(text, (place + 0.5) * wide, height + LINE_PX, turned=turned)
-            for place, text in ticks(across, wide, LINE_PX if turned else _length(across) + APART_PX)
+            _text(text, (place + 0.5) * wide, height + (5 if upright else LINE_PX), upright=upright)
+            for place, text in ticks(across, wide, LINE_PX if upright else longest + APART_PX)
         ]
         labels += [
             _text(text, -5, height - (place + 0.5) * high + 4, anchor="end") for place, text in ticks(up, high, LINE_PX)
         ]
-        left = _length(up) + 8
+        left = max(_length(up) + 8, 0.0 if upright else (longest - wide) / 2)
         if study.x:
             below += LINE_PX + 4
             labels.append(_text(label(study, study.x), width / 2, below))
@@ -110,6 +111,6 @@ def _length(texts: Sequence[str]) -> float:
     return LETTER_PX * max(map(len, texts))
 
 
-def _text(text: str, x: float, y: float, *, anchor: str = "middle", turned: bool = False) -> str:
-    where = f'transform="translate({x:g} {y - 4:g}) rotate(-45)"' if turned else f'x="{x:g}" y="{y:g}"'
-    return f'<text {where} text-anchor="{"end" if turned else anchor}">{escape(text)}</text>'
+def _text(text: str, x: float, y: float, *, anchor: str = "middle", upright: bool = False) -> str:
+    where = f'transform="translate({x + 4:g} {y:g}) rotate(-90)"' if upright else f'x="{x:g}" y="{y:g}"'
+    return f'<text {where} text-anchor="{"end" if upright else anchor}">{escape(text)}</text>'
