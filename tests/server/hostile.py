@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -170,6 +171,14 @@ def wait_for_ever(told: str) -> None:
     """Tell this process's number in a file, and hang in native code that holds the interpreter."""
     Path(told).write_text(str(os.getpid()), encoding="ascii")
     hang()
+
+
+def take_long(steps: int, each_s: float) -> Generator[tuple[int, int], None, dict[str, Any]]:
+    """Take so long for each step, and tell of each; then tell how many there were."""
+    for step in range(steps):
+        time.sleep(each_s)
+        yield step + 1, steps
+    return {"steps": steps}
 
 
 def decode_and_look_around(path: str) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Confined children: what a task that has gone wild may do, it may do to itself alone."""
 
 import asyncio
+import math
 import signal
 import socket
 import subprocess
@@ -15,10 +16,11 @@ import pytest
 from pftrack.process import Ending, environment
 from server.errors import RefusedError
 from server.log import Seldom
-from server.tasks.child import OPEN_FILES
+from server.tasks.child import GRACE_S, OPEN_FILES, Budget
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.queue import Queues
 from server.uploads.probe import BUDGET
+from server.worker.protocol import Reply
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.confined import ask, ended
@@ -95,6 +97,19 @@ def test_what_the_process_has_started_ends_with_it(tmp_path: Path) -> None:
 
     assert run(ChildTasks(Queues()).answer(hostile.start_another, str(told), stopped=started)) is Ending.KILLED
     wait_for(lambda: ended(int(told.read_text())))
+
+
+def test_work_that_goes_on_is_not_silent() -> None:
+    """A task that tells how far it is may take as long as it takes, in the web process and by its own alarm."""
+    told: list[tuple[int, int]] = []
+    budget = Budget(silence_s=1.0)
+    steps = math.ceil((budget.silence_s + GRACE_S + 1.0) / 0.25)
+    tasks = ChildTasks(Queues())
+    answer = run(tasks.answer(hostile.take_long, steps, 0.25, budget=budget, on_step=lambda *step: told.append(step)))
+    assert answer == Reply(0, {"steps": steps})
+    assert len(told) > steps / 3
+    assert {total for _, total in told} == {steps}
+    assert run(tasks.answer(hostile.take_long, 2, 3.0, budget=budget)) is Ending.OUT_OF_TIME
 
 
 @pytest.mark.parametrize("mistake", [hostile.fail, hostile.miss])
