@@ -110,7 +110,7 @@ async def take_in(
     def keep() -> UploadRow:
         with _keeping:
             check_room(store, settings, received.size_bytes)
-            return _keep(store, _row(found, received, names), found, content)
+            return _keep(store, _row(found, received), found, content)
 
     return await _to_the_end(keep)
 
@@ -145,10 +145,11 @@ def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> Upl
 def _arranged(folder: Path, received: Received) -> tuple[Path, dict[str, str]]:
     """Return one file as it is, several as a folder in which they stand in the natural order of their names.
 
-    Beside it come the names that they have there, each with the one that people know.
+    Beside the folder come the names that they have there, each with the one that people know. A single file is never
+    spoken of by its name, and what looks like that in a sentence is from the file itself.
     """
     if len(received.paths) == 1:
-        return received.paths[0], {received.paths[0].name: received.names[0]}
+        return received.paths[0], {}
     pictures = folder / "pictures"
     pictures.mkdir()
     named = sorted(zip(received.names, received.paths, strict=True), key=lambda pair: natural_order(pair[0]))
@@ -162,7 +163,7 @@ def _by_their_names(text: str, names: Mapping[str, str]) -> str:
     return re.sub(r"\b\d{6}\b", lambda found: names.get(found[0], found[0]), text)
 
 
-def _row(found: FrameIndex, received: Received, names: Mapping[str, str]) -> UploadRow:
+def _row(found: FrameIndex, received: Received) -> UploadRow:
     first, count = received.names[0], len(received.names)
     return UploadRow(
         id=new_name(),
@@ -174,7 +175,7 @@ def _row(found: FrameIndex, received: Received, names: Mapping[str, str]) -> Upl
         frame_rate_hz=found.frame_rate_hz,
         duration_s=found.duration_s,
         sha256=found.sha256,
-        warnings=[_by_their_names(warning, names) for warning in found.warnings],
+        warnings=list(found.warnings),
         size_bytes=received.size_bytes,
         created=now(),
     )

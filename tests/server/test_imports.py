@@ -114,8 +114,11 @@ def test_short_work_does_not_wait_for_it(client: httpx.Client, heavy: bytes) -> 
 
 
 def test_why_it_failed_can_be_asked(client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is no run is refused at once; whoever did not wait can ask why."""
+    """What is no run is refused at once; whoever did not wait can ask why, for a while."""
     monkeypatch.setattr("server.api.runs.IMPORT_S", 0.0)
     begun = send(client, b"no run")
     wait_for(lambda: asked(client, begun)["state"] == "failed")
     assert "is no saved run" in asked(client, begun)["message"]
+    monkeypatch.setattr("server.runs.imports.KEPT_S", 0.0)
+    error_of(client.get(f"/api/v1/runs/imports/{begun['id']}"), 404)
+    assert begun["id"] not in [each["id"] for each in client.get("/api/v1/runs/imports").json()]

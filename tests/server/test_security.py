@@ -5,12 +5,14 @@ from typing import Any
 
 import httpx
 import pytest
-from pydantic import ValidationError
+from pydantic import SecretStr, ValidationError
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
+from server.middleware.security import Guard
 from server.settings import Settings
+from tests.server.apart import run
 from tests.server.host import Server, begin, error_of
 from tests.server.test_stream import hear
 
@@ -115,6 +117,26 @@ class TestToken:
             address = f"{server.ws}/api/v1/sessions/{session['id']}/stream"
             with connect(address, additional_headers={"cookie": cookies}) as socket:
                 assert hear(socket)["type"] == "hello"
+
+    @pytest.mark.parametrize(("scheme", "secure"), [("http", False), ("https", True)])
+    def test_the_cookie_of_a_server_behind_tls_stays_there(self, scheme: str, secure: bool) -> None:
+        """A browser never sends it over a line that others can read."""
+        sent: list[Any] = []
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        scope = {
+            "type": "http",
+            "method": "GET",
+            "scheme": scheme,
+            "path": "/",
+            "query_string": f"token={TOKEN}".encode(),
+            "headers": [(b"host", b"localhost")],
+        }
+        run(Guard(None, Settings(token=SecretStr(TOKEN)))(scope, None, send))  # type: ignore[arg-type]  # nothing is passed on
+        cookie = dict(sent[0]["headers"])[b"set-cookie"].decode().lower()
+        assert ("secure" in cookie) is secure
 
     @pytest.mark.parametrize("token", ["Übers Meer → und zurück", 'salt & pepper; 100% "a=b+c\\,#d'])
     def test_a_token_of_any_characters(self, start_server: Any, token: str) -> None:

@@ -2,6 +2,7 @@
 
 import base64
 import json
+from collections import OrderedDict
 from io import BytesIO
 from typing import Any
 
@@ -10,6 +11,8 @@ import cv2
 import httpx
 import numpy as np
 import pytest
+
+from tests.server.host import Server
 
 FRAMES = 12
 
@@ -71,6 +74,18 @@ def test_a_target_that_does_not(client: httpx.Client, upload: str) -> None:
 def test_the_same_question_is_answered_from_memory(client: httpx.Client, upload: str) -> None:
     """The second answer is the first one."""
     assert ask(client, upload, box(31, 51)).json() == ask(client, upload, box(31, 51)).json()
+
+
+def test_of_many_answers_the_last_used_are_remembered(
+    server: Server, client: httpx.Client, upload: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So the memory does not grow with the questions."""
+    monkeypatch.setattr("server.uploads.suitability.MOST_KEPT", 2)
+    suitabilities: Any = server.app.state.services.suitabilities
+    monkeypatch.setattr(suitabilities, "_found", OrderedDict())
+    for x in (31, 32, 31, 33):
+        ask(client, upload, box(x, 51)).raise_for_status()
+    assert [json.loads(key)[3]["x"] for key in suitabilities._found] == [31, 33]
 
 
 @pytest.mark.parametrize(

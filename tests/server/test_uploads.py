@@ -11,6 +11,7 @@ import av
 import httpx
 import numpy as np
 import pytest
+from PIL import Image
 
 from tests.server.confined import children
 from tests.server.host import Server, begin, error_of, steer
@@ -79,6 +80,9 @@ class TestTakenIn:
         assert answer.status_code == 201, answer.text
         assert (answer.json()["kind"], answer.json()["frames"]) == ("images", 3)
         assert answer.json()["name"] == "10.png and 2 more"
+        frames = [client.get(f"/api/v1/uploads/{answer.json()['id']}/frames/{number}.jpg") for number in range(3)]
+        shades = [np.median(Image.open(io.BytesIO(frame.content)).convert("L")) for frame in frames]
+        assert shades == pytest.approx([10, 20, 100], abs=3)
 
     def test_a_name_of_any_kind(self, client: httpx.Client, clip: bytes) -> None:
         """Of a name only what may be shown is kept; one that is far too long is refused in so many words."""
@@ -145,6 +149,21 @@ class TestRefused:
         error_of(send(client, ("video.mp4", content)), 422)
         assert len(list(files.uploads.iterdir())) == before
         assert list(files.incoming.iterdir()) == []
+
+    def test_what_cannot_be_written_down(
+        self, server: Server, client: httpx.Client, clip: bytes, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Of an upload that the database does not take nothing is kept."""
+        store = server.app.state.services.store
+        before = list(store.files.uploads.iterdir())
+
+        def fail(_: object) -> None:
+            raise OSError("on purpose")
+
+        monkeypatch.setattr(store, "add_upload", fail)
+        assert send(client, ("ball.mp4", clip)).status_code >= 500
+        assert list(store.files.uploads.iterdir()) == before
+        assert list(store.files.incoming.iterdir()) == []
 
     def test_cut_short(self, client: httpx.Client, clip: bytes) -> None:
         """A video that was cut short is refused or taken with a warning, never a mistake of the server."""

@@ -3,13 +3,14 @@
 import asyncio
 import itertools
 import math
+import time
 from typing import Any
 
 import pytest
 
 from server.pictures import SceneDrawing
 from server.viewer import pacing
-from server.viewer.pacing import LATE_S, Pace
+from server.viewer.pacing import ECHO_EVERY_S, LATE_S, Pace
 from server.viewer.scene import Scene
 from server.viewer.viser_adapter.endpoint import Connection
 from tests.server.apart import run
@@ -113,6 +114,18 @@ def test_a_still_scene_is_not_asked(session: Session, peer: Peer) -> None:
         peer.move("Occluder width (px)", value)
         wait_for(lambda value=value: session.values["occlusion_width_px"] == value)
     assert peer.asked <= 3
+
+
+def test_a_browser_is_asked_ten_times_a_second_at_most(session: Session, peer: Peer) -> None:
+    """While frames go out three times as fast."""
+    begun = time.monotonic()
+    for frame in itertools.count():
+        session.show(drawing(frame, 50), {"frame": frame})
+        time.sleep(0.02)
+        if time.monotonic() > begun + 0.8:
+            break
+    wait_for(lambda: peer.asked > 1)
+    assert peer.asked <= 1 + (time.monotonic() - begun) / ECHO_EVERY_S
 
 
 def test_one_that_does_not_answer_holds_nobody_else(

@@ -1,5 +1,6 @@
 """A drawing's primitives become nodes that are updated in place."""
 
+import time
 from dataclasses import replace
 from typing import Any, cast
 
@@ -9,7 +10,9 @@ import pytest
 
 from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive, Text
 from server.log import Seldom
-from server.pictures import PictureEncoder
+from server.pictures import PictureEncoder, SceneDrawing
+from server.viewer.scene import Scene
+from server.viewer.viewer import UNWATCHED_S
 from tests.viewer.host import Peer, Session, drawing
 from tests.waiting import wait_for
 
@@ -56,6 +59,24 @@ def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
         session.show(drawing(0, 10 + frame), {"frame": frame})
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 209)
     assert peer.batches < 100
+
+
+def test_a_scene_that_nobody_watches_is_drawn_now_and_then(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Just enough for whoever comes next, who is not kept waiting."""
+    drawn: list[str | None] = []
+    apply = Scene.apply
+
+    def counted(scene: Scene, shown: SceneDrawing, *more: Any) -> None:
+        drawn.append(shown.drawing.caption)
+        apply(scene, shown, *more)
+
+    monkeypatch.setattr(Scene, "apply", counted)
+    begun = time.monotonic()
+    for frame in range(20):
+        session.show(drawing(frame, 50), {"frame": frame})
+        time.sleep(0.02)
+    wait_for(lambda: "Frame 19" in drawn)
+    assert len(drawn) <= 2 + (time.monotonic() - begun) / UNWATCHED_S
 
 
 def test_what_is_absent_is_hidden_and_comes_back(session: Session, peer: Peer) -> None:

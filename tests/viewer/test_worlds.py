@@ -137,8 +137,12 @@ def test_a_world_has_buttons_that_lead_to_its_sides(session: Session, peer: Peer
     wait_for(lambda: "Position" in peer.camera)
     before = peer.camera["Position"]["position"]
     peer.look(wide=800, high=600, position=tuple(before))
+    peer.move_view("Side")
+    deep = peer.control("History")
+    wait_for(lambda: deep["value"] is True)
     peer.move_view("Port", "Head")
     wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(ACROSS))
+    assert deep["value"] is True, "whoever looks beside the picture has nothing of it switched"
     assert 320 < peer.camera["Position"]["position"][0] < ACROSS - 120, "the camera stands clear of the picture"
     peer.move_view("Front")
     wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(159.5))

@@ -38,6 +38,9 @@ def test_a_browser_answers(session: Session, peer: Peer) -> None:
     before = threading.active_count()
     assert [echo(session, 5.0) for _ in range(3)] == [True] * 3
     assert peer.asked == 3
+    (client,) = session.viewer._server.get_clients().values()
+    handlers = client._websock_connection._incoming_handlers[_messages.LocalStorageGetItemResponseMessage]
+    assert handlers == []  # thousands of questions would leave as many that listen
     assert threading.active_count() <= before
 
 
