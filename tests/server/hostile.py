@@ -105,6 +105,11 @@ def flood(*_: object) -> None:
     say((20_000_000).to_bytes(8, "big"), bytes(20_000_000))
 
 
+def announce(*_: object) -> None:
+    """Announce more than anybody wants to hear, and say nothing."""
+    say((20_000_000).to_bytes(8, "big"))
+
+
 def flood_a_reply(*_: object) -> str:
     """Answer in due form, and at far too great a length."""
     return "x" * 20_000_000

@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from pftrack.process import Ending, environment
-from server.errors import RefusedError
+from server.errors import ClientGoneError, RefusedError
 from server.log import Seldom
 from server.tasks.child import GRACE_S, OPEN_FILES, Budget
 from server.tasks.child_tasks import ChildTasks
@@ -97,6 +97,16 @@ def test_what_the_process_has_started_ends_with_it(tmp_path: Path) -> None:
 
     assert run(ChildTasks(Queues()).answer(hostile.start_another, str(told), stopped=started)) is Ending.KILLED
     wait_for(lambda: ended(int(told.read_text())))
+
+
+def test_short_work_ends_with_its_client() -> None:
+    """Nobody waits for what nobody wants any more."""
+
+    async def leave() -> None:
+        await asyncio.sleep(0.3)
+
+    with pytest.raises(ClientGoneError):
+        run(ChildTasks(Queues(), leave).run(hostile.hang))
 
 
 def test_work_that_goes_on_is_not_silent() -> None:

@@ -170,6 +170,7 @@ def test_a_memory_bomb_is_told(endless: Path) -> None:
         (hostile.answer_a_number, "makes the decoder crash"),
         (hostile.say_no_json, "makes the decoder crash"),
         (hostile.say_a_pickle, "makes the decoder crash"),
+        (hostile.announce, "makes the decoder crash"),
         (hostile.flood, "makes the decoder crash"),
         (hostile.flood_a_reply, "makes the decoder crash"),
         (hostile.hang_up, "makes the decoder crash"),

@@ -84,6 +84,29 @@ def act(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Theatre], Corout
     return play
 
 
+def test_a_panel_that_fails_is_told_the_next_time(act: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What cannot be shown in it ends neither the session nor the panel."""
+
+    async def scene(theatre: Theatre) -> None:
+        puppet = await theatre.open()
+        refuse = puppet.refuse
+
+        def fail(_: str) -> None:
+            raise RuntimeError("on purpose")
+
+        monkeypatch.setattr(puppet, "refuse", fail)
+        theatre.scene_feed.refuse("in vain")
+        assert theatre.scene_feed._pump is not None
+        await asyncio.wait_for(theatre.scene_feed._pump, 10)
+        monkeypatch.setattr(puppet, "refuse", refuse)
+        theatre.scene_feed.refuse("too large")
+        await theatre.scene_feed.close()
+        assert puppet.told == [("refuse", "too large")]
+        assert puppet.closed
+
+    act(scene)
+
+
 def test_no_credit_for_an_empty_room(act: Any) -> None:
     """While nobody looks the worker gets no credit; who comes in brings one, and the viewer asks for each more."""
 

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import threading
+from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 from server.worker.pipe import WebEnd, WorkerEnd, pair
@@ -15,20 +16,11 @@ SLOW = 0.1
 """Times real time: three frames a second, so that a change has a while until the next one."""
 
 
-async def play_and_change(heard: list[Event]) -> None:
-    """Play slowly, and change a parameter between two frames while the way for a drawing is free."""
+@contextlib.asynccontextmanager
+async def working(hear: Callable[[Event], None]) -> AsyncIterator[WebEnd]:
+    """Have a worker work, and hear its events."""
     ours, theirs = pair()
-    drawn = asyncio.Event()
-    answered = asyncio.Event()
     lost = asyncio.Event()
-
-    def hear(event: Event) -> None:
-        heard.append(event)
-        if isinstance(event, Progress) and event.scene is not None:
-            drawn.set()
-        if isinstance(event, Reply) and event.number == 3:
-            answered.set()
-
     web = await WebEnd.connect(ours, hear, lost.set)
     worker = Worker(WorkerEnd(theirs), config(frames=600))
 
@@ -38,24 +30,71 @@ async def play_and_change(heard: list[Event]) -> None:
 
     thread = threading.Thread(target=serve)
     thread.start()
-    web.send(Request(1, Speed(SLOW)))
-    web.send(Request(2, Transport("play")))
-    web.send(Credit("scene"))
-    await asyncio.wait_for(drawn.wait(), 60)
-    await asyncio.sleep(0.4)
-    drawn.clear()
-    web.send(Credit("scene"))
-    await asyncio.wait_for(drawn.wait(), 60)
-    web.send(Credit("scene"))
-    await asyncio.sleep(0.05)
-    drawn.clear()
-    heard.clear()
-    web.send(Request(3, Change({"sample_count": 90}, "b1")))
-    await asyncio.wait_for(answered.wait(), 60)
-    await asyncio.wait_for(drawn.wait(), 60)
-    web.close()
-    await asyncio.to_thread(thread.join, 10)
-    theirs.close()
+    try:
+        yield web
+    finally:
+        web.close()
+        await asyncio.to_thread(thread.join, 10)
+        theirs.close()
+
+
+async def play_and_change(heard: list[Event]) -> None:
+    """Play slowly, and change a parameter between two frames while the way for a drawing is free."""
+    drawn = asyncio.Event()
+    answered = asyncio.Event()
+
+    def hear(event: Event) -> None:
+        heard.append(event)
+        if isinstance(event, Progress) and event.scene is not None:
+            drawn.set()
+        if isinstance(event, Reply) and event.number == 3:
+            answered.set()
+
+    async with working(hear) as web:
+        web.send(Request(1, Speed(SLOW)))
+        web.send(Request(2, Transport("play")))
+        web.send(Credit("scene"))
+        await asyncio.wait_for(drawn.wait(), 60)
+        await asyncio.sleep(0.4)
+        drawn.clear()
+        web.send(Credit("scene"))
+        await asyncio.wait_for(drawn.wait(), 60)
+        web.send(Credit("scene"))
+        await asyncio.sleep(0.05)
+        drawn.clear()
+        heard.clear()
+        web.send(Request(3, Change({"sample_count": 90}, "b1")))
+        await asyncio.wait_for(answered.wait(), 60)
+        await asyncio.wait_for(drawn.wait(), 60)
+
+
+async def play_with_one_credit_each(heard: list[Progress]) -> None:
+    """Play until twenty frames have been told of, after a credit for either form has been given once."""
+    far = asyncio.Event()
+
+    def hear(event: Event) -> None:
+        if isinstance(event, Progress):
+            heard.append(event)
+            if event.status.position >= 20:
+                far.set()
+
+    async with working(hear) as web:
+        web.send(Credit("scene"))
+        web.send(Credit("flat"))
+        web.send(Request(1, Transport("play")))
+        await asyncio.wait_for(far.wait(), 60)
+
+
+def test_a_credit_is_for_one_drawing() -> None:
+    """Whoever takes none is sent none; the scene and flat views share what is encoded for both."""
+    heard: list[Progress] = []
+    run(play_with_one_credit_each(heard))
+    (scene,) = (event.scene for event in heard if event.scene is not None)
+    (flat,) = (event.flat for event in heard if event.flat is not None)
+    assert scene is not None
+    assert flat is not None
+    if any(event.scene is not None and event.flat is not None for event in heard):
+        assert [picture.key for picture in scene.pictures.values()] == [picture.key for picture in flat.pictures]
 
 
 def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:

@@ -90,6 +90,20 @@ def test_what_is_absent_is_hidden_and_comes_back(session: Session, peer: Peer) -
     wait_for(lambda: peer.visible.get("/estimate"))
 
 
+def test_names_that_do_not_come_back_are_forgotten(
+    session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A scene whose primitives have a new name in each frame does not grow."""
+    monkeypatch.setattr("server.viewer.scene.STALE_NODES", 2)
+    line = Polyline(np.array(((0, 0, 0), (5, 5, 5)), dtype=np.float32), COLOURS["truth"], 1.0, "estimate")
+    for frame in range(6):
+        session.show(with_item(drawing(frame, 50), f"line {frame}", line), {"frame": frame})
+        wait_for(lambda frame=frame: f"/line {frame}" in peer.nodes)
+    wait_for(
+        lambda: sorted(name for name in peer.nodes if name.startswith("/line")) == [f"/line {n}" for n in (3, 4, 5)]
+    )
+
+
 def test_layers_are_switched_in_the_panel(session: Session, peer: Peer) -> None:
     """A layer that is off is not sent at all; switched on, it appears without waiting for a new frame."""
     session.show(drawing(), {"frame": 0})
