@@ -56,7 +56,7 @@ export class DropZone {
       // One that is done is among the saved runs by now.
       if (job.state !== "done" && !this.#isBusy) await this.#follow(job);
     } catch {
-      // It was given up meanwhile, or the server has begun again.
+      // It was given up meanwhile, or the server has started again.
     }
   }
 
@@ -168,16 +168,21 @@ export class DropZone {
     };
     fill(this.#zone, h("p", { class: "drop-words" }, name), meter, words, h("button", { type: "button", on: { click: stop } }, "Cancel"));
     const since = performance.now();
+    const tell = (/** @type {ImportPublic} */ { done, total }) => {
+      if (total === 0) return;
+      meter.value = done / total;
+      setText(words, progressWords(done, total, (performance.now() - since) / 1000, done - begun.done));
+    };
     this.#isBusy = true;
     try {
       let job = begun;
-      while (wanted && job.state === "computing") {
-        if (job.total > 0) {
-          meter.value = job.done / job.total;
-          setText(words, progressWords(job.done, job.total, (performance.now() - since) / 1000, job.done - begun.done));
-        }
+      tell(job);
+      while (job.state === "computing") {
         await after(ASK_EVERY_MS);
-        if (wanted) job = await progress(job, () => setText(words, "The server does not answer; it is asked again"));
+        if (!wanted) return;
+        const now = await heard(api.importing(id));
+        if (now === null) setText(words, "The server does not answer; it is asked again");
+        else tell((job = now));
       }
       if (!wanted) return;
       leaveAddress();
@@ -207,18 +212,17 @@ export class DropZone {
 }
 
 /**
- * How far a run has come by now; what was known of it while the server does not answer, as when it is begun again.
+ * What the server has answered; null while it does not answer, as when it is started again.
  *
- * @param {ImportPublic} known
- * @param {() => void} silent Called when it does not answer.
+ * @template Answer
+ * @param {Promise<Answer>} asked
  */
-async function progress(known, silent) {
+async function heard(asked) {
   try {
-    return await api.importing(known.id);
+    return await asked;
   } catch (error) {
-    if (statusOf(error) !== 0) throw error;
-    silent();
-    return known;
+    if (statusOf(error) === 0) return null;
+    throw error;
   }
 }
 

@@ -11,6 +11,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.runs import record
 from pftrack.runs.run import Change, Run
+from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
@@ -83,3 +84,25 @@ def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
     run, *others = server.get("runs")
     assert others == before
     assert run["summary"]["reproduced"]
+
+
+def test_an_import_outlasts_a_silence_of_the_server(gallery: Gallery, complaints: Complaints) -> None:
+    """While nobody answers the page says so and asks again; what became of the run is told once somebody does."""
+    complaints.expected = ("net::ERR_FAILED",)
+    page, silent = gallery.page, [True]
+    job = {"id": "0123456789abcdef", "name": "heavy.pft", "done": 3, "total": 9, "run": None, "message": None}
+
+    def answer(route: Any) -> None:
+        if silent:
+            route.abort()
+        else:
+            route.fulfill(json={**job, "state": "failed", "message": "It went wrong."})
+
+    page.route("**/api/v1/runs/import?*", lambda route: route.fulfill(status=202, json={**job, "state": "computing"}))
+    page.route("**/api/v1/runs/imports/*", answer)
+    gallery.choose("heavy.pft", b"a run", "application/octet-stream")
+    page.get_by_text("The server does not answer; it is asked again").wait_for()
+    silent.clear()
+    page.get_by_text("It went wrong.").wait_for()
+    assert "heavy.pft was not accepted" in page.inner_text(".drop")
+    assert "#" not in page.url
