@@ -67,10 +67,10 @@ class SceneFeed:
         finally:
             self.watchers -= 1
 
-    def offer(self, drawing: SceneDrawing, diagnostics: dict[str, Any]) -> None:
-        """Show a drawing; the viewer leaves it out if a newer one comes before it can be sent."""
+    def offer(self, drawing: SceneDrawing, frame: int) -> None:
+        """Show the drawing of a frame; the viewer leaves it out if a newer one comes before it can be sent."""
         if self._viewer is not None:
-            self._viewer.show(drawing, diagnostics)
+            self._viewer.show(drawing, frame)
 
     def tell(self, in_force: InForce) -> None:
         """Show in the panel what is in force."""

@@ -340,7 +340,7 @@ class Session:
         if isinstance(event, protocol.Progress):
             self.state.stand(event.status, event.rows)
             if event.scene is not None:
-                self.scene_feed.offer(event.scene, {"frame": event.status.position})
+                self.scene_feed.offer(event.scene, event.status.position)
             if event.flat is not None:
                 self.drawing_feed.offer(event.flat)
 

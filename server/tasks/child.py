@@ -23,7 +23,7 @@ from server.tasks.answers import pack
 from server.worker.pipe import WorkerEnd
 from server.worker.protocol import Failed, Mistake, Reply, Step
 
-__all__ = ["Budget", "main"]
+__all__ = ["MEBIBYTE", "Budget", "main"]
 
 MEBIBYTE = 1024**2
 OPEN_FILES = 64

@@ -9,14 +9,13 @@ from pathlib import Path
 
 from pftrack.process import Ending
 from pftrack.sources.sequence import FrameIndex, Limits, SourceError
-from server.tasks.child import Budget
+from server.tasks.child import MEBIBYTE, Budget
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.functions import survey
 from server.worker.protocol import Failed, Reply
 
 __all__ = ["probe"]
 
-MEBIBYTE = 1024**2
 BUDGET = Budget(cpu_seconds=120, silence_s=240, file_bytes=0, answer_bytes=8 * MEBIBYTE)
 
 

@@ -83,7 +83,7 @@ class Pacer:
         on_release: Called when a browser has answered, so that it is held no longer, or has left.
     """
 
-    def __init__(self, on_release: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, on_release: Callable[[], None]) -> None:
         self._on_release = on_release
         self._paces: dict[int, Pace] = {}
         self._frames: dict[int, asyncio.Event] = {}

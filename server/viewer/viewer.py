@@ -77,8 +77,8 @@ class Viewer:
         self._news = asyncio.Event()
         self._lock = threading.Lock()
         self._closed = False
-        self._newest: tuple[SceneDrawing, dict[str, Any]] | None = None
-        self._shown: tuple[SceneDrawing, dict[str, Any]] | None = None
+        self._newest: tuple[SceneDrawing, int] | None = None
+        self._shown: tuple[SceneDrawing, int] | None = None
         self._redraw = self._asked = False
         self._due = 0.0
         with server.atomic():
@@ -101,10 +101,10 @@ class Viewer:
         """Number of browsers that watch."""
         return len(self._server.get_clients())
 
-    def show(self, drawing: SceneDrawing, diagnostics: dict[str, Any]) -> None:
-        """Show a drawing, unless a newer one comes before it can be sent; it never waits."""
+    def show(self, drawing: SceneDrawing, frame: int) -> None:
+        """Show the drawing of a frame, unless a newer one comes before it can be sent; it never waits."""
         with self._lock:
-            self._newest = (drawing, diagnostics)
+            self._newest = (drawing, frame)
         self._wake()
 
     def tell(self, in_force: InForce) -> None:
@@ -222,12 +222,12 @@ class Viewer:
         if self._shown is not None:
             self._draw(*self._shown)
 
-    def _draw(self, shown: SceneDrawing, diagnostics: dict[str, Any]) -> None:
+    def _draw(self, shown: SceneDrawing, frame: int) -> None:
         drawing = shown.drawing
         self._cameras.set_box(self._scene.box(drawing))
         with self._server.atomic():
             self._scene.apply(shown, self._cameras.relief)
             self._panel.legend(self._scene.legend(drawing))
-            self._panel.caption(drawing.caption or f"Frame {diagnostics.get('frame', '')}")
+            self._panel.caption(drawing.caption or f"Frame {frame}")
         self._server.flush()
         self._pacer.sent()

@@ -36,9 +36,9 @@ class Puppet:
         self.slow = threading.Event()
         self.slow.set()
 
-    def show(self, drawing: SceneDrawing, diagnostics: dict[str, Any]) -> None:
+    def show(self, drawing: SceneDrawing, frame: int) -> None:
         del drawing
-        self.shown.append(diagnostics["frame"])
+        self.shown.append(frame)
 
     def tell(self, in_force: InForce) -> None:
         self.slow.wait(5)
@@ -117,12 +117,12 @@ def test_no_credit_for_an_empty_room(act: Any) -> None:
             await asyncio.to_thread(puppet.requests["on_ready"])
             await asyncio.sleep(0)
 
-        theatre.scene_feed.offer(NOTHING, {"frame": 1})
+        theatre.scene_feed.offer(NOTHING, 1)
         await ready()
         assert (puppet.shown, theatre.credits) == ([1], 0)
         with theatre.scene_feed.watch():
             assert theatre.credits == 1
-            theatre.scene_feed.offer(NOTHING, {"frame": 2})
+            theatre.scene_feed.offer(NOTHING, 2)
             assert theatre.credits == 1
             await ready()
             assert theatre.credits == 2

@@ -118,9 +118,9 @@ class Session:
     def in_force(self) -> InForce:
         return InForce(dict(self.values), self.tracker, seed=7)
 
-    def show(self, drawing: Drawing, diagnostics: dict[str, Any]) -> None:
+    def show(self, drawing: Drawing, frame: int) -> None:
         """Show a drawing as a worker sends it."""
-        self.viewer.show(self.pictures.for_scene(drawing), diagnostics)
+        self.viewer.show(self.pictures.for_scene(drawing), frame)
 
     def reset(self) -> None:
         self.values, self.tracker, self.accept = dict(VALUES), "h-spf", lambda _: None

@@ -23,7 +23,7 @@ def test_scene_and_panel_pass_in_both_directions(session: Session, site: Site) -
     """Through the bridge a browser sees the same as without it."""
     with Peer(site.scene) as peer:
         assert peer.socket.subprotocol == PROTOCOL
-        session.show(drawing(), {"frame": 0})
+        session.show(drawing(), 0)
         wait_for(lambda: "/particles" in peer.nodes)
         peer.move("Particles", 300)
         wait_for(lambda: session.values["sample_count"] == 300)

@@ -32,7 +32,7 @@ def watched() -> Iterator[tuple[Session, Site]]:
 @pytest.fixture(scope="module")
 def opened(chromium: Any, watched: tuple[Session, Site]) -> Iterator[tuple[Any, list[str]]]:
     session, site = watched
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
     errors: list[str] = []
@@ -50,7 +50,7 @@ def session(watched: tuple[Session, Site], opened: tuple[Any, list[str]]) -> Ses
     page, _ = opened
     page.wait_for_timeout(200)
     session.reset()
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     until(page.frame(url="**/viz/one/**"), f"{COUNT} === 800")
     # What the reset has sent must not overtake what the test is going to type: the browser answers after taking it up.
     for client in session.viewer._server.get_clients().values():
@@ -100,7 +100,7 @@ def box(scene: Any, label: str) -> Any:
 def test_picture_and_particles_are_in_the_scene(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:
     """What was shown arrives, a change of the number of particles as well, and the policy hinders nothing."""
     until(scene, f"{PICTURE} === '320x240' && {COUNT} === 800")
-    session.show(drawing(1, 123), {"frame": 1})
+    session.show(drawing(1, 123), 1)
     until(scene, f"{COUNT} === 123")
     assert opened[1] == []
 
@@ -266,7 +266,7 @@ def test_a_frame_without_focus_reconnects(session: Session, page: Any, scene: An
     session.viewer._server._websock_server.disconnect_all_clients()
     # It may be back before anybody sees that it was away.
     wait_for(lambda: not before & set(session.viewer._server.get_clients()))
-    session.show(drawing(5, 55), {"frame": 5})
+    session.show(drawing(5, 55), 5)
     wait_for(lambda: session.viewer.clients == 1, seconds=20)
     until(scene, f"{COUNT} === 55")
 
@@ -278,7 +278,7 @@ def test_folds_stay_when_the_scene_connects_again(session: Session, page: Any, s
         before = set(session.viewer._server.get_clients())
         session.viewer._server._websock_server.disconnect_all_clients()
         _await(page, lambda: session.viewer.clients == 1 and not before & set(session.viewer._server.get_clients()))
-        session.show(drawing(6, 66), {"frame": 6})
+        session.show(drawing(6, 66), 6)
         until(scene, f"{COUNT} === 66")
 
     width, trail = scene.get_by_text("Occluder width (px)"), scene.get_by_text("Trail", exact=True)
@@ -373,7 +373,7 @@ def test_a_mesh_that_changes_never_flickers(session: Session, scene: Any, opened
     shown = drawing(3)
 
     def show(number: int) -> None:
-        session.show(replace(shown, primitives={**shown.primitives, "mesh": coloured(number)}), {"frame": 3})
+        session.show(replace(shown, primitives={**shown.primitives, "mesh": coloured(number)}), 3)
 
     show(0)
     until(scene, MESH_IS_THERE)
@@ -414,7 +414,7 @@ def test_a_mesh_has_the_colours_of_its_vertices(session: Session, scene: Any, op
     for opacity in (1.0, 0.5):
         opacities = np.full(3, opacity, dtype=np.float32)
         mesh = Mesh(corners, faces, colours, opacities, "estimate")
-        session.show(replace(shown, primitives={**shown.primitives, "mesh": mesh}), {"frame": 3})
+        session.show(replace(shown, primitives={**shown.primitives, "mesh": mesh}), 3)
         blended = str(opacity < 1.0).lower()
         until(scene, f"{attributes}.replace(/0\\.501\\d+/, '0.5') === '[4,1,1,1,{opacity:g},{blended}]'")
     assert opened[1] == []

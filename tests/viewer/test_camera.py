@@ -52,13 +52,13 @@ def test_from_aside_the_camera_that_took_the_picture_is_seen_whole(name: str, fo
 
 def test_a_longer_lens_is_fitted_again(session: Session, peer: Peer) -> None:
     """Who looks at the camera from aside sees all of it after the focal length has changed."""
-    session.show(with_camera(300.0), {"frame": 0})
+    session.show(with_camera(300.0), 0)
     wait_for(lambda: "Position" in peer.camera)
     peer.move_view("Side")
     wait_for(lambda: abs(peer.camera["Position"]["position"][0]) > 300)
     near = peer.camera["Position"]["position"]
     peer.look(wide=800, high=600, position=tuple(near))
-    session.show(with_camera(900.0), {"frame": 1})
+    session.show(with_camera(900.0), 1)
     wait_for(lambda: peer.camera["Position"]["position"][0] > 1.3 * near[0])
 
 
@@ -78,14 +78,14 @@ def test_the_front_looks_at_the_middle_of_the_picture_from_far_away() -> None:
 
 def test_a_browser_that_comes_sees_the_whole_picture(session: Session, peer: Peer) -> None:
     """The camera is put in front of the picture without being asked."""
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     wait_for(lambda: {"Position", "LookAt", "Fov"} <= peer.camera.keys())
     np.testing.assert_allclose(peer.camera["LookAt"]["look_at"], (159.5, -119.5, 0.0))
 
 
 def test_a_window_of_another_shape_is_fitted_again(session: Session, peer: Peer) -> None:
     """Nobody has moved the camera, so it backs away when the window becomes narrow."""
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     wait_for(lambda: "Position" in peer.camera)
     place = peer.camera["Position"]["position"]
     peer.look(wide=300, high=600, position=tuple(place))
@@ -94,7 +94,7 @@ def test_a_window_of_another_shape_is_fitted_again(session: Session, peer: Peer)
 
 def test_the_start_pose_that_comes_late_is_put_right(session: Session, peer: Peer) -> None:
     """What viser replays to a new browser may overtake the fitted camera; where a person turned it, it stays."""
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     wait_for(lambda: "Position" in peer.camera)
     start = fit(PRESETS["front"], Box(320, 240, 0.0), aspect=1.2)
     peer.look(wide=960, high=560, position=tuple(peer.camera["Position"]["position"]))
@@ -113,7 +113,7 @@ def test_the_start_pose_that_comes_late_is_put_right(session: Session, peer: Pee
 
 def test_heights_appear_when_the_camera_is_tilted(session: Session, peer: Peer) -> None:
     """From the front the scene is flat, so that the estimate lies on the particles; from aside they rise."""
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
     assert heights(peer).max() < 5.0
     peer.move_view("3-D")
@@ -124,7 +124,7 @@ def test_heights_appear_when_the_camera_is_tilted(session: Session, peer: Peer) 
 
 def test_what_a_browser_says_before_it_has_heard_of_the_preset_raises_nothing(session: Session, peer: Peer) -> None:
     """Its first camera stands somewhere aside; heights would flash up until the preset has reached it."""
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
     peer.look(wide=800, high=600)
     peer.move("Particles", 42)  # taken up after the camera
@@ -136,7 +136,7 @@ def test_what_a_browser_says_before_it_has_heard_of_the_preset_raises_nothing(se
 
 def test_where_a_browser_came_from_raises_nothing_after_the_preset_was_reached(session: Session, peer: Peer) -> None:
     """While viser sets it up, its camera can jump back to its very first place; it is sent to the preset again."""
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
     fitted = tuple(peer.camera.pop("Position")["position"])
     peer.look(wide=800, high=600, position=fitted)

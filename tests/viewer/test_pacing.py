@@ -107,7 +107,7 @@ def frame_of(peer: Peer) -> int:
 def test_a_still_scene_is_not_asked(session: Session, peer: Peer) -> None:
     """Each question would make the browser draw for a while; what has been asked is asked once for each frame."""
     for frame in range(3):
-        session.show(drawing(frame, 50 + frame), {"frame": frame})
+        session.show(drawing(frame, 50 + frame), frame)
         wait_for(lambda frame=frame: "/particles" in peer.nodes and frame_of(peer) == frame)
     wait_for(lambda: peer.asked > 0)
     for value in range(10, 40):
@@ -120,7 +120,7 @@ def test_a_browser_is_asked_ten_times_a_second_at_most(session: Session, peer: P
     """While frames go out three times as fast."""
     begun = time.monotonic()
     for frame in itertools.count():
-        session.show(drawing(frame, 50), {"frame": frame})
+        session.show(drawing(frame, 50), frame)
         time.sleep(0.02)
         if time.monotonic() > begun + 0.8:
             break
@@ -139,7 +139,7 @@ def test_one_that_does_not_answer_holds_nobody_else(
 
         def show() -> int:
             frame = next(frames)
-            session.show(drawing(frame, 50 + frame), {"frame": frame})
+            session.show(drawing(frame, 50 + frame), frame)
             wait_for(lambda: "/particles" in peer.nodes and frame_of(peer) == frame)
             return frame
 
@@ -168,7 +168,7 @@ def test_who_is_held_no_longer_is_noticed_in_any_order(
     viewer = session.viewer
     monkeypatch.setattr(viewer, "_on_ready", lambda: ready.append(1))
     monkeypatch.setattr(Connection, "held", property(lambda _: held[0]))
-    session.show(drawing(0, 50), {"frame": 0})
+    session.show(drawing(0, 50), 0)
     wait_for(lambda: "/particles" in peer.nodes and ready)
     wait_for(lambda: peer.asked > 0)
     held[0], viewer._asked = True, False
@@ -194,7 +194,7 @@ def test_nothing_is_drawn_while_all_are_held(session: Session, peer: Peer, monke
 
     def show() -> int:
         frame = next(frames)
-        session.show(drawing(frame, 50 + frame), {"frame": frame})
+        session.show(drawing(frame, 50 + frame), frame)
         return frame
 
     def seen(frame: int) -> bool:

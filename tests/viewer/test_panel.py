@@ -143,7 +143,7 @@ def test_the_caption_of_the_frame_is_shown(session: Session, peer: Peer) -> None
     """What the frame is about stands above the controls, without being markup."""
     shown = drawing(7)
     object.__setattr__(shown, "caption", "ESS < 3 & lost")
-    session.show(shown, {"frame": 7})
+    session.show(shown, 7)
     wait_for(lambda: any("ESS &lt; 3 &amp; lost" in str(item.get("content")) for item in list(peer.controls.values())))
 
 

@@ -71,7 +71,7 @@ def playing(session: Session) -> Iterator[None]:
         begun = time.monotonic()
         while not ended.wait(1.0 / RATE_HZ):
             frame = int((time.monotonic() - begun) * RATE_HZ)
-            session.show(coded(frame), {"frame": frame})
+            session.show(coded(frame), frame)
 
     thread = threading.Thread(target=play)
     thread.start()
@@ -117,7 +117,7 @@ def test_a_frame_is_taken_up_without_waiting_for_the_last_one_to_be_drawn(
 
     def show(light: int) -> None:
         picture = np.full((240, 320, 3), light, dtype=np.uint8)
-        session.show(Drawing(320, 240, {"picture": Picture(picture)}), {"frame": light})
+        session.show(Drawing(320, 240, {"picture": Picture(picture)}), light)
 
     show(50)
     page = chromium.new_page(viewport={"width": 930, "height": 560})

@@ -28,7 +28,7 @@ def with_item(shown: Drawing, name: str, item: Primitive) -> Drawing:
 def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -> None:
     """Positions are exact to the float32, y is turned, and the picture is a JPEG of its own size."""
     shown = drawing(3)
-    session.show(shown, {"frame": 3})
+    session.show(shown, 3)
     wait_for(lambda: {"/picture", "/particles", "/trail", "/estimate"} <= peer.nodes.keys())
     cloud = shown.primitives["particles"]
     assert isinstance(cloud, Points)
@@ -44,10 +44,10 @@ def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -
 
 def test_nodes_are_updated_not_added_again(session: Session, peer: Peer) -> None:
     """Another number of particles replaces the arrays of the same node."""
-    session.show(drawing(0, 800), {"frame": 0})
+    session.show(drawing(0, 800), 0)
     wait_for(lambda: "/particles" in peer.nodes)
     node = peer.nodes["/particles"]
-    session.show(drawing(1, 200), {"frame": 1})
+    session.show(drawing(1, 200), 1)
     wait_for(lambda: len(points(peer)) == 200)
     assert peer.nodes["/particles"] is node
     assert len(node["colors"]) == 600
@@ -56,7 +56,7 @@ def test_nodes_are_updated_not_added_again(session: Session, peer: Peer) -> None
 def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
     """Drawings that were overtaken are not sent, and the last one always is."""
     for frame in range(200):
-        session.show(drawing(0, 10 + frame), {"frame": frame})
+        session.show(drawing(0, 10 + frame), frame)
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 209)
     assert peer.batches < 100
 
@@ -73,7 +73,7 @@ def test_a_scene_that_nobody_watches_is_drawn_now_and_then(session: Session, mon
     monkeypatch.setattr(Scene, "apply", counted)
     begun = time.monotonic()
     for frame in range(20):
-        session.show(drawing(frame, 50), {"frame": frame})
+        session.show(drawing(frame, 50), frame)
         time.sleep(0.02)
     wait_for(lambda: "Frame 19" in drawn)
     assert len(drawn) <= 2 + (time.monotonic() - begun) / UNWATCHED_S
@@ -82,11 +82,11 @@ def test_a_scene_that_nobody_watches_is_drawn_now_and_then(session: Session, mon
 def test_what_is_absent_is_hidden_and_comes_back(session: Session, peer: Peer) -> None:
     """An estimate that is lost for a while leaves nothing behind."""
     shown = drawing()
-    session.show(shown, {"frame": 0})
+    session.show(shown, 0)
     wait_for(lambda: peer.visible.get("/estimate"))
-    session.show(replace(shown, primitives={"picture": shown.primitives["picture"]}), {"frame": 1})
+    session.show(replace(shown, primitives={"picture": shown.primitives["picture"]}), 1)
     wait_for(lambda: peer.visible.get("/estimate") is False and peer.visible.get("/particles") is False)
-    session.show(drawing(2), {"frame": 2})
+    session.show(drawing(2), 2)
     wait_for(lambda: peer.visible.get("/estimate"))
 
 
@@ -97,7 +97,7 @@ def test_names_that_do_not_come_back_are_forgotten(
     monkeypatch.setattr("server.viewer.scene.STALE_NODES", 2)
     line = Polyline(np.array(((0, 0, 0), (5, 5, 5)), dtype=np.float32), COLOURS["truth"], 1.0, "estimate")
     for frame in range(6):
-        session.show(with_item(drawing(frame, 50), f"line {frame}", line), {"frame": frame})
+        session.show(with_item(drawing(frame, 50), f"line {frame}", line), frame)
         wait_for(lambda frame=frame: f"/line {frame}" in peer.nodes)
     wait_for(
         lambda: sorted(name for name in peer.nodes if name.startswith("/line")) == [f"/line {n}" for n in (3, 4, 5)]
@@ -106,7 +106,7 @@ def test_names_that_do_not_come_back_are_forgotten(
 
 def test_layers_are_switched_in_the_panel(session: Session, peer: Peer) -> None:
     """A layer that is off is not sent at all; switched on, it appears without waiting for a new frame."""
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     wait_for(lambda: peer.visible.get("/particles"))
     assert "/label" not in peer.nodes
     peer.move("Labels", True)
@@ -142,32 +142,32 @@ def test_every_primitive_has_a_node(session: Session, peer: Peer) -> None:
     segments = np.array((((0, 0, 0), (5, 5, 5)),), dtype=np.float32)
     shown = with_item(shown, "links", Links(segments, COLOURS["second"], 2.0, "pose"))
     for _ in range(2):  # once to add, once to update
-        session.show(replace(shown, primitives=dict(shown.primitives)), {"frame": 0})
+        session.show(replace(shown, primitives=dict(shown.primitives)), 0)
         wait_for(lambda: {"/axes", "/mesh", "/links"} <= peer.nodes.keys())
         shown = with_item(shown, "mesh", Mesh(2 * np.eye(3, dtype=np.float32), faces, COLOURS["second"], 0.5, "pose"))
     wait_for(lambda: np.frombuffer(peer.nodes["/mesh"]["vertices"], dtype=np.float32).max() > 1.9)
     line = Polyline(np.array(((0, 0, 0), (5, 5, 5)), dtype=np.float32), COLOURS["truth"], 1.0, "pose")
-    session.show(with_item(shown, "mesh", line), {"frame": 1})
+    session.show(with_item(shown, "mesh", line), 1)
     wait_for(lambda: peer.nodes["/mesh"]["kind"] == "LineSegmentsMessage")
 
 
 def test_a_picture_arrives_as_the_worker_has_encoded_it(session: Session, peer: Peer) -> None:
     """The web process forwards the file; of the pixels it has seen nothing."""
     sent = session.pictures.for_scene(drawing())
-    session.viewer.show(sent, {"frame": 0})
+    session.viewer.show(sent, 0)
     wait_for(lambda: "/picture" in peer.nodes)
     assert peer.nodes["/picture"]["_data"] == sent.pictures["picture"].file
     other = session.pictures.for_scene(with_item(drawing(1), "picture", dark()))
-    session.viewer.show(other, {"frame": 1})
+    session.viewer.show(other, 1)
     wait_for(lambda: peer.nodes["/picture"]["_data"] == other.pictures["picture"].file)
 
 
 def test_a_primitive_that_cannot_be_shown_ends_nothing(session: Session, peer: Peer) -> None:
     """What comes after it is shown to the end, which is the caption, whether it is still there or not."""
     wrong = Text(np.zeros(3, dtype=np.float32), "APF", COLOURS["estimate"], "estimate", anchor=cast("Any", "nowhere"))
-    session.show(with_item(drawing(0, 50), "wrong", wrong), {"frame": 0})
+    session.show(with_item(drawing(0, 50), "wrong", wrong), 0)
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 50)
-    session.show(drawing(1, 60), {"frame": 1})
+    session.show(drawing(1, 60), 1)
     wait_for(lambda: any("Frame 1" in str(item.get("content")) for item in list(peer.controls.values())))
     assert len(points(peer)) == 60
 
@@ -185,9 +185,9 @@ def test_a_failure_beside_the_drawing_ends_nothing(
 
     with monkeypatch.context() as broken:
         broken.setattr(session.viewer._panel, "tend", fail)
-        session.show(drawing(0, 50), {"frame": 0})
+        session.show(drawing(0, 50), 0)
         wait_for(lambda: len(failed) > 2)
-    session.show(drawing(1, 60), {"frame": 1})
+    session.show(drawing(1, 60), 1)
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 60)
     assert capsys.readouterr().out.count("RuntimeError: on purpose") == 1
 
@@ -210,23 +210,23 @@ def test_who_could_not_be_asked_for_a_drawing_is_asked_again(session: Session, m
 def test_an_unchanged_picture_is_not_sent_again(session: Session, peer: Peer) -> None:
     """While paused only what a parameter moves is sent, also when the same file comes from another worker."""
     shown = drawing()
-    session.show(shown, {"frame": 0})
+    session.show(shown, 0)
     wait_for(lambda: "/picture" in peer.nodes)
     data = peer.nodes["/picture"]["_data"]
     session.pictures = PictureEncoder()
-    session.show(with_item(drawing(0, 50), "picture", shown.primitives["picture"]), {"frame": 0})
+    session.show(with_item(drawing(0, 50), "picture", shown.primitives["picture"]), 0)
     wait_for(lambda: len(points(peer)) == 50)
     assert peer.nodes["/picture"]["_data"] is data
 
 
 def test_a_picture_that_was_hidden_comes_back_as_it_is_by_now(session: Session, peer: Peer) -> None:
     """While its layer is off nothing of it is sent; then the newest is, of its own size."""
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     wait_for(lambda: peer.visible.get("/picture"))
     data = peer.nodes["/picture"]["_data"]
     peer.move("Picture", False)
     wait_for(lambda: peer.visible.get("/picture") is False)
-    session.show(with_item(drawing(1, 50), "picture", dark((60, 80))), {"frame": 1})
+    session.show(with_item(drawing(1, 50), "picture", dark((60, 80))), 1)
     wait_for(lambda: len(points(peer)) == 50)
     assert peer.nodes["/picture"]["_data"] is data
     peer.move("Picture", True)
@@ -241,8 +241,8 @@ def dark(size: tuple[int, int] = (240, 320)) -> Picture:
 def test_a_drawing_that_cannot_be_shown_does_not_end_the_picture(session: Session, peer: Peer) -> None:
     """The next good one is shown."""
     bad = Points(np.zeros((3, 3), dtype=np.float32), np.zeros((2, 3), dtype=np.uint8), 1.0)
-    session.show(with_item(drawing(), "bad", bad), {"frame": 0})
-    session.show(drawing(1, 77), {"frame": 1})
+    session.show(with_item(drawing(), "bad", bad), 0)
+    session.show(drawing(1, 77), 1)
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 77)
 
 
@@ -253,26 +253,26 @@ def triangle(side: float) -> Mesh:
 
 def test_of_a_mesh_that_moves_only_the_vertices_are_sent(session: Session, peer: Peer) -> None:
     """Its triangles, which are most of it, stay what they were until there are others."""
-    session.show(with_item(drawing(), "mesh", triangle(3.0)), {"frame": 0})
+    session.show(with_item(drawing(), "mesh", triangle(3.0)), 0)
     wait_for(lambda: "/mesh" in peer.nodes)
     node = peer.nodes["/mesh"]
     faces = node["faces"]
-    session.show(with_item(drawing(1), "mesh", triangle(5.0)), {"frame": 1})
+    session.show(with_item(drawing(1), "mesh", triangle(5.0)), 1)
     wait_for(lambda: np.frombuffer(node["vertices"], dtype=np.float32)[3] == 5.0)
     assert node["faces"] is faces
     other = replace(triangle(5.0), faces=np.array(((0, 2, 1),), dtype=np.int32), colour=COLOURS["lost"])
-    session.show(with_item(drawing(2), "mesh", other), {"frame": 2})
+    session.show(with_item(drawing(2), "mesh", other), 2)
     wait_for(lambda: node["faces"] is not faces and tuple(node["color"]) == COLOURS["lost"])
 
 
 def test_of_a_mesh_that_changes_its_colour_only_that_is_sent(session: Session, peer: Peer) -> None:
     """It stands where it stood."""
     mesh = triangle(3.0)
-    session.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
+    session.show(with_item(drawing(), "mesh", mesh), 0)
     wait_for(lambda: "/mesh" in peer.nodes)
     node = peer.nodes["/mesh"]
     vertices = node["vertices"]
-    session.show(with_item(drawing(1), "mesh", replace(mesh, colour=COLOURS["lost"])), {"frame": 1})
+    session.show(with_item(drawing(1), "mesh", replace(mesh, colour=COLOURS["lost"])), 1)
     wait_for(lambda: tuple(node["color"]) == COLOURS["lost"])
     assert node["vertices"] is vertices
 
@@ -285,7 +285,7 @@ def test_a_mesh_with_colours_of_its_own_is_updated_in_place(session: Session, pe
 
     own = np.array(((255, 0, 0), (0, 255, 0), (0, 0, 255)), dtype=np.uint8)
     mesh = replace(triangle(3.0), colour=own, opacity=1.0)
-    session.show(with_item(drawing(), "mesh", mesh), {"frame": 0})
+    session.show(with_item(drawing(), "mesh", mesh), 0)
     wait_for(lambda: {"/mesh", "/mesh colours"} <= peer.nodes.keys())
     node, paint = peer.nodes["/mesh"], peer.nodes["/mesh colours"]
     assert colours() == [255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255]
@@ -293,12 +293,12 @@ def test_a_mesh_with_colours_of_its_own_is_updated_in_place(session: Session, pe
     assert peer.visible.get("/mesh colours") is False
     vertices, faces, first = node["vertices"], node["faces"], paint["colors"]
     moved = replace(mesh, vertices=triangle(5.0).vertices, colour=own.copy())
-    session.show(with_item(drawing(1), "mesh", moved), {"frame": 1})
+    session.show(with_item(drawing(1), "mesh", moved), 1)
     wait_for(lambda: np.frombuffer(node["vertices"], dtype=np.float32)[3] == 5.0)
     assert (node["faces"] is faces, paint["colors"] is first) == (True, True)
     vertices = node["vertices"]
     fading = replace(moved, opacity=np.array((1.0, 0.6, 0.0), dtype=np.float32))
-    session.show(with_item(drawing(2), "mesh", fading), {"frame": 2})
+    session.show(with_item(drawing(2), "mesh", fading), 2)
     wait_for(lambda: colours()[-3:] == [255, 153, 0])
     assert node["opacity"] == 1.0
     assert (node["vertices"] is vertices, node["faces"] is faces) == (True, True)
@@ -309,18 +309,18 @@ def test_a_mesh_with_colours_of_its_own_is_updated_in_place(session: Session, pe
         0.5,
         "head",
     )
-    session.show(with_item(drawing(3), "mesh", grown), {"frame": 3})
+    session.show(with_item(drawing(3), "mesh", grown), 3)
     wait_for(lambda: len(colours()) == 3 * (4 + 2) and len(node["vertices"]) == 48)
     assert len(peer.nodes["/mesh colours"]["points"]) % 6 == 0
-    session.show(with_item(drawing(4), "mesh", triangle(3.0)), {"frame": 4})
+    session.show(with_item(drawing(4), "mesh", triangle(3.0)), 4)
     wait_for(lambda: tuple(peer.nodes["/mesh"]["color"]) == COLOURS["estimate"])
 
 
 def test_a_mesh_that_is_nowhere_is_not_shown(session: Session, peer: Peer) -> None:
     """A place that is not a number hides it, as in a film, until there is one."""
-    session.show(with_item(drawing(), "mesh", triangle(3.0)), {"frame": 0})
+    session.show(with_item(drawing(), "mesh", triangle(3.0)), 0)
     wait_for(lambda: peer.visible.get("/mesh"))
-    session.show(with_item(drawing(1), "mesh", triangle(np.nan)), {"frame": 1})
+    session.show(with_item(drawing(1), "mesh", triangle(np.nan)), 1)
     wait_for(lambda: peer.visible.get("/mesh") is False)
 
 
@@ -333,7 +333,7 @@ def test_a_mesh_is_pressed_into_its_layer(session: Session, peer: Peer) -> None:
     shown = drawing()
     line = np.array((((0, 0, 2), (9, 9, 9)),), dtype=np.float32)
     shown = with_item(with_item(shown, "mesh", triangle(9.0)), "line", Links(line, COLOURS["truth"], 1.0, "estimate"))
-    session.show(shown, {"frame": 0})
+    session.show(shown, 0)
     wait_for(lambda: {"/mesh", "/line"} <= peer.nodes.keys())
     assert heights()[0] < heights()[2] < heights()[1] < ends(peer, "/line")[:, 2].min()
     peer.move_view("Side")
@@ -347,7 +347,7 @@ def test_the_camera_is_seen_from_aside_only(session: Session, peer: Peer) -> Non
     high = np.array((((40, 60, 100), (40, 60, 200)),), dtype=np.float32)
     shown = with_item(drawing(), "camera", camera)
     shown = with_item(shown, "high", Links(high, COLOURS["estimate"], 1.0, "estimate"))
-    session.show(shown, {"frame": 0})
+    session.show(shown, 0)
     wait_for(lambda: peer.visible.get("/high"))
     assert not peer.visible.get("/camera")
     np.testing.assert_allclose(ends(peer, "/high")[:, :2], [(40, -60), (40, -60)])

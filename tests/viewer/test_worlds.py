@@ -112,13 +112,13 @@ def test_viewpoints_are_where_they_say() -> None:
 
 def test_worlds_reach_the_browser(session: Session, peer: Peer) -> None:
     """Points, bodies and arrows are nodes of the scene, updated in place, hidden with their layer."""
-    session.show(with_worlds(inside()), {"frame": 0})
+    session.show(with_worlds(inside()), 0)
     names = [f"/world head: {name}" for name in ("points", "bodies", "arrow", "title", "ruler", "ruler length")]
     wait_for(lambda: peer.nodes.keys() >= set(names))
     node = peer.nodes[names[1]]
     moved = inside()
     further = replace(moved.primitives["bodies"], centres=f32([21, 2, 3], [1, 2, 3]))  # type: ignore[type-var]
-    session.show(with_worlds(replace(moved, primitives={**moved.primitives, "bodies": further})), {"frame": 1})
+    session.show(with_worlds(replace(moved, primitives={**moved.primitives, "bodies": further})), 1)
 
     def place() -> float:
         return float(np.frombuffer(node["batched_positions"], np.float32)[0])
@@ -126,14 +126,14 @@ def test_worlds_reach_the_browser(session: Session, peer: Peer) -> None:
     wait_for(lambda: place() == pytest.approx(ACROSS + 20 * 2.4))
     assert peer.nodes[names[1]] is node
     fewer = WorldDrawing(HEAD, {"bodies": Ellipsoids(f32([1, 2, 3]), SPREAD, np.uint8([BLUE]), 0.5, "estimate")})
-    session.show(with_worlds(fewer), {"frame": 2})
+    session.show(with_worlds(fewer), 2)
     wait_for(lambda: len(peer.nodes[names[1]]["batched_positions"]) == 12)
     wait_for(lambda: peer.visible.get(names[0]) is False)
 
 
 def test_a_world_has_buttons_that_lead_to_its_sides(session: Session, peer: Peer) -> None:
     """The camera goes there, and back to the picture, which is where it was."""
-    session.show(with_worlds(inside()), {"frame": 0})
+    session.show(with_worlds(inside()), 0)
     wait_for(lambda: "Position" in peer.camera)
     before = peer.camera["Position"]["position"]
     peer.look(wide=800, high=600, position=tuple(before))

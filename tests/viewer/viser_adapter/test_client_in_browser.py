@@ -35,7 +35,7 @@ MEMBERS = {
 def scene(chromium: Any) -> Iterator[Any]:
     session = Session()
     site = Site(session)
-    session.show(drawing(), {"frame": 0})
+    session.show(drawing(), 0)
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
     page.goto(f"http://127.0.0.1:{site.port}/viz/one/")

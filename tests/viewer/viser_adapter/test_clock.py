@@ -13,7 +13,7 @@ def test_the_times_of_frames_are_too_far_apart_to_be_smoothed(session: Session, 
     """Even frames that leave 30 times a second are handed on as they come."""
     peer.sent.clear()
     for frame in range(20):
-        session.show(drawing(frame), {"frame": frame})
+        session.show(drawing(frame), frame)
         time.sleep(0.034)
     assert len(peer.sent) > 5
     assert min(after - before for before, after in pairwise(peer.sent)) > SMOOTHED_S
