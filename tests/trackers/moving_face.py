@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.frame import Frame, Landmarks, Target
-from pftrack.geometry.face_model import FEATURES, mean_model
+from pftrack.geometry.face_model import FEATURES, fit_similarity, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.parameters import Value, revise
 from pftrack.random import Purpose, Stream
@@ -40,6 +40,16 @@ def grey(dx: int = 0, dy: int = 0) -> NDArray[np.uint8]:
     """Return the picture, moved to the right and down by whole pixels."""
     top, left = HEIGHT // 2 - dy, WIDTH // 2 - dx
     return TEXTURE[top : top + HEIGHT, left : left + WIDTH].copy()
+
+
+def grey_at(points_px: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return the picture, turned and scaled so that what was about the features is about these points."""
+    moved = fit_similarity(POINTS, points_px)
+    turn = moved.scale * moved.rotation[:2, :2]
+    # From the texture, of which the picture is the middle.
+    origin = points_px.mean(axis=0) - turn @ (POINTS.mean(axis=0) + np.array([WIDTH, HEIGHT]) // 2)
+    found = cv2.warpAffine(TEXTURE, np.column_stack([turn, origin]), (WIDTH, HEIGHT), borderMode=cv2.BORDER_REFLECT)
+    return np.asarray(found, np.uint8)
 
 
 def frame(index: int, picture: NDArray[np.uint8]) -> Frame:

@@ -31,10 +31,12 @@ from pftrack.trackers.head import reliefs
 from pftrack.trackers.head.first_sight import form_of, growth_of, model_of, reliefs_of, solid_of
 from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, HeadMemory, around, widened
 from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.head.reacquisition import EYES, Found, is_same_face, pose_found
 from pftrack.trackers.head.reports import head_measurement, head_series
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
 from pftrack.trackers.pose.methods import METHODS, Method
+from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.tracker import Tracker
 
@@ -164,7 +166,7 @@ def _searched(
     memory = _memory(state)
     if memory.lost_frames % SEARCH_EVERY == 1:
         face = find_again(grey, memory.box, memory.model)
-        if face is not None:
+        if face is not None and is_same_face(grey, memory.sight, face.points_px):
             return _resumed(method, state, grey, face.points_px, parameters, rng)
     return replace(
         state,
@@ -183,7 +185,7 @@ def _resumed(
     parameters: HeadTrackerParameters,
     rng: Stream,
 ) -> PoseState:
-    """Go on with a face that was found again, as seen from the front but perhaps rolled."""
+    """Go on with a face that was found again, turned as the picture says."""
     memory = _memory(state)
     moved = fit_similarity(memory.sight.points_px, points_px)
     growth = None if memory.growth is None else face_growth.reacquired(memory.growth)
@@ -191,19 +193,43 @@ def _resumed(
         return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng, growth)
     solid, turn = solid_of(memory.sight, memory.model, memory.form, moved.scale)
     roll = math.atan2(moved.rotation[1, 0], moved.rotation[0, 0])
-    theta = Gaussian(np.array([0.0, 0.0, roll]), FOUND_SD_RAD**2 * np.eye(3))
+    found = _found(memory, solid, grey, points_px, roll, parameters)
+    scale = moved.scale * found.scale
+    if found.scale != 1.0:
+        solid, turn = solid_of(memory.sight, memory.model, memory.form, scale)
+    theta = Gaussian(found.theta, FOUND_SD_RAD**2 * np.eye(3))
     spread_px = FOUND_SPREAD * memory.box[2] / 1.5
-    belief = pose.begin(solid, points_px, parameters, method, rng, theta=theta, spread_px=spread_px)
+    belief = pose.begin(solid, found.points_px, parameters, method, rng, theta=theta, spread_px=spread_px)
     fresh = replace(
         memory,
         turn=turn,
-        enlarged=moved.scale,
+        enlarged=scale,
         lost_frames=0,
         doubtful_frames=0,
-        box=around(points_px),
+        box=around(found.points_px),
         growth=growth,
     )
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), switched=True, memory=fresh)
+
+
+def _found(
+    memory: HeadMemory,
+    solid: Solid,
+    grey: NDArray[np.uint8],
+    points_px: NDArray[np.float64],
+    roll_rad: float,
+    parameters: HeadTrackerParameters,
+) -> Found:
+    """Return how a face stands that was found: from the front but perhaps rolled, if templates are flat."""
+    bent = memory.reliefs
+    if bent is None:
+        return Found(np.array([0.0, 0.0, roll_rad]), 1.0, points_px)
+
+    def scores(slopes: NDArray[np.float64], positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        look = reliefs.Look(grey, memory.sight, relief.seen(bent, slopes))
+        return _log_likelihood(look, parameters, positions)
+
+    return pose_found(solid, points_px[EYES], roll_rad, scores)
 
 
 def _learned(
