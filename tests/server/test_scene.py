@@ -36,9 +36,9 @@ def drawings(server: Server, session: str) -> list[int]:
     feed = server.manager.get(session).scene_feed
     offer, frames = feed.offer, []
 
-    def offered(drawing: Any, diagnostics: dict[str, Any]) -> None:
-        frames.append(diagnostics["frame"])
-        offer(drawing, diagnostics)
+    def offered(drawing: Any, frame: int) -> None:
+        frames.append(frame)
+        offer(drawing, frame)
 
     feed.offer = offered
     return frames
