@@ -143,7 +143,7 @@ def test_a_scene_beside_it_changes_nothing(
     """Both forms of a drawing are sent where both are wanted."""
     feed = server.manager.get(session["id"]).scene_feed
     offered: list[int] = []
-    feed.offer = lambda _, diagnostics: (offered.append(diagnostics["frame"]), feed._credit())
+    feed.offer = lambda _, frame: (offered.append(frame), feed._credit())
     with look() as page:
         page.until(0)
         feed._loop.call_soon_threadsafe(feed._credit)
