@@ -27,7 +27,7 @@ def test_a_branch_is_seen_beside_the_run_that_it_left(watch: Callable[..., Sessi
     view.press("Shift+ArrowRight")
     view.stands_at(10)
     view.until(lambda: shows(view, "second edges"), "the second run's solid is seen")
-    assert shows(view, "estimated edges")
+    view.until(lambda: shows(view, "estimated edges"), "and so is the first one's")
     view.press("Home")
     view.until(lambda: not shows(view, "second edges"), "where both are the same, one is drawn")
 

@@ -266,7 +266,10 @@ EXPERIMENT = Experiment(
             "growing",
             {"tracked_body": "plate"},
             about=("body_points", "seen_noise_px"),
-            watch="Watch the depth over its noise stay near 1: points of one plane never fill three dimensions.",
+            watch=(
+                "Watch the depth over its noise: it stays below 8, from which on a depth counts as seen. Points of one "
+                "plane fill no third dimension; what there is comes from perspective."
+            ),
         ),
         Preset(
             "mirror",
