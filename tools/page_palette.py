@@ -12,7 +12,8 @@ from pftrack.palette import COLOURS, DIVERGING, VERDICTS, VIRIDIS, Themed, hexad
 __all__ = ["files"]
 
 FOLDER = Path(__file__).parents[1] / "frontend_static" / "shared"
-MEANINGS = ("estimate", "prediction", "observation", "lost", "second", "hidden", "sure", "unsure")
+THEMED = "truth"
+MEANINGS = tuple(name for name in COLOURS if name != THEMED)
 NOTE = "Generated from pftrack/palette.py by `python -m tools.page_palette`; changes here are lost."
 
 
@@ -23,7 +24,7 @@ def files() -> dict[Path, str]:
 
 def _sheet() -> str:
     lines = [f"  --{name}: {hexadecimal(COLOURS[name])};" for name in MEANINGS]
-    lines.append(f"  --truth: light-dark({hexadecimal(COLOURS['truth'])}, {hexadecimal(COLOURS['paper'])});")
+    lines.append(f"  --{THEMED}: light-dark({hexadecimal(COLOURS[THEMED])}, {hexadecimal(COLOURS['paper'])});")
     return f"/* {NOTE} */\n:root {{\n" + "\n".join(lines) + "\n}\n"
 
 

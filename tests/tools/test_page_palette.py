@@ -24,3 +24,9 @@ def test_no_other_file_of_the_pages_has_a_colour_of_the_palette() -> None:
     for path in sorted(PAGES.rglob("*")):
         if path.suffix in {".js", ".css", ".html"} and not path.name.startswith("palette."):
             assert not pattern.search(path.read_text(encoding="utf-8")), path.name
+
+
+def test_whatever_a_legend_may_name_has_a_colour() -> None:
+    """A key takes its colour from a variable of its name; one that is not there would leave the key empty."""
+    sheet = (PAGES / "shared" / "palette.css").read_text(encoding="utf-8")
+    assert set(re.findall(r"--([a-z]+):", sheet)) == set(COLOURS)
