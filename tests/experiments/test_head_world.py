@@ -81,3 +81,15 @@ def test_a_lost_head_has_no_features(run: Run) -> None:
     surface = primitives["surface"]
     assert isinstance(surface, Mesh)
     assert surface.colour == COLOURS["lost"]
+
+
+def test_what_is_not_known_at_all_does_not_hide_the_head() -> None:
+    """A tracker that has left the face believes its features to be anywhere; discs of that would cover the world."""
+    step = Run(HEAD, HEAD.simulate(), tracker="rb-pf", seed=3, frames=10).seek(5)
+    state, belief = step.state, step.state.belief
+    wide = belief.covariances.copy()
+    wide[2:] += 1e5 * np.eye(2)
+    state = replace(state, belief=replace(belief, particles=replace(belief.particles, feature_covariances=wide)))
+    features = head_world(state, step.frame.target).primitives["features"]
+    assert isinstance(features, Ellipsoids)
+    assert len(features.centres) == 2

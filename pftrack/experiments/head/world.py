@@ -42,6 +42,8 @@ ARROW_MM = (62.0, 98.0)
 NAME_ABOVE_MM = 11.0
 """How far above the end of the arrow its name stands."""
 TRUE_ARROW_MM = (62.0, 90.0)
+LARGEST_SD_MM = RADIUS_MM / 2.0
+"""Of where a feature is seen: two of a larger one reach beyond the world, and would hide all of it."""
 
 HEAD_WORLD = World(
     "head",
@@ -112,6 +114,7 @@ def _features(state: PoseState, turn: NDArray[np.float64]) -> Ellipsoids:
     spread[:, :2, :2] = mm_per_px[:, None, None] ** 2 * state.feature_covariances
     centres = model + off @ turn
     near = np.linalg.norm(centres - HEAD_WORLD.middle, axis=1) < RADIUS_MM
+    near &= np.sqrt(np.trace(spread, axis1=1, axis2=2)) < LARGEST_SD_MM
     colours = np.where(state.recognised[:, None], COLOURS["observation"], COLOURS["lost"]).astype(np.uint8)
     return Ellipsoids(
         centres[near].astype(np.float32),
