@@ -20,6 +20,7 @@ Watch = Callable[..., SessionPage]
 HEAD = find("head")
 UNMEASURED = ("own_share", "shape_error", "free_energy")
 """Plots of the head that only a growing face has numbers for."""
+CUT_OFF = "(title) => title.scrollWidth > title.clientWidth"
 # How many px of the scrubber's lowest band have the colour of what is lost.
 LOST_PX = """(() => {
     const canvas = document.querySelector('.scrubber-canvas');
@@ -151,6 +152,17 @@ def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> 
     assert shown.page.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0
 
 
+def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
+    """The figures beside it leave room for what a plot is of, those of a growing face included."""
+    values = {"image_width_px": 160, "face_model": "growing"}
+    shown = watch(experiment="head", parameters=values, frames=12)
+    server.seek(shown.id, 11)
+    shown.stands_at(11)
+    titles = shown.page.locator(".panel:visible h2 > span")
+    shown.until(lambda: titles.count() == len(HEAD.plots), "all plots are there")
+    assert [title.inner_text() for title in titles.all() if title.evaluate(CUT_OFF)] == []
+
+
 def test_at_800_they_are_one_row(watch: Watch) -> None:
     """The plots of a pose fold into one row of sparklines, which scrolls sideways while the page does not."""
     shown = watch(experiment="prism", frames=20)
@@ -230,7 +242,8 @@ def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watc
     since = searching.index(True)
     server.seek(shown.id, since + 2)
     shown.until(lambda: shown.verdict == f"lost since {since}, looking for the face", "the page says that it is lost")
-    shown.until(lambda: "not recognised" in panel(shown, "alpha").inner_text(), "the shading is the tracker's account")
+    shown.until(lambda: "unrecognised" in panel(shown, "alpha").inner_text(), "the shading is the tracker's account")
+    assert not panel(shown, "alpha").locator("h2 > span").evaluate(CUT_OFF)
     shown.until(lambda: "the truth is not known" in panel(shown, "error").inner_text(), "so is the error")
     width = on_screen(shown, shown.page.locator(".scrubber"))["width"] - 114
     marked = sum(searching) / len(searching)

@@ -23,10 +23,10 @@ SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driv
 GROWTH_PLOTS = (
     Plot(
         "own_share",
-        "share of the own face, 0 to 1",
+        "share of the own face",
         "value",
-        "How much of the person's own face is in the model; it moves as far as the evidence says that it predicts "
-        "better than the mean face.",
+        "How much of the person's own face is in the model, 0 to 1; it moves as far as the evidence says that it "
+        "predicts better than the mean face.",
         series=("own_share",),
     ),
     Plot(
@@ -39,7 +39,7 @@ GROWTH_PLOTS = (
     ),
     Plot(
         "free_energy",
-        "log density of the features",
+        "log density of features",
         "value",
         "What the own face expected of the features before it learned from them, up to a constant.",
         series=("free_energy",),

@@ -26,9 +26,9 @@ THETA = ("theta_x", "theta_y", "theta_z")
 POSE_PLOTS = (
     Plot(
         "alpha",
-        "alpha, 0 to 1",
+        "alpha",
         "features",
-        "What share of each feature's particles comes from the pose of the whole; the rest comes from its own past.",
+        "What share of each feature's particles, 0 to 1, comes from the pose of the whole; the rest from its own past.",
         series=("alpha",),
         visible="feature_visible",
         recognised="feature_recognised",
@@ -49,7 +49,7 @@ POSE_PLOTS = (
     ERROR,
     Plot(
         "calibration",
-        "truth in the band of",
+        "truth in",
         "frequency",
         "How often so far the true angles lay in the central 50 % and 95 % of the posterior: so often, if honest.",
         series=("within_50", "within_95"),

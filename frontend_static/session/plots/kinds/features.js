@@ -36,7 +36,7 @@ export class FeaturesPlot extends Plot {
   /** @param {Store} store */
   heading({ history }) {
     const { title, visible } = this.declared;
-    return [`${title} `, history.measures(visible) ? key("hidden", "hidden") : key("lost", "not recognised")];
+    return [`${title} `, history.measures(visible) ? key("hidden", "hidden") : key("lost", "unrecognised")];
   }
 
   /** @param {Store} store */
