@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from pftrack.runs.loss import before_loss
+from pftrack.world import World
 from server.schemas import messages
 from server.schemas.messages import Phase
 from server.schemas.spec import Bookmark, BranchSpec, Goal, SessionSpec
@@ -29,6 +30,8 @@ FORMS: dict[str, TypeAdapter[Any]] = {
     "series": SERIES,
 }
 """The lists on a card, each of its kind."""
+
+WORLDS: TypeAdapter[tuple[World, ...]] = TypeAdapter(tuple[World, ...])
 
 
 class SessionState:
@@ -273,4 +276,8 @@ def _card(stored: dict[str, Any]) -> SessionInfo:
             form.validate_python(known.get(name, []))
         except ValidationError:
             known[name] = []
+    try:
+        known["worlds"] = WORLDS.validate_python(known.get("worlds", ()))
+    except ValidationError:
+        known["worlds"] = ()
     return SessionInfo(**known)

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from pftrack.experiments import find
 from pftrack.runs.loss import approach
 from pftrack.runs.recipe import Recipe
 from pftrack.runs.run import Change
@@ -90,6 +91,23 @@ def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> Non
     ear.state.begin(Ready(replace(begun, about=["m"], watch="", frames=50), START, [row(0)]))
     card = ear.state.view()
     assert (card.about, card.watch, card.frames) == (["n"], "the pillar", 50)
+
+
+def test_a_stored_card_has_the_worlds_that_a_scene_is_made_of(ear: Ear) -> None:
+    """Somebody may open the scene of a session that comes back before its worker has shown the card again."""
+    worlds = find("head").worlds
+    assert worlds
+    ear.state.spec.card = None
+    ear.state.begin(Ready(replace(CARD, worlds=worlds), START, [row(0)]))
+    stored = SessionSpec.model_validate_json(ear.state.spec.model_dump_json())
+    card = SessionState(stored, "suspended", lambda: None).card
+    assert card is not None
+    assert card.worlds == worlds
+    assert stored.card is not None
+    stored.card["worlds"] = [{"name": "of an earlier version"}]
+    card = SessionState(stored, "suspended", lambda: None).card
+    assert card is not None
+    assert card.worlds == ()
 
 
 def test_the_same_again_is_no_news(ear: Ear) -> None:
