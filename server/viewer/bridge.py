@@ -54,6 +54,10 @@ async def bridge(websocket: WebSocket, endpoint: Endpoint) -> None:
     ending = CLOSE_TRY_LATER, "The scene has just ended"
     try:
         await websocket.accept(subprotocol=subprotocol)
+    except OSError:
+        # It has left while the scene was made; until it is let in, Starlette does not say so in its own words.
+        return
+    try:
         async with endpoint.connect(subprotocol, websocket.send_bytes) as connection:
             ending = await _first(_from_browser(websocket, connection), connection.ended())
     except WebSocketDisconnect:

@@ -1,11 +1,13 @@
 """The bridge forwards faithfully, refuses what is not wanted, and leaves nothing behind."""
 
+import asyncio
 import gc
 import socket
 import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -131,6 +133,28 @@ def test_a_browser_that_vanishes_leaves_nothing(session: Session, site: Site) ->
     peer.socket.socket.shutdown(socket.SHUT_RDWR)
     wait_for(lambda: site.bridges == 0 and session.viewer.clients == 0)
     peer.close()
+
+
+class Gone:
+    """A browser that has left before it was let in."""
+
+    scope: dict[str, Any] = {}  # noqa: RUF012 - of all of them
+
+    async def accept(self, subprotocol: str | None) -> None:
+        raise OSError
+
+
+class Open:
+    """A viewer to which nobody connects."""
+
+    is_open = True
+
+
+def test_a_browser_that_left_before_it_was_let_in_is_no_error() -> None:
+    """A scene takes a moment to be made; one who does not wait for it is not logged as a file that cannot be read."""
+    websocket: Any = Gone()
+    endpoint: Any = Open()
+    asyncio.run(bridge(websocket, endpoint))
 
 
 def test_a_scene_that_ends_closes_its_browsers(session: Session, site: Site) -> None:
