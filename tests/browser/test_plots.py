@@ -20,6 +20,12 @@ Watch = Callable[..., SessionPage]
 HEAD = find("head")
 UNMEASURED = ("own_share", "shape_error", "free_energy")
 """Plots of the head that only a growing face has numbers for."""
+LIMITS = """async ([extent, smallest]) => {
+    const { Figure } = await import("/static/session/plots/figure.js");
+    const range = {};
+    Figure.prototype.enclose.call({ range }, extent, smallest);
+    return [range.start, range.end];
+}"""
 CUT_OFF = "(title) => title.scrollWidth > title.clientWidth"
 # How many px of the scrubber's lowest band have the colour of what is lost.
 LOST_PX = """(() => {
@@ -150,6 +156,17 @@ def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> 
     assert on_screen(shown, shown.page.locator(".readout")) == readout
     assert readout["y"] + readout["height"] <= deck["y"] + 1
     assert shown.page.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0
+
+
+def test_what_hardly_changes_looks_flat(bare: Any) -> None:
+    """The limits are never closer than the smallest span that is worth an axis, one single value included."""
+    for extent in ([4.91083, 4.91083], [0.0, 0.0], [3.2, 3.3]):
+        for smallest in (0.001, 1.0):
+            start, end = bare.evaluate(LIMITS, [extent, smallest])
+            assert start <= extent[0]
+            assert end >= extent[1]
+            assert end - start >= smallest - 1e-12
+    assert bare.evaluate(LIMITS, [[12.0, 87.0], 1.0]) == [10.0, 90.0]
 
 
 def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:

@@ -182,14 +182,15 @@ export class Figure {
    * Limits around values that may lie far from 0; rounded in the same way.
    *
    * @param {[number, number]} extent The smallest and the largest value.
-   * @param {number} smallest
+   * @param {number} smallest How far they are apart at least.
    */
   enclose([low, high], smallest) {
     if (low > high) return;
     const span = Math.max(high - low, smallest);
     const step = 10 ** Math.floor(Math.log10(span / 2));
-    const [start, end] = [Math.floor(low / step) * step, Math.ceil(high / step) * step];
+    const start = Math.floor(low / step) * step;
+    const end = Math.max(Math.ceil(high / step) * step, start + smallest);
     if (this.range.start === start && this.range.end === end) return;
-    [this.range.start, this.range.end] = [start, Math.max(end, start + step)];
+    [this.range.start, this.range.end] = [start, end];
   }
 }
