@@ -22,14 +22,16 @@ class Schedule:
         self._new = deque(names)
         self._waiting: dict[str, deque[int]] = {}
         self._running: dict[str, int] = {}
+        self._cleared = False
 
     def __bool__(self) -> bool:
         """Whether anything is waiting."""
         return bool(self._new) or any(self._waiting.values())
 
     def begun(self, name: str, count: int) -> None:
-        """Take up how many cases there are of an experiment whose first is running."""
-        self._waiting[name] = deque(range(1, count))
+        """Take up how many cases there are of an experiment whose first is running; after `clear` none are taken up."""
+        if not self._cleared:
+            self._waiting[name] = deque(range(1, count))
 
     def take(self, before: str | None) -> Case | None:
         """Return what a process is to run next, if anything waits.
@@ -59,6 +61,7 @@ class Schedule:
         self._waiting.pop(name, None)
 
     def clear(self) -> None:
-        """Forget all that waits."""
+        """Forget all that waits, for good: what a process said before it was ended may still be read."""
+        self._cleared = True
         self._new.clear()
         self._waiting.clear()

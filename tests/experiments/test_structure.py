@@ -12,9 +12,10 @@ from pftrack.experiments import find
 from pftrack.experiments.structure.truth import shape_errors
 from pftrack.experiments.structure.world import shape_world
 from pftrack.export import export_named
-from pftrack.geometry.face_model import fit_similarity, mean_model, person
+from pftrack.geometry.face_model import FEATURES, fit_similarity, mean_model, person
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
+from pftrack.sources.tracks.table import read_tracks
 from pftrack.structure.alignment import shape_error
 
 EXPERIMENT = find("structure")
@@ -111,3 +112,23 @@ def test_tracks_of_a_head_teach_its_face(tmp_path: Path) -> None:
 
 def apart_mm(points: np.ndarray, true: np.ndarray) -> float:
     return float(np.sqrt(np.square(fit_similarity(points, true)(points) - true).sum(axis=1).mean()))
+
+
+def test_the_table_of_a_head_s_tracks_says_what_the_rows_say() -> None:
+    """Positions and variances are those of the series; what was not recognised, or not measured, has no line."""
+    head = find("head")
+    tracked = Run(head, head.simulate(), seed=3, frames=3, timeline=(Change(0, {"image_width_px": 320}),))
+    tracked.finish()
+    rows = tracked.diagnostics
+    hidden = (np.nan, *rows[1].series["track_sd_px"][1:])
+    past = [rows[0], replace(rows[1], series={**rows[1].series, "track_sd_px": hidden}), replace(rows[2], series={})]
+    table = read_tracks(export_named(head.exports, "tracks").make(None, past), most_frames=10)
+    assert table.names == FEATURES
+    assert table.positions.shape == (2, 11, 2)
+    for frame, row in enumerate(past[:2]):
+        seen = np.isfinite(row.series["track_sd_px"])
+        assert np.isfinite(table.positions[frame]).all(axis=1).tolist() == seen.tolist()
+        wanted = np.stack([row.series["feature_x_px"], row.series["feature_y_px"]], axis=1)
+        np.testing.assert_array_equal(table.positions[frame][seen], wanted[seen])
+        np.testing.assert_allclose(table.variances[frame][seen, 0], np.square(row.series["track_sd_px"])[seen])
+    np.testing.assert_array_equal(rows[2].series["feature_x_px"], tracked.current.state.feature_means[:, 0])

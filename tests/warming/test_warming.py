@@ -123,6 +123,16 @@ def test_a_process_stays_with_its_experiment_and_helps_others_before_it_begins_o
     assert schedule.done("tiny")
 
 
+def test_what_is_told_after_the_end_brings_nothing_back() -> None:
+    """A process that has been ended may have said how many cases there are, and be read only then."""
+    schedule = Schedule(["one", "two"])
+    schedule.take(None)
+    schedule.clear()
+    schedule.begun("one", 5)
+    assert not schedule
+    assert schedule.take("one") is None
+
+
 @pytest.mark.usefixtures("pretend")
 def test_nothing_is_begun_after_it_was_ended() -> None:
     """A process that is ended is not replaced, however much there is left to do."""

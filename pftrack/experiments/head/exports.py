@@ -60,12 +60,16 @@ def _colours(memory: HeadMemory, count: int) -> NDArray[np.uint8]:
 
 
 def tracks_of(past: Sequence[Diagnostics]) -> bytes:
-    """Return where the features were seen, as a table of tracks from which the experiment `structure` finds the face.
+    """Return where the features were seen, as a table of tracks (px, px^2) from which another tracker finds the face.
 
-    A feature that was not recognised in a frame has no line there.
+    A feature that was not recognised in a frame has no line there; nor has a row that an older version has measured.
+
+    Args:
+        past: Of all frames from 0 on.
     """
+    unknown = (np.nan,) * len(FEATURES)
     x, y, sd = (
-        np.array([row.series[name] for row in past], dtype=np.float64)
+        np.array([row.vector(name) or unknown for row in past], dtype=np.float64)
         for name in ("feature_x_px", "feature_y_px", "track_sd_px")
     )
     variances = np.where(np.isnan(sd), np.inf, np.square(sd))

@@ -43,8 +43,9 @@ WORST_MISFIT = 6.0
 
 SURE_STRENGTH = 8.0
 """How far the third direction of a first shape stands out: one is looked for in every frame, and noise has chances. The
-perspective of a plane looks like a depth of up to 6.4 at the usual distance, and one of 16 first shapes from 3.5 on was
-wrong by half of its size; bodies that turn reach 8 within the first frames, or a few frames later than 3.5."""
+perspective of a plane looks like a depth of up to 6.4 at the usual distance, and two of 16 first shapes that were made
+from 3.5 on were wrong by half of their size; bodies that turn reach 8 a few frames after that at most, unless they turn
+by 10 degrees only under four times the noise (25 to 35 frames)."""
 
 LEAST_MOTION = 1e-12
 """Added to the mean square of the cameras, relative to it: one direction may not have been seen at all."""
