@@ -15,9 +15,6 @@ from pftrack.sweep.report.study import Study
 __all__ = ["Frame"]
 
 SIDE_PX = 280
-FLATTEST, TALLEST = 0.6, 1.4
-"""The least and the greatest height of a map over its width; between them cells are squares."""
-
 ROW_PX = 40
 """Height of the cells where there is a single row."""
 
@@ -49,7 +46,7 @@ class Frame:
         """Return the frame of a study's maps."""
         across, up = _values(study.x), _values(study.y)
         wide = _cell(SIDE_PX, len(across))
-        side = SIDE_PX * min(max(len(up) / len(across), FLATTEST), TALLEST) if study.y else ROW_PX
+        side = SIDE_PX * study.proportion if study.y else ROW_PX
         high = _cell(side, len(up))
         width, height = wide * len(across), high * len(up)
         # Names of choices stand upright rather than being left out.

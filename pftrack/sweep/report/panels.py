@@ -22,9 +22,6 @@ from pftrack.sweep.report.study import Study
 __all__ = ["Block", "stacked"]
 
 WIDE_IN = 2.9
-FLATTEST, TALLEST = 0.6, 1.4
-"""The least and the greatest height of a map over its width; between them cells are squares."""
-
 MOST_COLUMNS, FEWER_COLUMNS = 4, 3
 GAP_IN, EDGE_IN = 0.2, 0.1
 HEADING_IN, KEY_IN = 0.36, 0.38
@@ -87,7 +84,7 @@ class _Grid:
         self.upright = is_named and longest + APART_IN > WIDE_IN / len(self.across)
         self.left = 0.45 + _longest(self.up)
         self.below = (longest if self.upright else LINE_IN) + 0.32
-        self.high = WIDE_IN * min(max(len(self.up) / len(self.across), FLATTEST), TALLEST)
+        self.high = WIDE_IN * study.proportion
 
     def size(self, block: Block) -> tuple[float, float]:
         """Return the width and the height of a block."""

@@ -18,6 +18,9 @@ __all__ = ["Study"]
 MOST_PAIRS = 6
 """With more trackers than four, each is compared with the first alone."""
 
+FLATTEST, TALLEST = 0.6, 1.4
+"""The least and the greatest height of a map over its width."""
+
 
 @dataclass(frozen=True)
 class Study:
@@ -58,6 +61,12 @@ class Study:
     def trackers(self) -> tuple[str, ...]:
         """Names of the trackers, in the order of the plan."""
         return self.result.plan.trackers
+
+    @cached_property
+    def proportion(self) -> float:
+        """Height of a map over its width: cells are squares unless it would be too flat or too tall."""
+        columns, rows = (len(axis.values) if axis else 1 for axis in (self.x, self.y))
+        return min(max(rows / columns, FLATTEST), TALLEST)
 
     @cached_property
     def names(self) -> tuple[str | None, str | None]:
