@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import Drawing
 from pftrack.export import Export
-from pftrack.frame import Frame
+from pftrack.frame import Frame, Target
+from pftrack.guidance import Guidance
 from pftrack.layer import Layer
 from pftrack.marks import Mark, read_mark
 from pftrack.measures import HIT_RATE, Measure
@@ -78,6 +79,7 @@ class Preset:
         parameters: Values that differ from the defaults.
         seed: Of the run.
         about: Names of further parameters that it is about, worth turning while it is watched.
+        scene: Names of those that it sets and is not about: what a scene is made of, and what is known beforehand.
         watch: What to look at when it is opened, a sentence or two; frames in it are those of its own seed.
     """
 
@@ -88,11 +90,13 @@ class Preset:
     seed: int = 0
     about: tuple[str, ...] = ()
     watch: str = ""
+    scene: tuple[str, ...] = ()
 
     @property
     def subjects(self) -> tuple[str, ...]:
-        """Names of all parameters that it is about: those that it sets, then the further ones."""
-        return tuple(dict.fromkeys((*self.parameters, *self.about)))
+        """Names of all parameters that it is about: those that it sets beyond the scene's, then the further ones."""
+        set_here = (name for name in self.parameters if name not in self.scene)
+        return tuple(dict.fromkeys((*set_here, *self.about)))
 
 
 @dataclass(frozen=True)
@@ -255,10 +259,13 @@ class Experiment:
         error: (estimates (..., d), true positions (..., d)) -> distances (...).
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
+        missed: (state, target) -> whether what is believed misses a target of which more is known than a place and a
+            size, such as its silhouette, or by a belief that is no point; None leaves it to `lost`.
         on_video: Wire a recording, where the experiment takes one.
         footage: The kinds of recording that it takes, of pictures by default.
         marks: The kinds of mark that it takes on a recording; the first is the one that an editor offers. Where there
             are none, all of a recording is followed.
+        unmarked: The kinds of recording that may come without a mark all the same, since all of one may be the target.
         advice: What a person who marks the target should know, a sentence.
         finder: How it finds its target on a recording by itself, where it does, so that no mark is needed.
         suits: How it sees whether a target in a recording can be followed, where it can tell.
@@ -273,6 +280,7 @@ class Experiment:
         readings: What is written of the frame that is shown, in that order.
         example_sweep: A sweep to begin with; where there is none, its first two numbers are varied.
         exports: Files that it offers of what is believed in a frame.
+        guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -292,9 +300,11 @@ class Experiment:
     draw: Draw
     error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
+    missed: Callable[[Any, Target], bool | None] | None = None
     on_video: OnVideo | None = None
     footage: tuple[Kind, ...] = PICTURES
     marks: tuple[type[Mark], ...] = ()
+    unmarked: tuple[Kind, ...] = ()
     advice: str = ""
     finder: Finder | None = None
     suits: Suits | None = None
@@ -310,6 +320,7 @@ class Experiment:
     example_sweep: ExampleSweep | None = None
     worlds: tuple[World, ...] = ()
     exports: tuple[Export, ...] = ()
+    guidance: Guidance | None = None
     warm_frames: int = 2
     interface: int = 0
 
@@ -346,7 +357,12 @@ class Experiment:
     @property
     def run_measures(self) -> tuple[Measure, ...]:
         """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
-        return (*((HIT_RATE,) if self.lost else ()), *self.measures)
+        return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
+
+    @property
+    def judges_loss(self) -> bool:
+        """Whether there is a notion of lost."""
+        return self.lost is not None or self.missed is not None
 
     def preset_of(
         self, tracker: str, seed: int, values: Mapping[str, Value], defaults: Mapping[str, Value]
@@ -372,7 +388,7 @@ class Experiment:
         """Return the names of the parameters that a preset is about; without one, those that any preset sets."""
         if preset is not None:
             return preset.subjects
-        return tuple(dict.fromkeys(name for each in self.presets for name in each.parameters))
+        return tuple(dict.fromkeys(name for each in self.presets for name in each.parameters if name not in each.scene))
 
     def measure_named(self, name: str) -> Measure:
         """Return a measure.
@@ -391,10 +407,9 @@ class Experiment:
         """Whether it can run on a recording."""
         return self.on_video is not None
 
-    @property
-    def needs_mark(self) -> bool:
-        """Whether a person has to mark the target in a recording."""
-        return bool(self.marks) and self.finder is None
+    def needs_mark(self, kind: str) -> bool:
+        """Return whether a person has to mark the target in a recording of this kind."""
+        return bool(self.marks) and self.finder is None and kind not in self.unmarked
 
     def check_footage(self, kind: str) -> None:
         """Refuse a recording of a kind that it does not take.

@@ -10,10 +10,14 @@ from typing import Any, TypeAlias
 
 from pftrack.runs.diagnostics import Diagnostics
 
-__all__ = ["Export", "Make", "export_named"]
+__all__ = ["Export", "ExportError", "Make", "export_named"]
 
 Make: TypeAlias = Callable[[Any, Sequence[Diagnostics]], bytes]
-"""(the tracker's state, the rows of all frames from 0 to this one) -> the file."""
+"""(the tracker's state, the rows of all frames from 0 to this one) -> the file; an `ExportError` says why not."""
+
+
+class ExportError(ValueError):
+    """No such file can be made of these frames; the sentence says why."""
 
 
 @dataclass(frozen=True, slots=True)

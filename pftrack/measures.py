@@ -4,12 +4,13 @@ An experiment declares the measures that make sense for its target, as it declar
 and exports take them from there and know none by name. All count the labelled frames alone, those whose truth is known,
 the first one included. A measure that a run has no truth for is absent, never 0.
 
-A measure looks at every frame by itself and then puts the frames together in one of three ways:
+A measure looks at every frame by itself and then puts the frames together in one of four ways:
 
 | how | of the frames | the measure |
 |---|---|---|
 | share | 1 or 0 | share of the labelled frames that have a 1 |
 | median | a number | median over the labelled frames |
+| mean | a number from 0 to 1 | mean over the labelled frames |
 | until | 1 where the target was missed | frames before the first 1; all frames of the run where there is none |
 
 Sources, by the names that `Measure.source` uses:
@@ -25,8 +26,9 @@ Sources, by the names that `Measure.source` uses:
 - Fanelli, Dantone, Gall, Fossati, Van Gool, "Random forests for real time 3D face analysis", 2013: the share of
   pictures whose head pose is within 10 degrees.
 
-OTB and VOT overlap regions. The trackers here estimate a point, so a region of the true size is taken to lie around it:
-what is measured is where the target was believed to be, not how well its size was followed.
+OTB and VOT overlap regions. Of a tracker that estimates a point alone a region of the true size is taken to lie around
+it: what is measured is where the target was believed to be, not how well its size was followed. One that believes in a
+size as well reports it as a series of the role "extent", and is measured by the overlap of its own box.
 """
 
 import math
@@ -42,6 +44,7 @@ from pftrack.once import warn_once
 
 __all__ = [
     "HIT_RATE",
+    "MEAN_IOU",
     "PICTURE_MEASURES",
     "POSE_MEASURES",
     "Course",
@@ -51,7 +54,7 @@ __all__ = [
     "succeeded",
 ]
 
-How: TypeAlias = Literal["share", "median", "until"]
+How: TypeAlias = Literal["share", "median", "mean", "until"]
 
 OTB = "Wu, Lim, Yang, Online object tracking: a benchmark, 2013"
 REVISITED = "Čehovin, Leonardis, Kristan, Visual object tracking performance measures revisited, 2016"
@@ -72,6 +75,7 @@ class Course:
         errors: (L,) distance of the estimate from the truth; infinite where the estimate is not finite.
         lost: (L,) whether that counts as lost, False where the truth is unknown; None if there is no such notion.
         extents: (L, 2) width and height of the box around the target, px; NaN for one without such a box.
+        believed: (L, 2) width and height that the tracker believes the target has, px; NaN for one that does not say.
     """
 
     estimates: NDArray[np.float64]
@@ -79,6 +83,7 @@ class Course:
     errors: NDArray[np.float64]
     lost: NDArray[np.bool_] | None
     extents: NDArray[np.float64]
+    believed: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +143,8 @@ class Measure:
             case "median":
                 middle = float(np.median(known))
                 return middle if np.isfinite(middle) else None
+            case "mean":
+                return float(known.mean())
             case "until":
                 missed = np.flatnonzero(values == 1.0)
                 return int(missed[0]) if len(missed) else len(values)
@@ -202,6 +209,17 @@ def _failed(course: Course) -> NDArray[np.float64]:
     known = _boxed(course)
     # An estimate that is not finite is in no box.
     return _flags(~(_offsets(course) < 1.0).all(axis=1), known)
+
+
+def _overlap(course: Course) -> NDArray[np.float64]:
+    """Return the intersection over the union of the believed box and the true one, (L,)."""
+    off = np.abs(course.estimates[:, :2] - course.truths[:, :2])
+    common = np.minimum(course.extents, course.believed)
+    common = np.minimum(common, (course.extents + course.believed) / 2.0 - off)
+    # An estimate that is not finite overlaps nothing.
+    shared = np.where(np.isfinite(off), np.maximum(common, 0.0), 0.0).prod(axis=1)
+    union = course.extents.prod(axis=1) + course.believed.prod(axis=1) - shared
+    return np.where(_boxed(course) & np.isfinite(course.believed).all(axis=1), shared / union, np.nan)
 
 
 def _normalised(course: Course) -> NDArray[np.float64]:
@@ -275,6 +293,17 @@ PICTURE_MEASURES = (
     ),
 )
 """Of a target with a position and a box around it in the picture."""
+
+MEAN_IOU = Measure(
+    "mean_iou",
+    "Overlap",
+    "Mean over the labelled frames of the intersection over the union of the box that the tracker believes in and "
+    "the true one; a tracker without a size has none.",
+    "mean",
+    _overlap,
+    source=REVISITED,
+)
+"""Of the same, where a tracker believes in a size."""
 
 POSE_MEASURES = (
     Measure(

@@ -30,12 +30,13 @@ __all__ = [
 
 Value: TypeAlias = bool | int | float | str
 
-Role: TypeAlias = Literal["", "particles", "threshold", "loss_share"]
+Role: TypeAlias = Literal["", "particles", "threshold", "loss_share", "drawing"]
 """What general code may know of a parameter without knowing its name.
 
 - "particles": a number of particles; limits on particles hold for it, and a cost may be plotted over it.
 - "threshold": a limit of the series that the parameter is a threshold of; it is drawn beside that series.
 - "loss_share": the share of a run's frames that may be lost in a success.
+- "drawing": what is drawn and nothing else; a change of it shows at once, also of a frame that is computed already.
 """
 
 
@@ -311,5 +312,7 @@ def allowed(declaration: Declaration) -> str:
 
 
 def _shown(value: object) -> str:
+    if isinstance(value, str) and "\n" in value:  # the content of a file, of which the beginning says nothing
+        return f"a text of {len(value)} characters"
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -24,7 +24,17 @@ __all__ = [
 ]
 
 PlotKind: TypeAlias = Literal[
-    "error", "sigma", "sample size", "samplers", "value", "band", "interval", "features", "frequency", "hypotheses"
+    "error",
+    "sigma",
+    "sample size",
+    "samplers",
+    "value",
+    "band",
+    "interval",
+    "features",
+    "frequency",
+    "hypotheses",
+    "tree",
 ]
 ReadingKind: TypeAlias = Literal[
     "estimate",
@@ -54,6 +64,8 @@ class Plot:
     - "band": one number a frame, within a band of two standard deviations, and the truth;
     - "interval": the ends of one or several intervals a frame, and the truth;
     - "hypotheses": one component of K hypotheses a frame, the more opaque the greater their weights, and the truth;
+    - "tree": hypotheses with their parents, a row for each place among those of a frame, the more opaque the greater
+      their weights, and the way back along the parents from the most probable one of the newest frame;
     - "features": a vector of numbers from 0 to 1, a row each, shaded where the feature is hidden;
     - "frequency": of flags, how many were set up to each frame, beside the `levels` where that share should be.
 
@@ -67,6 +79,8 @@ class Plot:
         sd: Of a "band", the series of standard deviations.
         truth: Of a "band", an "interval" or "hypotheses", the series of the truth.
         component: Of "hypotheses", which of the d numbers is drawn.
+        shown: Of a "tree", the parameter, a whole number of the role "drawing", that says which hypothesis of the frame
+            is drawn, 1 the first: to click at one is to go to its frame and to set it. Empty where none is drawn.
         visible: Of "features", the series that is 0 where the truth says that a feature is hidden.
         recognised: Of "features", the series that is 0 where the tracker itself did not make a feature out.
         row_titles: Of "features", the rows' names written out, where these are short; in their order.
@@ -83,6 +97,7 @@ class Plot:
     sd: str = ""
     truth: str = ""
     component: int = 0
+    shown: str = ""
     visible: str = ""
     recognised: str = ""
     row_titles: tuple[str, ...] = ()

@@ -8,7 +8,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-__all__ = ["BANDO", "BANDO_2006", "TOMASI", "Citation", "Reference"]
+__all__ = [
+    "BANDO",
+    "BANDO_2006",
+    "ICHIMURA",
+    "KAGAMI",
+    "KITAGAWA",
+    "MITSUGAMI",
+    "PEREZ",
+    "SHIMADA",
+    "TOMASI",
+    "Citation",
+    "Reference",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +33,13 @@ class Reference:
         authors: Full names, family name last.
         title: As printed.
         year: In which it appeared.
-        where: Further fields of BibTeX: journal, volume, number and pages of an article; type, school and number of a
-            dissertation.
+        where: Further fields of BibTeX: journal, volume, number and pages of an article; booktitle and pages of a
+            paper; type, school and number of a dissertation; type and institution of a report; howpublished of what is
+            else ("misc").
     """
 
     key: str
-    kind: Literal["article", "phdthesis"]
+    kind: Literal["article", "inproceedings", "misc", "phdthesis", "techreport"]
     authors: tuple[str, ...]
     title: str
     year: int
@@ -63,8 +76,8 @@ class Reference:
     @property
     def _published(self) -> str:
         where = dict(self.where)
-        if self.kind == "phdthesis":
-            return ", ".join(where.values())
+        if self.kind != "article":
+            return ", ".join(where.values()).replace("--", "-")
         volume = " ".join(filter(None, (where.get("journal"), where.get("volume"))))
         issue = f"({where['number']})" if "number" in where else ""
         pages = f", {where['pages'].replace('--', '-')}" if "pages" in where else ""
@@ -130,6 +143,25 @@ BANDO_2006 = Reference(
     {"journal": "Robotics and Autonomous Systems", "volume": "54", "number": "10", "pages": "873--884"},
 )
 
+KAGAMI = Reference(
+    "kagami2012",
+    "misc",
+    ("Shingo Kagami",),
+    "Image tracking (3): Bayesian estimation and particle filters",
+    2012,
+    {"howpublished": "Lecture slides, Tohoku University"},
+)
+"""In Japanese."""
+
+PEREZ = Reference(
+    "perez2002",
+    "inproceedings",
+    ("Patrick Pérez", "Carine Hue", "Jaco Vermaak", "Michel Gangnet"),
+    "Color-based probabilistic tracking",
+    2002,
+    {"booktitle": "European Conference on Computer Vision", "pages": "661--675"},
+)
+
 TOMASI = Reference(
     "tomasi1992",
     "article",
@@ -138,3 +170,45 @@ TOMASI = Reference(
     1992,
     {"journal": "International Journal of Computer Vision", "volume": "9", "number": "2", "pages": "137--154"},
 )
+
+ICHIMURA = Reference(
+    "ichimura2000",
+    "techreport",
+    ("Naoyuki Ichimura", "Norikazu Ikoma"),
+    "Filtering of time series of feature point coordinates using non-Gaussian state space model",
+    2000,
+    {
+        "type": "Technical report in Japanese",
+        "institution": "Electrotechnical Laboratory and Kyushu Institute of Technology",
+    },
+)
+"""It bears no year: it cites work of 1999, and the laboratory went by another name from 2001 on."""
+
+KITAGAWA = Reference(
+    "kitagawa1996",
+    "article",
+    ("Genshiro Kitagawa",),
+    "Monte Carlo filter and smoother for non-Gaussian nonlinear state space models",
+    1996,
+    {"journal": "Journal of Computational and Graphical Statistics", "volume": "5", "number": "1", "pages": "1--25"},
+)
+
+MITSUGAMI = Reference(
+    "mitsugami2009",
+    "misc",
+    ("Ikuhisa Mitsugami", "Koh Kakusho", "Michihiko Minoh"),
+    "Efficient particle filtering for a non-rigid object based on PCA about changes of its shape and motion",
+    2009,
+    {"howpublished": "Journal paper in Japanese"},
+)
+"""`document 3` of docstrings and of findings."""
+
+SHIMADA = Reference(
+    "shimada1997",
+    "phdthesis",
+    ("Nobutaka Shimada",),
+    "Estimating the three-dimensional shape and pose of articulated objects from monocular image sequences",
+    1997,
+    {"type": "Doctoral dissertation in Japanese", "school": "Osaka University"},
+)
+"""`document 4` of docstrings and of findings."""

@@ -14,6 +14,9 @@ The shapes, and what a value of each is in Python, in JSON and in the columns of
 | interval | `Interval` | [low, high] | (L, 2) |
 | hypotheses | `Hypotheses` | {"values": K lists of d, "weights": list} | (L, K, d), and (L, K) as `NAME_weights` |
 
+Hypotheses that know from which of the frame before they come have a list of K "parents" in JSON as well, and (L, K) as
+`NAME_parents` in columns.
+
 A number that is not known is NaN in Python and in columns, and null in JSON. The number K of hypotheses, and the length
 d of a vector, may vary from frame to frame; columns are then as wide as the widest, the rest of them NaN.
 """
@@ -44,13 +47,15 @@ __all__ = [
 
 SeriesShape: TypeAlias = Literal["number", "vector", "interval", "hypotheses"]
 
-SeriesRole: TypeAlias = Literal["", "particles", "ess", "share", "flag"]
+SeriesRole: TypeAlias = Literal["", "particles", "ess", "share", "flag", "event", "extent"]
 """What general code may do with a series without knowing its name.
 
 - "particles": a number, how many particles there are.
 - "ess": a number, the effective sample size of these particles.
 - "share": a vector, how many particles came from each sampler; the components are stacked.
 - "flag": a number, or a vector of such, that is 1 where something holds and 0 where not.
+- "event": a number, how often something happened in the frame; such frames are marked in the memory of a run.
+- "extent": a vector, width and height in px of the box around the estimate that the target is believed to fill.
 """
 
 
@@ -68,10 +73,12 @@ class Hypotheses:
     Attributes:
         values: K tuples of d numbers, in the unit of the series.
         weights: K probabilities that sum to 1.
+        parents: K places among the hypotheses of the frame before, -1 of one that begins; empty where not known.
     """
 
     values: tuple[tuple[float, ...], ...]
     weights: tuple[float, ...]
+    parents: tuple[int, ...] = ()
 
 
 SeriesValue: TypeAlias = float | tuple[float, ...] | Interval | Hypotheses
@@ -108,7 +115,7 @@ class Series:
         shape: Of its values.
         role: What general code may do with it.
         components: Names of a vector's numbers, or of the d numbers of a hypothesis; empty where their number varies.
-        colours: Names in the palette of the components of a "share", in their order.
+        colours: Names in the palette of the components of a "share", in their order; of an "event", one name.
         reductions: What is kept of it over a whole run.
     """
 
@@ -160,6 +167,8 @@ def check_value(series: Series, value: SeriesValue) -> None:
                 and len(value.values) == len(value.weights)
                 and all(_is_vector(one, series.components) for one in value.values)
                 and math.isclose(sum(value.weights), 1.0, abs_tol=1e-6)
+                and len(value.parents) in {0, len(value.values)}
+                and all(parent >= -1 for parent in value.parents)
             )
     if not fits:
         of = f" of {', '.join(series.components)}" if series.components else ""
@@ -169,7 +178,8 @@ def check_value(series: Series, value: SeriesValue) -> None:
 def to_json(value: SeriesValue) -> Any:  # noqa: ANN401 - JSON
     """Return a value as JSON has it; numbers that are not finite become None."""
     if isinstance(value, Hypotheses):
-        return {"values": [to_json(one) for one in value.values], "weights": to_json(value.weights)}
+        known = {"values": [to_json(one) for one in value.values], "weights": to_json(value.weights)}
+        return {**known, "parents": list(value.parents)} if value.parents else known
     if isinstance(value, tuple):
         return [to_json(number) for number in value]
     return value if math.isfinite(value) else None
@@ -197,13 +207,15 @@ def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, N
     count = max((len(value.weights) for value in known), default=0)
     width = max((len(one) for value in known for one in value.values), default=len(series.components))
     places = np.full((len(values), count, width), np.nan)
-    weights = np.full((len(values), count), np.nan)
+    weights, parents = np.full((2, len(values), count), np.nan)
     for frame, value in enumerate(values):
         if isinstance(value, Hypotheses):
             weights[frame, : len(value.weights)] = value.weights
+            parents[frame, : len(value.parents)] = value.parents
             for place, one in enumerate(value.values):
                 places[frame, place, : len(one)] = one
-    return {series.name: places, f"{series.name}_weights": weights}
+    found = {series.name: places, f"{series.name}_weights": weights}
+    return {**found, f"{series.name}_parents": parents} if any(value.parents for value in known) else found
 
 
 def reduced(series: Series, column: NDArray[np.float64]) -> dict[str, float | int | None]:
@@ -243,7 +255,8 @@ def _is_vector(value: object, components: tuple[str, ...]) -> bool:
 
 def _read(shape: SeriesShape, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
     if shape == "hypotheses":
-        return Hypotheses(tuple(_numbers(one) for one in raw["values"]), _numbers(raw["weights"]))
+        values, weights = tuple(_numbers(one) for one in raw["values"]), _numbers(raw["weights"])
+        return Hypotheses(values, weights, tuple(int(parent) for parent in raw.get("parents", ())))
     if shape == "interval":
         return Interval(*_numbers(raw))
     return _numbers(raw) if shape == "vector" else _numbers([raw])[0]

@@ -63,6 +63,7 @@ class AffineLayer:
         theta_sd_rad: Process noise of the angles, per frame.
         estimator: How the pose is estimated from the entries.
         theta_count: Particles of that, if by particles.
+        walk: (3, 3) covariance of the angles' step in place of `theta_sd_rad`, rad^2, where they turn together.
     """
 
     points_mm: NDArray[np.float64]
@@ -71,6 +72,7 @@ class AffineLayer:
     theta_sd_rad: float = affine_pose.THETA_SD_RAD
     estimator: Literal["extended", "particle"] = "extended"
     theta_count: int = affine_pose.THETA_COUNT
+    walk: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Keep what compiled code gets in the one form for which it is compiled."""
@@ -103,13 +105,13 @@ class AffineLayer:
         entries, noise = affine_pose.entries(mean, covariance)
         slopes = np.ascontiguousarray(self.reference[:, :3])
         if self.estimator == "extended":
-            theta = affine_pose.extended(belief.theta, entries, noise, slopes, self.theta_sd_rad)
+            theta = affine_pose.extended(belief.theta, entries, noise, slopes, self.theta_sd_rad, self.walk)
             return AffineBelief(mean, covariance, theta)
         particles = belief.theta_particles
         if particles is None:
             particles = belief.theta.sample(rng, self.theta_count)
         theta, particles = affine_pose.particle(
-            particles, entries, noise, slopes, self.theta_sd_rad, rng, self.theta_count
+            particles, entries, noise, slopes, self.theta_sd_rad, rng, self.theta_count, self.walk
         )
         return AffineBelief(mean, covariance, theta, particles)
 

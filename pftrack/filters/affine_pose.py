@@ -16,7 +16,7 @@ from pftrack.compiled import compiled
 from pftrack.filters.sequential import condition, decorrelated
 from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import derivatives, rotation
-from pftrack.matrices import multiply
+from pftrack.matrices import multiply, product, root
 from pftrack.particles import ParticleSet, normalise
 from pftrack.random import Generator
 from pftrack.resampling import systematic
@@ -47,6 +47,7 @@ def extended(
     noise: NDArray[np.float64],
     reference: NDArray[np.float64],
     theta_sd_rad: float,
+    walk: NDArray[np.float64] | None = None,
 ) -> Gaussian:
     """Return the posterior of the angles (3,), rad, a frame later.
 
@@ -56,8 +57,10 @@ def extended(
         noise: (6, 6) their covariance.
         reference: A_0, (2, 3) px/mm.
         theta_sd_rad: Standard deviation of the step of each angle.
+        walk: (3, 3) covariance of the step in place of that, where angles turn together.
     """
-    mean, covariance = _extended(theta.mean, theta.covariance, measured, noise, reference, theta_sd_rad)
+    before, sd = (theta.covariance, theta_sd_rad) if walk is None else (theta.covariance + walk, 0.0)
+    mean, covariance = _extended(theta.mean, before, measured, noise, reference, sd)
     return Gaussian(mean, covariance)
 
 
@@ -69,6 +72,7 @@ def particle(
     theta_sd_rad: float,
     rng: Generator,
     count: int,
+    walk: NDArray[np.float64] | None = None,
 ) -> tuple[Gaussian, NDArray[np.float64]]:
     """Return the posterior of the angles a frame later by particles, and `count` of these, resampled.
 
@@ -80,8 +84,10 @@ def particle(
         theta_sd_rad: Standard deviation of the step of each angle.
         rng: The frame's generator.
         count: Particles wanted.
+        walk: (3, 3) covariance of the step in place of `theta_sd_rad`, where angles turn together.
     """
-    moved = particles + theta_sd_rad * rng.standard_normal(particles.shape)
+    normals = rng.standard_normal(particles.shape)
+    moved = particles + (theta_sd_rad * normals if walk is None else product(normals, root(walk).T))
     log_weights, _ = normalise(_log_likelihood(moved, measured, noise, reference))
     posterior = ParticleSet(moved, log_weights, np.arange(len(moved)))
     return Gaussian(*posterior.moments), moved[systematic(rng, log_weights, count)]

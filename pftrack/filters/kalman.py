@@ -12,7 +12,7 @@ from pftrack.dynamics import LinearDynamics
 from pftrack.gaussian import Gaussian, log_densities
 from pftrack.matrices import multiply, owned, product, solve
 
-__all__ = ["predict", "update"]
+__all__ = ["condition", "conditioned", "predict", "update"]
 
 
 def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
@@ -66,7 +66,7 @@ def condition(
         jacobian: dz/dx there, (m, d).
         noise_covariance: R, (m, m).
     """
-    mean, covariance, log_evidence, regular = _conditioned(
+    mean, covariance, log_evidence, regular = conditioned(
         owned(prior.mean),
         owned(prior.covariance),
         owned(np.subtract(measurement, predicted)),
@@ -100,14 +100,24 @@ def _predicted(
 
 
 @compiled
-def _conditioned(
+def conditioned(
     mean: NDArray[np.float64],
     covariance: NDArray[np.float64],
     innovation: NDArray[np.float64],
     jacobian: NDArray[np.float64],
     noise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, bool]:
-    """Return mean, covariance and log p(z), given z less its prediction, and whether its covariance is regular."""
+    """Return mean, covariance and log p(z), given z less its prediction, and whether its covariance is regular.
+
+    For compiled loops; `condition` is the same for the interpreter.
+
+    Args:
+        mean: (d,) of the prior.
+        covariance: (d, d) of the prior.
+        innovation: (m,) the measurement less its prediction.
+        jacobian: dz/dx, (m, d).
+        noise: R, (m, m).
+    """
     size, count = mean.shape[0], innovation.shape[0]
     cross = multiply(jacobian, covariance)
     spread = multiply(cross, jacobian.T.copy())

@@ -12,12 +12,12 @@ Source: document 1, ch. 4 section 3.2 and Appendix D, as corrected in specificat
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
 from pftrack.matrices import principal
 
-__all__ = ["angles", "derivatives", "nearest_rotation", "rotation", "turned", "wrapped"]
+__all__ = ["angles", "derivatives", "nearest_rotation", "rotation", "turned"]
 
 
 @compiled
@@ -117,10 +117,3 @@ def nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
             [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z],
         ]
     )
-
-
-def wrapped(angle_rad: ArrayLike) -> NDArray[np.float64]:
-    """Return angles of any shape, brought into (-pi, pi] by whole turns; differences of angles are errors only so."""
-    turned = np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
-    # Just above half a turn the remainder rounds up to a whole one.
-    return np.where(turned <= -np.pi, np.pi, turned)

@@ -1,9 +1,16 @@
-"""Learning: models estimated while tracking goes on.
+"""Learning: models estimated from what was tracked.
+
+While tracking goes on:
 
 - `online_em`: the dynamics of a second-order autoregression, by expectation maximisation with forgetting;
 - `mixture_em`: the ratio in which particles are drawn from two predictions.
+
+From recorded tracks, for later runs:
+
+- `charts`: what the numbers of a recorded state are, and its changes in the body's own frame;
+- `diffusion`: the covariance of these changes, from which particles are moved on.
 """
 
-from pftrack.learning import mixture_em, online_em
+from pftrack.learning import charts, diffusion, mixture_em, online_em
 
-__all__ = ["mixture_em", "online_em"]
+__all__ = ["charts", "diffusion", "mixture_em", "online_em"]

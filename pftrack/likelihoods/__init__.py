@@ -4,12 +4,14 @@ A likelihood is a model fitted beforehand that turns a picture and states (N, d)
 constant that is the same for all states. Likelihoods know no filters. Members:
 
 - `chromaticity`: the colour of the one pixel under the particle, brightness taken out;
+- `edge_distance`: how near a bending body's outline comes to the edges of what has its colour;
+- `histogram`: the colours of the window around it, compared with those of a model;
 - `points`: measured positions of several features, each with its own noise;
 - `template`: patches of the first frame by normalised correlation, and a bank of them by pose (`template_bank`).
 
 Whether any of them tells a target from what is around it is asked by `separation`.
 """
 
-from pftrack.likelihoods import chromaticity, points, separation, template, template_bank
+from pftrack.likelihoods import chromaticity, edge_distance, histogram, points, separation, template, template_bank
 
-__all__ = ["chromaticity", "points", "separation", "template", "template_bank"]
+__all__ = ["chromaticity", "edge_distance", "histogram", "points", "separation", "template", "template_bank"]

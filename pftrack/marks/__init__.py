@@ -7,11 +7,13 @@ by name; which kinds an experiment takes is declared by the experiment, so that 
 
 - `mark`: what every kind answers, and the description of an editor;
 - `box`: a rectangle around the target;
-- `points`: named points on the target.
+- `points`: named points on the target;
+- `body`: head, root and tip of the tail, and width of a long body.
 """
 
+from pftrack.marks.body import LongBody
 from pftrack.marks.box import Box
 from pftrack.marks.mark import Editor, Handle, Mark, MarkNumber, read_mark
 from pftrack.marks.points import FeaturePoints
 
-__all__ = ["Box", "Editor", "FeaturePoints", "Handle", "Mark", "MarkNumber", "read_mark"]
+__all__ = ["Box", "Editor", "FeaturePoints", "Handle", "LongBody", "Mark", "MarkNumber", "read_mark"]

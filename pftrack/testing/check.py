@@ -98,16 +98,16 @@ class Straight:
         return tuple(draw(step, rows[:number]) for number, step in enumerate(self.steps, 1))
 
 
-_LATEST: deque[tuple[Experiment, str, Straight]] = deque(maxlen=2)
-"""Those that were asked for last: neighbouring checks look at the same one."""
+_LATEST: deque[tuple[Experiment, tuple[str, int], Straight]] = deque(maxlen=12)
+"""Those that were asked for last: all checks of an experiment look at the same ones, of each of its trackers."""
 
 
-def straight(experiment: Experiment, tracker: str) -> Straight:
+def straight(experiment: Experiment, tracker: str, *, seed: int = SEED) -> Straight:
     """Return the straight run of a tracker on the simulated scene."""
-    for known, name, found in _LATEST:
-        if known is experiment and name == tracker:
+    for known, key, found in _LATEST:
+        if known is experiment and key == (tracker, seed):
             return found
-    run = begun(experiment, tracker)
+    run = begun(experiment, tracker, seed=seed)
     made = Straight(run, tuple(run))
-    _LATEST.append((experiment, tracker, made))
+    _LATEST.append((experiment, (tracker, seed), made))
     return made

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import NAME, find
-from pftrack.parameters import Declaration, ParameterError, Parameters, declarations, revise
+from pftrack.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
 from pftrack.plot import Plot
 from pftrack.runs.run import Change
 from pftrack.series import SeriesShape
@@ -29,6 +29,7 @@ SHAPES: Mapping[str, tuple[SeriesShape, ...]] = {
     "features": ("vector",),
     "frequency": ("number", "vector"),
     "hypotheses": ("hypotheses",),
+    "tree": ("hypotheses",),
 }
 """The shapes of series that the kinds of plot draw which read series by name."""
 
@@ -191,6 +192,12 @@ def _declares_plots(experiment: Experiment) -> None:
                 f"the plot {plot.id} of the kind {plot.kind!r} draws {' or '.join(shapes)}, and {name} is {shape}",
             )
         _demand_parts(plot)
+        drawing = [one.name for one in with_role(type(experiment.simulate().parameters), "drawing")]
+        demand(
+            plot.shown in {"", *drawing},
+            f"the plot {plot.id} must be shown by a parameter of the role 'drawing' ({', '.join(drawing)}), "
+            f"got {plot.shown!r}",
+        )
 
 
 def _demand_parts(plot: Plot) -> None:

@@ -10,7 +10,7 @@ from pftrack.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawin
 from pftrack.experiment import Experiment
 from pftrack.faults import faults
 from pftrack.rendering import render, render_beside
-from pftrack.testing.check import FRAMES, Check, CheckError, begun, demand, each_tracker, straight
+from pftrack.testing.check import FRAMES, Check, CheckError, demand, each_tracker, straight
 from pftrack.world import World
 
 __all__ = ["checks"]
@@ -164,10 +164,9 @@ def _names_are_stable(experiment: Experiment, tracker: str) -> None:
 
 
 def _no_future_is_drawn(experiment: Experiment, tracker: str) -> None:
-    run = begun(experiment, tracker)
-    early = experiment.draw(run.seek(FRAMES // 2), run.diagnostics)
-    run.finish()
-    late = experiment.draw(run.seek(FRAMES // 2), run.diagnostics)
+    known = straight(experiment, tracker)
+    early = known.drawings[FRAMES // 2]
+    late = experiment.draw(known.steps[FRAMES // 2], known.run.diagnostics)
     same = early.caption == late.caption and early.primitives.keys() == late.primitives.keys()
     same = same and np.array_equal(render_beside(early), render_beside(late))
     demand(same, f"frame {FRAMES // 2} is drawn differently once later frames are computed")
@@ -175,7 +174,7 @@ def _no_future_is_drawn(experiment: Experiment, tracker: str) -> None:
 
 def _a_second_run_is_drawn(experiment: Experiment, tracker: str) -> None:
     run = straight(experiment, tracker).run
-    there = begun(experiment, seed=0).finish().diagnostics
+    there = straight(experiment, experiment.default_tracker, seed=0).run.current.diagnostics
     before = experiment.draw(run.current, run.diagnostics)
     drawing = experiment.draw(run.current, run.diagnostics, there)
     _demand_sound(experiment, drawing, FRAMES - 1)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from pftrack.drawing import Drawing
-from pftrack.experiment import PICTURES, Experiment
+from pftrack.experiment import Experiment
 from pftrack.marks import Editor, Mark
 from pftrack.parameters import ParameterError
 from pftrack.rendering import render
@@ -31,9 +31,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 def _kinds_describe_themselves(experiment: Experiment) -> None:
     kinds, finder = experiment.marks, experiment.finder
-    if experiment.accepts_video and set(experiment.footage) & set(PICTURES):
-        demand(kinds or finder, "an experiment on recordings must take a kind of mark, or find its target by itself")
-    elif not experiment.accepts_video:
+    if not experiment.accepts_video:
         demand(not kinds, f"the experiment takes no recordings, and has {len(kinds)} kinds of mark")
     for kind in (finder.kind, *finder.hints) if finder else ():
         demand(kind in kinds, f"the finder's {kind.name()} must be among the kinds that the experiment takes")

@@ -31,10 +31,16 @@ def _estimates_are_finite(experiment: Experiment, tracker: str) -> None:
     for step in course.steps:
         frame, state = step.diagnostics.frame, step.state
         for name, values in (("estimate", state.estimate), ("sigma", state.sigma)):
-            shape, finite = np.shape(values), np.isfinite(values).all()
+            shape = np.shape(values)
             demand(shape == (length,), f"the {name} of frame {frame} must have the shape ({length},), got {shape}")
-            demand(finite, f"the {name} of frame {frame} must be finite, got {values}")
-        demand((state.sigma >= 0).all(), f"the sigma of frame {frame} must not be negative, got {state.sigma}")
+        finite, sigma = np.isfinite(state.estimate).all(), state.sigma
+        demand(finite, f"the estimate of frame {frame} must be finite, got {state.estimate}")
+        known = sigma[~np.isnan(sigma)]
+        demand(
+            len(known), f"the sigma of frame {frame} must be known of a number in the experiment's unit, got {sigma}"
+        )
+        demand(np.isfinite(known).all(), f"the sigma of frame {frame} must be finite or NaN, got {sigma}")
+        demand((known >= 0).all(), f"the sigma of frame {frame} must not be negative, got {sigma}")
         evidence = state.log_evidence
         demand(evidence < np.inf, f"the log evidence of frame {frame} must be a number or -inf, got {evidence}")
 
@@ -75,7 +81,7 @@ def _series_are_declared(experiment: Experiment, tracker: str) -> None:
 
 def _measures_are_numbers(experiment: Experiment, tracker: str) -> None:
     run = straight(experiment, tracker).run
-    course = course_of(run.diagnostics, judged=experiment.lost is not None)
+    course = course_of(run.diagnostics, experiment.declared(), judged=experiment.judges_loss)
     for measure in experiment.run_measures:
         values = measure.frames(course)
         shape, kind = np.shape(values), np.asarray(values).dtype

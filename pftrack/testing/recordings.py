@@ -105,7 +105,7 @@ def _a_film_is_tracked(experiment: Experiment) -> None:
                 # What one tracker makes of a kind of mark the others make as well, and some are slow.
                 trackers = list(experiment.trackers) if place == 0 else [experiment.default_tracker]
                 _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
-        if not experiment.needs_mark:
+        if not experiment.needs_mark(sequence.index.kind):
             setup = _wired(experiment, sequence, None, 0, sure=False)
             if setup is not None:
                 trackers = [experiment.default_tracker] if experiment.marks else list(experiment.trackers)
@@ -197,7 +197,7 @@ def _no_start_is_refused(experiment: Experiment) -> None:
             mark = experiment.mark(at_first(kind, sequence.size))
             for start in (-1, sequence.frame_count):
                 _demand_refusal(experiment, sequence, mark, start)
-        if experiment.needs_mark:
+        if experiment.needs_mark(sequence.index.kind):
             _demand_refusal(experiment, sequence, None, 0)
         if not experiment.marks:
             _demand_refusal(experiment, sequence, None, sequence.frame_count, "start")

@@ -1,0 +1,413 @@
+"""The Monte Carlo filter of K tracks at once, and its smoother with a fixed lag.
+
+In each frame every particle of a track moves by the dynamics, is weighed by how well it explains the measurement, and
+the particles are drawn again by their weights. Of the L positions before, what is needed is only where the particles of
+today have come from. After a few draws these are few, since most of what there was has no descendants. So the past is
+kept as a tree: of each age the positions that have descendants, how many they have, and which position of the frame
+before each came from. Today's particles that are equal are one node, too. A ring of L + 1 positions for each particle
+says the same and takes ten times the memory and time.
+
+Random numbers are functions of the seed, the frame and the track's number alone, so that neither the order of the
+tracks nor which others there are changes anything.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.elementary import exponentials, logarithms
+from pftrack.filters.trajectories.modes import located
+from pftrack.filters.trajectories.tree import came_from, copied, grown, placed, positions_of, sprouted
+from pftrack.random import standard_normals, uniforms
+from pftrack.resampling import systematic_parents
+from pftrack.sums import inner_product, total
+
+__all__ = ["MOST_PARTICLES", "Cloud", "Law", "Moments", "nothing", "step", "without"]
+
+MOST_PARTICLES = 20_000
+"""Of one track: a tree numbers its nodes with 16 bits."""
+
+LOG_PI = 1.1447298858494002
+LOG_2_PI = 1.8378770664093453
+LEAST_LOG, MOST_LOG = -20.0, 20.0
+"""Between which log sigma^2 and log tau^2 stay: beyond, no number of px is meant."""
+
+DRAWS = 8
+"""Draws of a track in a frame, of which not all are used."""
+MOVE, OFFSET, PLACE, LAW = range(4)
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """What is believed of K tracks: a tree of positions each, flat, by track and then by age, the newest first.
+
+    Attributes:
+        offsets: (K, A + 1) at which node each age of a track begins and the last one ends.
+        nodes: (n, 2) px.
+        parents: (n,) which node of the next age of the track each came from.
+        counts: (n,) how many of today's particles descend from each.
+        logs: (m, 2) log sigma^2 and log tau^2 of the nodes of age 0, px^2, by track; (0, 2) where both are given.
+        known: (K,) how many ages are positions in frames; a track that has begun has one more, of the frame before.
+    """
+
+    offsets: NDArray[np.int64]
+    nodes: NDArray[np.float32]
+    parents: NDArray[np.uint16]
+    counts: NDArray[np.uint16]
+    logs: NDArray[np.float32]
+    known: NDArray[np.int64]
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory it takes."""
+        arrays = self.offsets, self.nodes, self.parents, self.counts, self.logs, self.known
+        return sum(array.nbytes for array in arrays)
+
+    def age(self, track: int, age: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the positions (n, 2) of a track some frames ago, px, and the share (n,) of today's of each."""
+        first, last = self.offsets[track, age : age + 2]
+        counts = self.counts[first:last].astype(np.float64)
+        return self.nodes[first:last].astype(np.float64), counts / max(counts.sum(), 1.0)
+
+    def laws(self, track: int) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return log sigma^2 and log tau^2 (n, 2) of a track and what share (n,) each has; None where it has none."""
+        sizes = self.offsets[:, 1] - self.offsets[:, 0]
+        if not len(self.logs) or not sizes[track]:
+            return None
+        first = int(sizes[:track].sum())
+        return self.logs[first : first + sizes[track]].astype(np.float64), self.age(track, 0)[1]
+
+    def moments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return means (K, 2, 2) and covariances (K, 3) as `gaussian` has them; NaN where a track has not begun.
+
+        The covariance is the mean of those of the axes.
+        """
+        count = len(self.offsets)
+        means, covariances = np.full((count, 2, 2), np.nan), np.full((count, 3), np.nan)
+        for track in range(count):
+            here, shares = self.age(track, 0)
+            if not len(here):
+                continue
+            first, last = self.offsets[track, :2]
+            both = np.stack([here, self.age(track, 1)[0][self.parents[first:last]]], axis=2)
+            means[track] = (shares[:, None, None] * both).sum(axis=0)
+            off = both - means[track]
+            pairs = ((0, 0), (0, 1), (1, 1))
+            covariances[track] = [(shares[:, None] * off[:, :, i] * off[:, :, j]).sum() / 2.0 for i, j in pairs]
+        return means, covariances
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """The noise that is taken for true.
+
+    Attributes:
+        noise: (K,) sigma^2, px^2; where it is learned, the one to begin with.
+        drive: (K,) tau^2, px^2; likewise.
+        heavy: Whether the measurements' noise is Cauchy; otherwise it is Gaussian.
+        learned: Whether each particle has a sigma^2 and a tau^2 of its own.
+        drift: Standard deviation of what is added to a learned logarithm in each frame.
+    """
+
+    noise: NDArray[np.float64]
+    drive: NDArray[np.float64]
+    heavy: bool = True
+    learned: bool = False
+    drift: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """What a step came to, of K tracks; NaN where a track has not begun.
+
+    Attributes:
+        estimates: (K, 2) positions of this frame, px.
+        sds: (K, 2) their standard deviations, px, of the particles with their weights.
+        past: (A, K, 2) positions of this frame and of those before it, given everything up to now, the newest first.
+        densities: (K,) log p(y_t | Y_{t-1}), 0 where there is no measurement.
+        sizes: (K,) effective numbers of particles.
+    """
+
+    estimates: NDArray[np.float64]
+    sds: NDArray[np.float64]
+    past: NDArray[np.float64]
+    densities: NDArray[np.float64]
+    sizes: NDArray[np.float64]
+
+
+def nothing(count: int) -> Cloud:
+    """Return what is believed of `count` tracks before their first frame."""
+    return Cloud(
+        np.zeros((count, 3), np.int64),
+        np.zeros((0, 2), np.float32),
+        np.zeros(0, np.uint16),
+        np.zeros(0, np.uint16),
+        np.zeros((0, 2), np.float32),
+        np.zeros(count, np.int64),
+    )
+
+
+def without(belief: Cloud, gone: NDArray[np.bool_]) -> Cloud:
+    """Return the belief with some of the tracks (K,) as if they had not begun."""
+    sizes = belief.offsets[:, 1] - belief.offsets[:, 0]
+    logs = belief.logs[np.repeat(~gone, sizes)] if len(belief.logs) else belief.logs
+    # Their nodes stay until the next step, which takes over only what it finds by the offsets.
+    offsets = np.where(gone[:, None], 0, belief.offsets)
+    return replace(belief, offsets=offsets, logs=logs, known=np.where(gone, 0, belief.known))
+
+
+def step(
+    before: Cloud,
+    observed: NDArray[np.float64],
+    law: Law,
+    start: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]],
+    *,
+    count: int,
+    lag: int,
+    by_mode: bool,
+    numbers: NDArray[np.int64],
+    stream: tuple[int, int, int],
+) -> tuple[Cloud, Moments]:
+    """Predict all tracks by one frame and weigh them by their measurements.
+
+    Args:
+        before: Of the frame before.
+        observed: (K, 2) px, NaN where a track has no measurement.
+        law: The noise.
+        start: For tracks that have no particles yet, means (K, 2, 2) and covariances (K, 3) of the frame before, as
+            `gaussian` has them, NaN for those that do not begin; and (K,) 1 if that is a frame in which the track was
+            followed, 0 if it begins now.
+        count: Particles of a track, up to `MOST_PARTICLES`.
+        lag: How many frames before this one are kept.
+        by_mode: Whether estimates are modes of histograms; otherwise they are means.
+        numbers: (K,) by which the tracks draw their random numbers.
+        stream: Seed, frame and purpose of these.
+    """
+    offsets, nodes, parents, counts, logs, known, *moments = _stepped(
+        before.offsets,
+        before.nodes,
+        before.parents,
+        before.counts,
+        before.logs,
+        before.known,
+        np.ascontiguousarray(observed),
+        law.noise,
+        law.drive,
+        law.heavy,
+        law.learned,
+        law.drift,
+        *start,
+        count,
+        max(lag, 1) + 1,
+        by_mode,
+        numbers,
+        *stream,
+    )
+    return Cloud(offsets, nodes, parents, counts, logs, known), Moments(*moments)
+
+
+@compiled
+def _weighed(
+    here: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    squares: NDArray[np.float64],
+    logs: NDArray[np.float64],
+    heavy: bool,
+) -> tuple[NDArray[np.float64], float]:
+    """Return weights (n,) that sum to 1, and the log of the mean density.
+
+    Args:
+        here: (2, n) positions, px.
+        measured: (2,) px.
+        squares: (n,) or (1,) sigma^2, px^2.
+        logs: Their logarithms.
+        heavy: Whether the noise is Cauchy.
+    """
+    count = here.shape[1]
+    values = np.empty(count)
+    several = squares.shape[0] > 1
+    if heavy:
+        # Far from a measurement the product of two Cauchy densities is still a number: no logarithms are needed.
+        for n in range(count):
+            square = squares[n] if several else squares[0]
+            x, y = measured[0] - here[0, n], measured[1] - here[1, n]
+            values[n] = square / ((x * x + square) * (y * y + square))
+        top = -2.0 * LOG_PI
+    else:
+        top = -np.inf
+        for n in range(count):
+            square, log = (squares[n], logs[n]) if several else (squares[0], logs[0])
+            x, y = measured[0] - here[0, n], measured[1] - here[1, n]
+            values[n] = -LOG_2_PI - log - 0.5 * (x * x + y * y) / square
+            top = max(top, values[n])
+        for n in range(count):
+            values[n] -= top
+        values = exponentials(values)
+    whole = total(values)
+    for n in range(count):
+        values[n] /= whole
+    return values, top + logarithms(np.array([whole / count]))[0]
+
+
+@compiled
+def _laws(
+    before: NDArray[np.float32],
+    own: NDArray[np.int64],
+    given: NDArray[np.float64],
+    drift: float,
+    stream: tuple[int, int, int, int],
+) -> NDArray[np.float64]:
+    """Return log sigma^2 and log tau^2 (2, n) of particles.
+
+    Args:
+        before: (m, 2) of the nodes that they come from; (0, 2) where these have none.
+        own: (n,) number of each one's node.
+        given: (2,) sigma^2 and tau^2 to begin with, px^2.
+        drift: Standard deviation of what is added.
+        stream: Seed, frame, purpose and first draw of the track.
+    """
+    seed, frame, purpose, draw = stream
+    count = own.shape[0]
+    logs = np.empty((2, count))
+    begin = logarithms(given)
+    fresh = before.shape[0] == 0
+    shared = 0.0 if fresh else 1.0
+    sd = 1.0 if fresh else drift
+    normals = np.zeros(2 * count)
+    if sd > 0.0:
+        normals = standard_normals(seed, frame, purpose, draw + LAW, 2 * count)
+    for kind in range(2):
+        for n in range(count):
+            middle = float(before[own[n], kind]) if shared else begin[kind]
+            logs[kind, n] = min(max(middle + sd * normals[kind * count + n], LEAST_LOG), MOST_LOG)
+    return logs
+
+
+@compiled
+def _moved(
+    at: NDArray[np.float64], earlier: NDArray[np.float64], deviations: NDArray[np.float64], normals: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return positions (2, n), px, given the last two (n, 2), tau (n,) or (1,) and (2 n,) numbers."""
+    count, several = at.shape[0], deviations.shape[0] > 1
+    here = np.empty((2, count))
+    for axis in range(2):
+        for n in range(count):
+            push = (deviations[n] if several else deviations[0]) * normals[axis * count + n]
+            here[axis, n] = 2.0 * at[n, axis] - earlier[n, axis] + push
+    return here
+
+
+@compiled
+def _moments(values: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, float]:
+    """Return mean and standard deviation of values (n,) with weights (n,) that sum to 1."""
+    mean = inner_product(weights, values)
+    squares = np.empty(values.shape[0])
+    for n in range(values.shape[0]):
+        squares[n] = (values[n] - mean) * (values[n] - mean)
+    return mean, np.sqrt(inner_product(weights, squares))
+
+
+@compiled
+def _stepped(
+    offsets: NDArray[np.int64],
+    nodes: NDArray[np.float32],
+    parents: NDArray[np.uint16],
+    counts: NDArray[np.uint16],
+    logs: NDArray[np.float32],
+    known: NDArray[np.int64],
+    observed: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    drive: NDArray[np.float64],
+    heavy: bool,
+    learned: bool,
+    drift: float,
+    means: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    given_known: NDArray[np.int64],
+    count: int,
+    ages: int,
+    by_mode: bool,
+    numbers: NDArray[np.int64],
+    seed: int,
+    frame: int,
+    purpose: int,
+) -> tuple[
+    NDArray[np.int64],
+    NDArray[np.float32],
+    NDArray[np.uint16],
+    NDArray[np.uint16],
+    NDArray[np.float32],
+    NDArray[np.int64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+]:
+    tracks, kept = offsets.shape[0], min(offsets.shape[1], ages)
+    room = nodes.shape[0] + 2 * count * tracks
+    new_offsets, new_known = np.zeros((tracks, kept + 1), np.int64), np.zeros(tracks, np.int64)
+    tree = np.empty((room, 2), np.float32), np.zeros(room, np.uint16), np.empty(room, np.uint16)
+    new_logs = np.empty((count * tracks if learned else 0, 2), np.float32)
+    estimates, sds = np.full((tracks, 2), np.nan), np.full((tracks, 2), np.nan)
+    past = np.full((kept, tracks, 2), np.nan)
+    densities, sizes = np.zeros(tracks), np.full(tracks, np.nan)
+    cursor, log_cursor, old_log = 0, 0, 0
+    for track in range(tracks):
+        row = offsets[track]
+        standing = row[1] - row[0]
+        if standing == 0 and np.isnan(means[track, 0, 0]):
+            new_offsets[track] = cursor
+            continue
+        own_logs = logs[old_log : old_log + standing] if logs.shape[0] > 0 else logs
+        old_log += standing
+        draw = DRAWS * numbers[track]
+        old_nodes, old_parents = nodes, parents
+        if standing > 0:
+            own = came_from(counts[row[0] : row[1]], count)
+            at, earlier = positions_of(own, row, nodes, parents)
+        else:
+            own, row = np.arange(count), np.array([0, count])
+            normals = standard_normals(seed, frame, purpose, draw + PLACE, 4 * count)
+            at, earlier = placed(means[track], covariances[track], normals)
+            old_nodes, old_parents = at.astype(np.float32), np.zeros(count, np.uint16)
+        new_known[track] = min((known[track] if standing > 0 else given_known[track]) + 1, kept)
+        squares, deviations = np.array([noise[track]]), np.array([np.sqrt(drive[track])])
+        particle_logs = logarithms(squares).reshape(1, 1)
+        if learned:
+            given = np.array([noise[track], drive[track]])
+            particle_logs = _laws(own_logs, own, given, drift, (seed, frame, purpose, draw))
+            squares, deviations = exponentials(particle_logs[0]), exponentials(0.5 * particle_logs[1])
+        here = _moved(at, earlier, deviations, standard_normals(seed, frame, purpose, draw + MOVE, 2 * count))
+        weights, chosen = np.full(count, 1.0 / count), np.arange(count)
+        if np.isfinite(observed[track, 0]) and np.isfinite(observed[track, 1]):
+            weights, densities[track] = _weighed(here, observed[track], squares, particle_logs[0], heavy)
+            chosen = systematic_parents(weights, uniforms(seed, frame, purpose, draw + OFFSET, 1)[0], count)
+        sizes[track] = 1.0 / inner_product(weights, weights)
+        for axis in range(2):
+            estimates[track, axis], sds[track, axis] = _moments(here[axis], weights)
+        new_offsets[track, 0] = cursor
+        new_offsets[track, 1] = sprouted(chosen, here, own, tree, cursor)
+        if learned:
+            log_cursor = copied(chosen, particle_logs, new_logs, log_cursor)
+        cursor = grown(old_nodes, old_parents, row, tree, new_offsets[track])
+        for age in range(new_known[track]):
+            first, last = new_offsets[track, age], new_offsets[track, age + 1]
+            past[age, track] = located(tree[0][first:last], tree[2][first:last], by_mode)
+        if by_mode:
+            estimates[track] = past[0, track]
+    return (
+        new_offsets,
+        tree[0][:cursor].copy(),
+        tree[1][:cursor].copy(),
+        tree[2][:cursor].copy(),
+        new_logs[:log_cursor].copy(),
+        new_known,
+        estimates,
+        sds,
+        past,
+        densities,
+        sizes,
+    )

@@ -1,0 +1,216 @@
+"""Gaussian noise: the Kalman filter of K tracks at once, and the exact smoother with a fixed lag.
+
+The state of an axis is (p_t, p_{t-1}), and both axes of a track have the same covariance, so that a track is four means
+and three numbers of a 2 x 2 matrix. The smoother goes back from the newest frame by the recursion of Rauch, Tung and
+Striebel over the last frames, which are kept.
+
+A track begins with its first measurement y as N((y, y), s^2 I), of the frame before, and takes y as a measurement, too.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.compiled import compiled
+from pftrack.elementary import logarithms
+
+__all__ = ["Gaussians", "begun", "log_likelihoods", "nothing", "smoothed", "step", "without"]
+
+LOG_2_PI = 1.8378770664093453
+
+
+@dataclass(frozen=True, eq=False)
+class Gaussians:
+    """What is believed of K tracks in the last frames, the newest first.
+
+    Attributes:
+        means: (A, K, 2, 2) px, of x and y the position in that frame and in the one before; NaN before a track begins.
+        covariances: (A, K, 3) px^2, of either axis: variance, covariance and variance of these two.
+        drives: (A, K) px^2, the tau^2 by which that frame was reached.
+    """
+
+    means: NDArray[np.float64]
+    covariances: NDArray[np.float64]
+    drives: NDArray[np.float64]
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory it takes."""
+        return self.means.nbytes + self.covariances.nbytes + self.drives.nbytes
+
+
+def nothing(count: int) -> Gaussians:
+    """Return what is believed of `count` tracks before their first frame."""
+    return Gaussians(np.full((1, count, 2, 2), np.nan), np.full((1, count, 3), np.nan), np.zeros((1, count)))
+
+
+def begun(
+    means: NDArray[np.float64], covariances: NDArray[np.float64], observed: NDArray[np.float64], start_sd: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return means (K, 2, 2) and covariances (K, 3) in which tracks that are measured for the first time have begun.
+
+    Args:
+        means: (K, 2, 2) of the frame before, NaN where a track has not begun.
+        covariances: (K, 3) of the same.
+        observed: (K, 2) measurements, px; NaN where there is none.
+        start_sd: Standard deviation of either position, px.
+    """
+    new = np.isnan(means[:, 0, 0]) & np.isfinite(observed).all(axis=1)
+    if not new.any():
+        return means, covariances
+    first = np.repeat(observed[:, :, None], 2, axis=2)
+    spread = np.array([1.0, 0.0, 1.0]) * start_sd**2
+    return np.where(new[:, None, None], first, means), np.where(new[:, None], spread, covariances)
+
+
+def step(
+    before: Gaussians,
+    observed: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    drive: NDArray[np.float64],
+    *,
+    lag: int,
+    start_sd: float = 1.0,
+) -> tuple[Gaussians, NDArray[np.float64]]:
+    """Predict all tracks by one frame and update those that are measured.
+
+    Args:
+        before: Of the frame before.
+        observed: (K, 2) px, NaN where a track has no measurement.
+        noise: (K,) sigma^2, px^2.
+        drive: (K,) tau^2, px^2.
+        lag: How many frames before this one are kept.
+        start_sd: Of the positions with which a track begins, px.
+
+    Returns:
+        What is believed now, and (K,) log p(y_t | Y_{t-1}), 0 where there is no measurement.
+    """
+    means, covariances = begun(before.means[0], before.covariances[0], observed, start_sd)
+    new_means, new_covariances, densities = _updated(means, covariances, observed, noise, drive)
+    return (
+        Gaussians(
+            np.concatenate([new_means[None], before.means[:lag]]),
+            np.concatenate([new_covariances[None], before.covariances[:lag]]),
+            np.concatenate([drive[None], before.drives[:lag]]),
+        ),
+        densities,
+    )
+
+
+def smoothed(belief: Gaussians) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return positions (A, K, 2), px, and their variances (A, K), px^2, given everything up to the newest frame."""
+    return _smoothed(belief.means, belief.covariances, belief.drives)
+
+
+def without(belief: Gaussians, gone: NDArray[np.bool_]) -> Gaussians:
+    """Return the belief with some of the tracks (K,) as if they had not begun."""
+    means = np.where(gone[:, None, None], np.nan, belief.means)
+    return replace(belief, means=means, covariances=np.where(gone[:, None], np.nan, belief.covariances))
+
+
+@compiled
+def _updated(
+    means: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    observed: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    drive: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    count = means.shape[0]
+    new_means, new_covariances = np.empty((count, 2, 2)), np.empty((count, 3))
+    squares, spreads = np.zeros(count), np.ones(count)
+    for track in range(count):
+        own, cross, past = covariances[track]
+        first = 4.0 * own - 4.0 * cross + past + drive[track]
+        second = 2.0 * own - cross
+        third = own
+        measured = np.isfinite(observed[track, 0]) and np.isfinite(observed[track, 1])
+        spread = first + noise[track]
+        for axis in range(2):
+            here, there = means[track, axis]
+            mean = 2.0 * here - there
+            new_means[track, axis, 0] = mean
+            new_means[track, axis, 1] = here
+            if measured:
+                innovation = observed[track, axis] - mean
+                new_means[track, axis, 0] = mean + first / spread * innovation
+                new_means[track, axis, 1] = here + second / spread * innovation
+                squares[track] += innovation * innovation / spread
+        if measured:
+            spreads[track] = spread
+            third -= second * second / spread
+            # p r / (p + r) rather than p - p^2 / (p + r), of which rounding may leave nothing.
+            first, second = first * noise[track] / spread, second * noise[track] / spread
+        new_covariances[track, 0], new_covariances[track, 1], new_covariances[track, 2] = first, second, third
+    logs = logarithms(spreads)
+    densities = np.zeros(count)
+    for track in range(count):
+        if np.isfinite(observed[track, 0]) and np.isfinite(observed[track, 1]):
+            densities[track] = -LOG_2_PI - logs[track] - 0.5 * squares[track]
+    return new_means, new_covariances, densities
+
+
+@compiled
+def log_likelihoods(
+    track: NDArray[np.float64], noise: NDArray[np.float64], drive: NDArray[np.float64], start_sd: float
+) -> NDArray[np.float64]:
+    """Return log p(Y; sigma^2, tau^2) of one track under many pairs, (n,).
+
+    Args:
+        track: (T, 2) px, NaN where nothing is measured.
+        noise: (n,) sigma^2 of each pair, px^2.
+        drive: (n,) tau^2, px^2.
+        start_sd: Of the positions with which the track begins, px.
+    """
+    count = noise.shape[0]
+    means, covariances = np.empty((count, 2, 2)), np.zeros((count, 3))
+    observed, found, begun_yet = np.empty((count, 2)), np.zeros(count), False
+    for frame in range(track.shape[0]):
+        if not begun_yet and np.isfinite(track[frame, 0]) and np.isfinite(track[frame, 1]):
+            begun_yet = True
+            for axis in range(2):
+                means[:, axis] = track[frame, axis]
+            covariances[:, 0] = start_sd * start_sd
+            covariances[:, 2] = start_sd * start_sd
+        if begun_yet:
+            observed[:] = track[frame]
+            means, covariances, densities = _updated(means, covariances, observed, noise, drive)
+            found += densities
+    return found
+
+
+@compiled
+def _smoothed(
+    means: NDArray[np.float64], covariances: NDArray[np.float64], drives: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    ages, count = means.shape[0], means.shape[1]
+    positions, variances = np.full((ages, count, 2), np.nan), np.full((ages, count), np.nan)
+    for track in range(count):
+        later = means[0, track].copy()
+        own, cross, past = covariances[0, track]
+        positions[0, track] = later[:, 0]
+        variances[0, track] = own
+        for age in range(1, ages):
+            a, b, c = covariances[age, track]
+            if np.isnan(a):
+                break
+            # Predicted from that frame to the next, and the gain P F' (F P F' + G G' tau^2)^-1.
+            first, second, third = 4.0 * a - 4.0 * b + c + drives[age - 1, track], 2.0 * a - b, a
+            area = first * third - second * second
+            gain_00 = ((2.0 * a - b) * third - a * second) / area
+            gain_01 = (a * first - (2.0 * a - b) * second) / area
+            gain_10 = ((2.0 * b - c) * third - b * second) / area
+            gain_11 = (b * first - (2.0 * b - c) * second) / area
+            for axis in range(2):
+                here, there = means[age, track, axis]
+                ahead, behind = later[axis, 0] - (2.0 * here - there), later[axis, 1] - here
+                later[axis, 0] = here + gain_00 * ahead + gain_01 * behind
+                later[axis, 1] = there + gain_10 * ahead + gain_11 * behind
+                positions[age, track, axis] = later[axis, 0]
+            more, mixed, rest = own - first, cross - second, past - third
+            own = a + gain_00 * (gain_00 * more + gain_01 * mixed) + gain_01 * (gain_00 * mixed + gain_01 * rest)
+            cross = b + gain_10 * (gain_00 * more + gain_01 * mixed) + gain_11 * (gain_00 * mixed + gain_01 * rest)
+            past = c + gain_10 * (gain_10 * more + gain_11 * mixed) + gain_11 * (gain_10 * mixed + gain_11 * rest)
+            variances[age, track] = own
+    return positions, variances

@@ -1,0 +1,160 @@
+"""Whole tracks at once: filtered and smoothed positions, the likelihood of the noise, and how far off it all is.
+
+A batch may be one track many times, with other random numbers or under other noise: so 101 runs, or the 400 pairs of
+sigma^2 and tau^2 of a grid, cost one pass over the frames.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.filters.trajectories import cloud, gaussian
+from pftrack.random import Purpose
+
+__all__ = ["GRID", "Method", "Settings", "Smoothed", "follow", "likelihood_surface", "track_error"]
+
+Method: TypeAlias = Literal["lg", "lng", "nlng", "mcf-gaussian"]
+"""Linear Gaussian, linear with Cauchy noise, self-organising with Cauchy noise; and, to check the particles by the
+Kalman filter, particles with Gaussian noise."""
+
+GRID: NDArray[np.float64] = np.arange(1.0, 21.0)
+"""The values of sigma^2 and of tau^2, px^2, that the document looks through."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How tracks are followed.
+
+    Attributes:
+        noise: sigma^2, px^2.
+        drive: tau^2, px^2.
+        lag: Frames after a frame that its smoothed position takes into account.
+        count: Particles of each track.
+        by_mode: Whether estimates are modes of histograms; otherwise they are means.
+        start_sd: Of the positions with which a track begins, px.
+        drift: Of learned logarithms in each frame.
+        seed: Of all random numbers.
+    """
+
+    noise: float = 3.0
+    drive: float = 1.0
+    lag: int = 25
+    count: int = 2000
+    by_mode: bool = True
+    start_sd: float = 1.0
+    drift: float = 0.0
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """What came of K tracks of T frames.
+
+    Attributes:
+        filtered: (T, K, 2) px, given the frames up to each.
+        smoothed: (T, K, 2) px, given `lag` frames more, or those that there are.
+        log_likelihoods: (K,) sum of log p(y_t | Y_{t-1}).
+        last: What is believed after the last frame.
+    """
+
+    filtered: NDArray[np.float64]
+    smoothed: NDArray[np.float64]
+    log_likelihoods: NDArray[np.float64]
+    last: cloud.Cloud | gaussian.Gaussians
+
+
+def follow(
+    method: Method,
+    tracks: NDArray[np.float64],
+    settings: Settings,
+    *,
+    noise: NDArray[np.float64] | None = None,
+    drive: NDArray[np.float64] | None = None,
+    numbers: NDArray[np.int64] | None = None,
+) -> Smoothed:
+    """Filter and smooth tracks.
+
+    Args:
+        method: Which filter.
+        tracks: (T, K, 2) px, NaN where a track has no measurement.
+        settings: For all of them.
+        noise: (K,) sigma^2 of each, if they differ.
+        drive: (K,) tau^2 of each, if they differ.
+        numbers: (K,) by which they draw their random numbers; by their places if not given.
+
+    Raises:
+        ValueError: The tracks have another shape.
+    """
+    if tracks.ndim != 3 or tracks.shape[2] != 2:
+        raise ValueError(f"expected tracks of shape (frames, tracks, 2), got {tracks.shape}")
+    length, count, _ = tracks.shape
+    noises = np.full(count, float(settings.noise)) if noise is None else noise
+    drives = np.full(count, float(settings.drive)) if drive is None else drive
+    filtered, smoothed = np.full(tracks.shape, np.nan), np.full(tracks.shape, np.nan)
+    totals = np.zeros(count)
+    belief: cloud.Cloud | gaussian.Gaussians = gaussian.nothing(count) if method == "lg" else cloud.nothing(count)
+    law = cloud.Law(noises, drives, method != "mcf-gaussian", method == "nlng", settings.drift)
+    names = np.arange(count) if numbers is None else numbers
+    for frame in range(length):
+        if isinstance(belief, gaussian.Gaussians):
+            belief, densities = gaussian.step(
+                belief, tracks[frame], noises, drives, lag=settings.lag, start_sd=settings.start_sd
+            )
+            filtered[frame] = belief.means[0, :, :, 0]
+            past = gaussian.smoothed(belief)[0]
+        else:
+            belief, moments = cloud.step(
+                belief,
+                tracks[frame],
+                law,
+                beginnings(belief, tracks[frame], settings.start_sd),
+                count=settings.count,
+                lag=settings.lag,
+                by_mode=settings.by_mode,
+                numbers=names,
+                stream=(settings.seed, frame, Purpose.TRACK.value),
+            )
+            filtered[frame], past, densities = moments.estimates, moments.past, moments.densities
+        totals += densities
+        # The oldest positions have their whole lag now; the others are written over until they have.
+        reach = min(settings.lag, frame) + 1
+        smoothed[frame + 1 - reach : frame + 1] = past[:reach][::-1]
+    return Smoothed(filtered, smoothed, totals, belief)
+
+
+def beginnings(
+    belief: cloud.Cloud, observed: NDArray[np.float64], start_sd: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Return how tracks begin that are measured for the first time, as `cloud.step` takes it."""
+    count = len(observed)
+    nobody = np.full((count, 2, 2), np.nan), np.full((count, 3), np.nan)
+    waiting = belief.offsets[:, 0] == belief.offsets[:, -1]
+    means, covariances = gaussian.begun(*nobody, np.where(waiting[:, None], observed, np.nan), start_sd)
+    return means, covariances, np.zeros(count, np.int64)
+
+
+def likelihood_surface(
+    method: Method, track: NDArray[np.float64], settings: Settings, grid: NDArray[np.float64] = GRID
+) -> NDArray[np.float64]:
+    """Return log p(Y; sigma^2, tau^2) of a track (T, 2) over a grid (n, n), sigma^2 along the first axis.
+
+    All pairs meet the same random numbers, so that the surface is smooth.
+    """
+    noise, drive = (values.ravel() for values in np.meshgrid(grid, grid, indexing="ij"))
+    if method == "lg":
+        found = gaussian.log_likelihoods(np.ascontiguousarray(track), noise, drive, settings.start_sd)
+    else:
+        tracks = np.repeat(track[:, None], len(noise), axis=1)
+        alike = np.zeros(len(noise), np.int64)
+        found = follow(method, tracks, settings, noise=noise, drive=drive, numbers=alike).log_likelihoods
+    return found.reshape(len(grid), len(grid))
+
+
+def track_error(positions: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return E = sqrt(sum_t |e_t|^2) / T of positions (T, ..., 2), px.
+
+    The document calls its figures mean squared errors; only by this reading do they agree with each other.
+    """
+    return np.asarray(np.sqrt(np.square(positions - truth).sum(axis=-1).sum(axis=0)) / len(positions))
