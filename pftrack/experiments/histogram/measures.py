@@ -1,0 +1,28 @@
+"""What decides on the success of a simulated run: where the target is held in the end, whatever came between."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.measures import Course, Measure
+
+__all__ = ["HELD_AT_END"]
+
+LAST = 10
+
+
+def _held_at_end(course: Course) -> NDArray[np.float64]:
+    """Return 1 or 0 for each of the last labelled frames, NaN for the others."""
+    values = np.full(len(course.errors), np.nan)
+    last = np.flatnonzero(~np.isnan(course.errors))[-LAST:]
+    if course.lost is not None:
+        values[last] = ~course.lost[last]
+    return values
+
+
+HELD_AT_END = Measure(
+    "held_at_end",
+    "Held at the end",
+    "Share of the last 10 labelled frames that do not count as lost.",
+    "share",
+    _held_at_end,
+)

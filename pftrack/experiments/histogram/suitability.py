@@ -1,0 +1,82 @@
+"""Whether a target can be followed by the colours of its window: how alike the windows around it are."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.elementary import exponential
+from pftrack.experiments.surroundings import BETTER_BY, frames_of_a_second, remark
+from pftrack.likelihoods.colour_bins import SPACES, Space
+from pftrack.likelihoods.histogram import Window, fit, rho_map
+from pftrack.likelihoods.separation import Separation, separation
+from pftrack.marks import Box
+from pftrack.runs.recipe import Footage
+from pftrack.sources.sequence import FrameSequence
+from pftrack.suitability import WELL, Suitability
+
+__all__ = ["suits"]
+
+STEPS_A_WINDOW = 6
+"""So many places are looked at along the shorter side of a window."""
+
+
+def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitability:  # noqa: ANN401 - on either model
+    """Compare the target with its surroundings over a second, as the likelihood weighs windows around both.
+
+    Args:
+        sequence: The pictures.
+        footage: Start, and a box around the target there.
+        parameters: Of frame 0.
+    """
+    view = _View(sequence, footage, parameters)
+    chosen = parameters.colour_space, parameters.spatial_kernel
+    likelihood, found = view.separation(*chosen)
+    value = found.contrast
+    return Suitability(
+        value, remark(value, found), _advice(view, chosen, value) if value < WELL else (), None, likelihood
+    )
+
+
+class _View:
+    """A target in the picture in which it is marked, and its place in the second after that."""
+
+    def __init__(self, sequence: FrameSequence, footage: Footage, parameters: Any) -> None:  # noqa: ANN401 - see above
+        self._pictures = [sequence.picture(number) for number in frames_of_a_second(sequence, footage.start)]
+        self._box = Box.model_validate(footage.mark).corner_and_size
+        self._reach = int(parameters.window_width_px) // 2, int(parameters.window_height_px) // 2
+        self._sharpness = float(parameters.sharpness)
+
+    def separation(self, space: Space, kernel: bool) -> tuple[NDArray[np.float64], Separation]:
+        """Return the likelihood over the first picture, and how it separates the target, for a way of counting."""
+        window = Window(*self._reach, kernel)
+        x, y, w, h = self._box
+        first, *later = self._pictures
+        model = fit(first, np.array([x + (w - 1) / 2, y + (h - 1) / 2]), window, space)
+        step = max(min(window.size_px) // STEPS_A_WINDOW, 1)
+
+        def likelihood(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+            return exponential(self._sharpness * (rho_map(picture, window, space, model, step) - 1.0))
+
+        begun = likelihood(first)
+        scaled = x / step, y / step, w / step, h / step
+        return begun, separation(begun, (likelihood(picture) for picture in later), scaled)
+
+
+def _advice(view: _View, chosen: tuple[Space, bool], value: float) -> tuple[str, ...]:
+    """Say which other way of counting separates better."""
+    advice = []
+    for space in SPACES:
+        for kernel in (False, True):
+            if (space, kernel) == chosen:
+                continue
+            other = view.separation(space, kernel)[1].contrast
+            if other >= value + BETTER_BY:
+                weighed = "weighing the middle" if kernel else "counting all alike"
+                advice.append(f"the colour space {space!r}, {weighed}, separates better ({other:.2f})")
+    if not advice:
+        advice.append(
+            "no other way of counting separates better; the trackers here follow colours alone, so mark something that "
+            "differs in its colours from what is around it"
+        )
+    return tuple(advice)

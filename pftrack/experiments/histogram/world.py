@@ -1,0 +1,104 @@
+"""The two histograms side by side: what the target looked like, and what the window at the estimate looks like now.
+
+Each bin of colour is a place on a floor, those of brightness stand in a row before it. Heights are square roots of
+shares: as vectors of such roots both histograms have length 1, and the likeness rho is their scalar product.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import COLOURS, Links, Mesh, Primitive, Text, WorldDrawing
+from pftrack.likelihoods.colour_bins import BINS, STEPS, Space, bin_table
+from pftrack.likelihoods.histogram import shares
+from pftrack.trackers.histogram.state import HistogramState
+from pftrack.world import Viewpoint, World
+
+__all__ = ["HISTOGRAM_WORLD", "histogram_world"]
+
+HEIGHT = 6.0
+"""Of a bin that has all pixels, in bins."""
+HALF_WIDTH, MODEL_HALF_WIDTH = 0.3, 0.42
+LEAST_SHARE = 0.002
+"""What has less is not drawn."""
+ROW_OF_BRIGHTNESS = -1.2
+AXES: dict[Space, tuple[str, str]] = {
+    "hsv": ("saturation", "hue"),
+    "lab": ("b", "a"),
+    "chromaticity": ("share of green", "share of red"),
+}
+
+HISTOGRAM_WORLD = World(
+    "histograms",
+    "Histograms",
+    "bins",
+    9.2,
+    middle=(4.5, 2.0, 4.8),
+    viewpoints=(
+        Viewpoint("3-d", "3-D", -35.0, 35.0),
+        Viewpoint("front", "Front", 0.0, 0.0),
+        Viewpoint("top", "Top", 0.0, 90.0),
+    ),
+)
+
+LID = np.array([(4, 5), (5, 7), (7, 6), (6, 4)])
+SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+FACES = np.array([(a, *pair) for a, *rest in SIDES for pair in (rest[:2], rest[1:])])
+"""Of a box whose corners are numbered by height, depth and width."""
+
+
+def histogram_world(state: HistogramState, image_rgb: NDArray[np.uint8]) -> WorldDrawing:
+    """Draw the model as outlined lids, and the window at the estimate as columns in the colours that they count."""
+    now = shares(image_rgb, state.estimate, state.window, state.space)
+    drawn: dict[str, Primitive] = {"floor": Links(_floor(), COLOURS["hidden"], 0.5, "histograms")}
+    for name, place in zip(AXES[state.space], ((4.5, 0.0, -1.4), (10.2, 0.0, 4.5)), strict=True):
+        drawn[name] = Text(np.array(place, np.float32), name, COLOURS["camera"], "histograms", anchor="middle")
+    brightness = np.array((4.5, 0.0, STEPS - ROW_OF_BRIGHTNESS), np.float32)
+    drawn["brightness"] = Text(brightness, "brightness", COLOURS["camera"], "histograms", anchor="middle")
+    seen = np.flatnonzero(now > LEAST_SHARE)
+    corners = _boxes(seen, np.sqrt(now[seen]), HALF_WIDTH)
+    faces = (FACES[None] + 8 * np.arange(len(seen))[:, None, None]).reshape(-1, 3).astype(np.int32)
+    colours = np.repeat(_colours(state.space)[seen], 8, axis=0)
+    drawn["now"] = Mesh(corners.reshape(-1, 3), faces, colours, 0.9, "histograms")
+    known = np.flatnonzero(state.model > LEAST_SHARE)
+    outlines = _boxes(known, np.sqrt(state.model[known]), MODEL_HALF_WIDTH)
+    drawn["model"] = Links(outlines[:, LID].reshape(-1, 2, 3), COLOURS["truth"], 1.5, "histograms")
+    return WorldDrawing(HISTOGRAM_WORLD, drawn)
+
+
+def _places(bins: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return where bins (n,) stand on the floor, (n, 2) to the right and to the front."""
+    coloured = bins < STEPS * STEPS
+    right = np.where(coloured, bins % STEPS, bins - STEPS * STEPS)
+    back = np.where(coloured, bins // STEPS, ROW_OF_BRIGHTNESS)
+    return np.column_stack([right, STEPS - 1 - back]).astype(np.float64)
+
+
+def _boxes(bins: NDArray[np.int64], roots: NDArray[np.float64], half_width: float) -> NDArray[np.float32]:
+    """Return the corners (n, 8, 3) of columns."""
+    places = _places(bins)
+    corners = np.zeros((len(bins), 2, 2, 2, 3), np.float32)
+    corners[..., 0] = places[:, 0, None, None, None] + half_width * np.array((-1.0, 1.0))
+    corners[..., 1] = HEIGHT * roots[:, None, None, None] * np.array((0.0, 1.0))[:, None, None]
+    corners[..., 2] = places[:, 1, None, None, None] + half_width * np.array((-1.0, 1.0))[:, None]
+    return corners.reshape(len(bins), 8, 3)
+
+
+def _floor() -> NDArray[np.float32]:
+    """Return the lines (n, 2, 3) around the bins of colour."""
+    low, high = -0.5, STEPS - 0.5
+    ring = np.array([(low, 0, low), (high, 0, low), (high, 0, high), (low, 0, high)], np.float32)
+    return np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
+
+
+@lru_cache(maxsize=3)
+def _colours(space: Space) -> NDArray[np.uint8]:
+    """Return the mean colour (110, 3) of each bin; grey for one that no colour is in."""
+    levels = np.arange(4, 256, 8)
+    colours = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
+    bins = bin_table(space)[colours @ np.array((65536, 256, 1))]
+    count = np.bincount(bins, minlength=BINS)
+    sums = np.stack([np.bincount(bins, colours[:, channel], minlength=BINS) for channel in range(3)], axis=1)
+    means = np.where(count[:, None] > 0, sums / np.maximum(count, 1)[:, None], 128.0)
+    return np.asarray(means.astype(np.uint8))

@@ -1,0 +1,76 @@
+"""Runs on one scene: who holds the target in the end, and how far off the estimate is while the target is seen."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pftrack.experiments import find
+from pftrack.parameters import Value, revise
+from pftrack.random import Purpose, Stream
+from pftrack.sources.lawn import LawnSource, visible_share
+from pftrack.sources.source import History
+
+__all__ = ["Case", "Outcome", "runs"]
+
+FRAMES, LAST, LOST_PX, SEEN = 120, 10, 14.0, 0.7
+"""Specification 5, A7: within 14 px in each of the last 10 frames; errors where 70 % of the target are seen."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A condition.
+
+    Attributes:
+        scene: Number of the scene.
+        tracker: Name of the tracker.
+        values: Of parameters that differ from the defaults.
+        count: Runs, with the seeds from 0 on.
+    """
+
+    scene: int
+    tracker: str
+    values: Mapping[str, Value]
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of the runs of a case.
+
+    Attributes:
+        success: Share of the runs that end on the target.
+        error_px: Median over the runs of the mean error while the target is seen.
+    """
+
+    success: float
+    error_px: float
+
+
+def runs(case: Case) -> Outcome:
+    """Carry out the runs of a case."""
+    experiment = find("histogram")
+    parameters: Any = revise(experiment.simulate().parameters, {"scene_number": case.scene, **case.values})
+    history = History(((0, parameters),))
+    source = LawnSource(0, parameters)
+    frames = [source.frame(index, history) for index in range(FRAMES)]
+    seen = np.array([visible_share(index, parameters) >= SEEN for index in range(FRAMES)])
+    pictures = np.array([frame.image_rgb for frame in frames[1:]])
+    truths = np.array([frame.target.position for frame in frames if frame.target])
+    tracker = experiment.trackers[case.tracker]
+    held, errors = [], []
+    for seed in range(case.count):
+        state = tracker.start(source.start, frames[0], parameters, Stream(seed, 0, Purpose.START))
+        estimates = [state.estimate]
+        folded = tracker.fold and tracker.fold(state, pictures, parameters, seed, 1)
+        if folded:
+            estimates.extend(folded.estimates)
+        for frame in () if folded else frames[1:]:
+            state = tracker.step(state, frame, parameters, Stream(seed, frame.index, Purpose.TRACK))
+            estimates.append(state.estimate)
+        off = np.array(estimates) - truths
+        distances = np.hypot(off[:, 0], off[:, 1])
+        held.append(bool((distances[-LAST:] < LOST_PX).all()))
+        errors.append(distances[seen].mean())
+    return Outcome(float(np.mean(held)), float(np.median(errors)))

@@ -1,0 +1,69 @@
+"""The figures of the lawn: success over the number of particles and over lambda, scene by scene, ours and reference."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from pftrack.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.reproduce.histogram.course import Outcome
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw"]
+
+PARTICLES = {"N = 25": 25, "N = 50": 50, "N = 100": 100, "N = 300": 300, "N = 1000": 1000}
+LAMBDAS = {"lambda = 2": 2, "lambda = 5": 5, "lambda = 10": 10, "N = 300": 20} | {
+    f"lambda = {number}": number for number in (50, 100, 200)
+}
+
+
+def draw(
+    outcomes: Mapping[str, Sequence[Outcome]], references: Mapping[str, Sequence[float]], scenes: Sequence[int]
+) -> "dict[str, Figure]":
+    """Return the figures by name.
+
+    Args:
+        outcomes: By row of the table and scene.
+        references: Success of the reference, by row and scene.
+        scenes: Their numbers.
+    """
+    return {
+        "histogram-success-by-particles": _figure("Particles", PARTICLES, outcomes, references, scenes),
+        "histogram-success-by-lambda": _figure("lambda", LAMBDAS, outcomes, references, scenes),
+    }
+
+
+def _figure(
+    label: str,
+    places: Mapping[str, int],
+    outcomes: Mapping[str, Sequence[Outcome]],
+    references: Mapping[str, Sequence[float]],
+    scenes: Sequence[int],
+) -> "Figure":
+    # Drawing loads much that computing does not need, in every process of the pool.
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
+    known = {name: place for name, place in places.items() if name in outcomes}
+    panels = figure.subplots(1, 2, sharey=True)
+    for title, panel in zip(("Ours", "Reference"), panels, strict=True):
+        for place, scene in enumerate(scenes):
+            values = [outcomes[name][place].success if title == "Ours" else references[name][place] for name in known]
+            number = scene if title == "Ours" else place
+            colour = hexadecimal(CURVES[place])
+            panel.plot(list(known.values()), values, "o-", color=colour, label=f"scene {number}", markersize=4)
+        panel.set_xscale("log")
+        panel.set_xticks(list(known.values()), [str(value) for value in known.values()])
+        panel.minorticks_off()
+        panel.set_xlabel(label)
+        panel.set_title(title, fontsize=11)
+        panel.legend(frameon=False, fontsize=8)
+        _plain(panel)
+    panels[0].set_ylabel("Success")
+    return figure
+
+
+def _plain(panel: Any) -> None:  # noqa: ANN401 - matplotlib is loaded late
+    panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
+    panel.set_axisbelow(True)
+    panel.spines[["top", "right"]].set_visible(False)

@@ -1,0 +1,87 @@
+"""What is believed of a target that is tracked by the colours of its window."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.elementary import exponential
+from pftrack.likelihoods.colour_bins import BINS, Space
+from pftrack.likelihoods.histogram import Window
+from pftrack.trackers.point_state import PointState
+
+__all__ = ["DIMENSION", "SIZE", "HistogramState", "Look"]
+
+DIMENSION = 5
+"""Of the state: position (u, v) in px, velocity in px/frame, logarithm of the size beside the first one."""
+SIZE = 4
+"""Which coordinate that is."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What the target looked like when it was marked.
+
+    Attributes:
+        patch_rgb: (h, w, 3) the window's part of the picture.
+        middle: (2,) of the window within the patch, px.
+        window: Its shape; the kernel is chosen later.
+    """
+
+    patch_rgb: NDArray[np.uint8]
+    middle: NDArray[np.float64]
+    window: Window
+
+
+@dataclass(frozen=True, slots=True)
+class HistogramState(PointState):
+    """The posterior of one frame, immutable: that of the point, and what is known of its window.
+
+    Attributes:
+        look: How the target looked first.
+        space: Of the colours that the model counts.
+        kernel: Whether it counts the middle more.
+        model: q (110,).
+        likeness: rho of the window at the estimate.
+        missed: For how many frames in a row that has been too low.
+        searching: Whether the target is lost, and looked for.
+    """
+
+    look: Look | None = None
+    space: Space = "hsv"
+    kernel: bool = False
+    model: NDArray[np.float64] = field(default_factory=lambda: np.full(BINS, 1.0 / BINS))
+    likeness: float = 1.0
+    missed: int = 0
+    searching: bool = False
+
+    @property
+    def scale(self) -> float:
+        """Size of the window beside the first one."""
+        return float(exponential(self.posterior.mean[SIZE]))
+
+    @property
+    def window(self) -> Window:
+        """The window at the estimate."""
+        first = self.first_window
+        half_width, half_height = (
+            int(np.floor(self.scale * half + 0.5)) for half in (first.reach_across_px, first.reach_down_px)
+        )
+        return Window(half_width, half_height, self.kernel)
+
+    @property
+    def first_window(self) -> Window:
+        """The window that was marked.
+
+        Raises:
+            ValueError: The state was made without a target.
+        """
+        if self.look is None:
+            raise ValueError("a target's window is known from its start on, got a state without one")
+        return Window(self.look.window.reach_across_px, self.look.window.reach_down_px, self.kernel)
+
+    @property
+    def box_px(self) -> tuple[float, float]:
+        """Width and height of the window at the estimate, px."""
+        first = self.first_window
+        return self.scale * first.size_px[0], self.scale * first.size_px[1]
