@@ -1,0 +1,209 @@
+"""Trajectories of feature points under noise with heavy tails (Ichimura and Ikoma).
+
+A corner that is followed by block matching jumps now and then to a place that looks alike. A filter that takes the
+noise for Gaussian is dragged along; one that takes it for Cauchy lets go; a third finds the scales of noise and motion
+by itself. Corners are followed through a simulated sequence or any recording; or tracks are simulated, or come from a
+table that another program has written.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import Drawing, Picture, Primitive
+from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
+from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.experiments.trajectories import sketch
+from pftrack.experiments.trajectories.exports import EXPORTS
+from pftrack.experiments.trajectories.plots import MEASURES, PLOTS, READINGS
+from pftrack.experiments.trajectories.presets import PRESETS
+from pftrack.experiments.trajectories.scales import SCALES_WORLD, scales_world
+from pftrack.experiments.trajectories.search import SEARCH_WORLD, Sought, in_picture, nothing_sought, search_world
+from pftrack.experiments.trajectories.truth import SERIES, measure, report
+from pftrack.layer import Key, Layer
+from pftrack.marks import Mark
+from pftrack.parameters import ParameterError, parameter, revise
+from pftrack.references import ICHIMURA, KITAGAWA, Citation
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.runs.recipe import Footage
+from pftrack.sources.corners.scene import CornerSceneParameters, CornerSource
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.source import Source
+from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.sources.trajectories.recorded import RecordedPictures, tracks_from
+from pftrack.sources.trajectories.scene import FRAMES, TracksSceneParameters, TracksSource
+from pftrack.sources.truth import Truth
+from pftrack.trackers.trajectories.corner_parameters import CornerParameters
+from pftrack.trackers.trajectories.corners import begin
+from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
+from pftrack.trackers.trajectories.step import TRACKERS
+
+__all__ = ["EXPERIMENT", "RecordedTrajectoriesParameters", "SimulatedTrajectoriesParameters"]
+
+
+class RecordedTrajectoriesParameters(TrajectoriesTrackerParameters, CornerParameters):
+    """A recording: how its corners are followed, and their filters."""
+
+
+class SimulatedTrajectoriesParameters(
+    TrajectoriesTrackerParameters, CornerParameters, CornerSceneParameters, TracksSceneParameters
+):
+    """The simulated sequence or the simulated tracks, and their filters."""
+
+    # fmt: off
+    trajectories_scene: Literal["lattice", "tracks"] = parameter(
+        "lattice", "Scene", "Pictures of a wall, a book and a box, whose corners are followed; or nothing but tracks.",
+        live=False, group="Scene")
+    # fmt: on
+
+
+def simulate() -> Setup:
+    """Wire the simulated sequence, or the simulated tracks, with the document's values."""
+
+    def open_source(seed: int, parameters: SimulatedTrajectoriesParameters) -> Source[Any]:
+        if parameters.trajectories_scene == "tracks":
+            return TracksSource(seed, parameters)
+        return CornerSource(seed, parameters)
+
+    return Setup(open_source, SimulatedTrajectoriesParameters())
+
+
+def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+    """Wire a recording, whose corners are followed, or a table of tracks; nothing needs to be marked.
+
+    Raises:
+        ParameterError: There is a mark, or the start is not within the recording.
+        ValueError: There is no corner in the picture `start`.
+    """
+    del truth
+    if mark is not None:
+        raise ParameterError("mark", mark.kind, "left out: all corners, or all tracks of a table, are followed")
+    footage = Footage.of(sequence, None, start)
+    if isinstance(sequence, TrackSequence):
+        tracks = tracks_from(sequence, start)
+        return Setup(lambda _seed, _parameters: tracks, TrajectoriesTrackerParameters(), footage)
+    # What is filmed is hidden, leaves and turns: a match that differs much is none, and what is gone is replaced.
+    values = {"corner_count": 100, "largest_cost": 20, "new_corners": True}
+    pictures, parameters = RecordedPictures(sequence, start), revise(RecordedTrajectoriesParameters(), values)
+
+    def open_source(_seed: int, parameters: RecordedTrajectoriesParameters) -> RecordedPictures:
+        if not len(begin(sequence.picture(start), parameters)[1]):
+            width, height = sequence.size
+            raise ValueError(
+                f"picture {start}, {width} x {height} px, has no corner that can be followed; start at another one, or "
+                f"allow corners of less than {parameters.corner_quality:g} of the greatest strength, or nearer to the "
+                f"edge than {parameters.corner_margin_px} px"
+            )
+        return pictures
+
+    open_source(0, parameters)
+    return Setup(open_source, parameters, footage)
+
+
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw a frame: the picture, the last frames of all tracks, the truth, and the selected one with its particles."""
+    del past
+    frame, state = step.frame, step.state
+    image = sketch.paper(*state.paper) if frame.image_rgb is None else frame.image_rgb
+    height, width, _ = image.shape
+    longest = float(max(width, height))
+    primitives: dict[str, Primitive] = {"picture": Picture(image)}
+    primitives |= sketch.true_trails(state, frame.target, frame.index, longest)
+    primitives |= sketch.trails(state, longest)
+    if other is not None:
+        primitives |= sketch.second_estimate(other.estimate, longest)
+    primitives |= sketch.selected(state, longest)
+    searched, scales = nothing_sought(), scales_world(state, step.parameters)
+    if state.corners is not None and frame.image_rgb is not None:
+        sought = Sought.of(state.corners, image, state.selected, step.parameters)
+        primitives |= in_picture(sought)
+        searched = search_world(sought)
+    return Drawing(width, height, primitives, _caption(step), (searched, scales))
+
+
+def _caption(step: Step) -> str:
+    row = step.diagnostics
+    count = row.number("tracks")
+    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title, f"{count:g} {'track' if count == 1.0 else 'tracks'}"]
+    outliers = row.number("outlier_share")
+    if outliers > 0:
+        parts.append(f"{100 * outliers:.0f} % outliers")
+    if row.error is not None:
+        parts.append(f"track {step.state.selected}: error {row.error:.1f} px" + (", lost" if row.lost else ""))
+    return " · ".join(parts)
+
+
+def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+    off = estimates - truths
+    return np.hypot(off[..., 0], off[..., 1])
+
+
+def _lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
+    return errors > parameters.lost_px
+
+
+EXPERIMENT = Experiment(
+    id="trajectories",
+    title="Feature trajectories",
+    question="Which law of the noise lets a filter ignore a track that has jumped?",
+    references=(Citation(ICHIMURA), Citation(KITAGAWA)),
+    description=(
+        "Points are followed from frame to frame, and now and then one is found in the wrong place. Each trajectory is "
+        "filtered, and smoothed with the frames that follow. Gaussian noise lets a jump drag the estimate along; with "
+        "Cauchy noise it is let go; and a filter that has the scales of noise and motion in its state finds them."
+    ),
+    unit="px",
+    trackers=TRACKERS,
+    default_tracker="nlng",
+    frames=FRAMES,
+    presets=PRESETS,
+    layers=(
+        Layer("picture"),
+        Layer("truth", legend=(Key("truth", "truth"),)),
+        Layer("true paths", role="flat only"),
+        Layer("measurements", legend=(Key("observation", "measured"),), role="flat only"),
+        Layer("filtered", shown=False, legend=(Key("prediction", "filtered, and particles"),), role="flat only"),
+        Layer("smoothed", legend=(Key("estimate", "smoothed"),), role="flat only"),
+        Layer("outliers", legend=(Key("lost", "outlier"),), role="flat only"),
+        Layer("particles", legend=(Key("prediction", "filtered, and particles"),)),
+        Layer("selected track"),
+        Layer(
+            "search",
+            legend=(
+                Key("observation", "where the selected corner is looked for"),
+                Key("prediction", "match"),
+                Key("lost", "nearly as good"),
+            ),
+        ),
+        Layer("scales", title="Scales of noise and motion"),
+        Layer("paths through time", shown=False, role="through time"),
+        Layer("measured paths through time", shown=False, role="through time"),
+        SECOND_RUN,
+    ),
+    worlds=(SEARCH_WORLD, SCALES_WORLD),
+    simulate=simulate,
+    on_video=on_video,
+    footage=(*PICTURES, "tracks"),
+    advice="Corners are found in the picture to start at; nothing needs to be marked.",
+    truth=None,
+    draw=draw,
+    error=_distance,
+    lost=_lost,
+    measures=MEASURES,
+    series=SERIES,
+    measure=measure,
+    report=report,
+    target="track",
+    plots=PLOTS,
+    readings=READINGS,
+    exports=EXPORTS,
+    # How sure one must be of the measurements, and how smooth of the motion, for each law of the noise.
+    example_sweep=ExampleSweep(
+        {"noise_variance_px2": (0.25, 1, 3, 10, 30), "drive_variance_px2": (0.01, 0.1, 1, 10)},
+        trackers=("nlng", "lng", "lg"),
+        trials=2,
+        frames=60,
+    ),
+)

@@ -1,0 +1,79 @@
+"""The figures of the simulated track: what each filter makes of it, and the likelihood of the scales."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.filters.trajectories.whole import GRID, Smoothed, track_error
+from pftrack.palette import COLOURS, CURVES, NEUTRALS, VIRIDIS, hexadecimal
+from pftrack.sources.trajectories.reference import REFERENCE_PX
+from pftrack.sources.trajectories.scene import TRUE_PATH
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw"]
+
+TITLES = {"lg": "Gaussian noise (LG)", "lng": "Cauchy noise (LNG)", "nlng": "Self-organising (NLNG)"}
+DEEPEST = 100.0
+"""Further below the maximum the likelihood is shown as this."""
+
+
+def draw(found: Mapping[str, Smoothed], surfaces: Mapping[str, NDArray[np.float64]]) -> "dict[str, Figure]":
+    """Return the figures by name: of the runs of each method, and of log likelihoods (20, 20) over the grid."""
+    return {"trajectories-track": _track(found), "trajectories-likelihood": _likelihood(surfaces)}
+
+
+def _track(found: Mapping[str, Smoothed]) -> "Figure":
+    """Draw how far measurements and positions are aside of the truth, of the run whose error is the median."""
+    # Drawing loads much that computing does not need, in every process of the pool.
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=(7.2, 5.6), layout="constrained")
+    panels = figure.subplots(len(found), 1, sharex=True, sharey=True)
+    frames = np.arange(len(TRUE_PATH))
+    for panel, (name, one) in zip(panels, found.items(), strict=True):
+        panel.axhline(0.0, color=hexadecimal(COLOURS["truth"]), linewidth=0.8)
+        aside = REFERENCE_PX[:, 0] - TRUE_PATH[:, 0]
+        panel.plot(frames, aside, ".", color=hexadecimal(COLOURS["observation"]), label="measured")
+        off = track_error(one.filtered, TRUE_PATH[:, None])
+        middle = int(np.argsort(off)[len(off) // 2])
+        for kind, colour, positions in (("filtered", CURVES[1], one.filtered), ("smoothed", CURVES[0], one.smoothed)):
+            panel.plot(frames, positions[:, middle, 0] - TRUE_PATH[:, 0], color=hexadecimal(colour), label=kind)
+        panel.set_title(TITLES[name], fontsize=10)
+        panel.set_ylabel("aside, px")
+        panel.set_ylim(-25.0, 15.0)
+        _plain(panel)
+    panels[-1].set_xlabel("frame")
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _likelihood(surfaces: Mapping[str, NDArray[np.float64]]) -> "Figure":
+    """Draw maps of the log likelihood less its maximum, and where that is."""
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415
+    from matplotlib.colors import LinearSegmentedColormap, Normalize  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    colours = LinearSegmentedColormap.from_list("amounts", [hexadecimal(colour) for colour in VIRIDIS])
+    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
+    panels = figure.subplots(1, len(surfaces), sharey=True, squeeze=False)[0]
+    shades = ScalarMappable(Normalize(-DEEPEST, 0.0), colours)
+    for panel, (name, surface) in zip(panels, surfaces.items(), strict=True):
+        panel.pcolormesh(GRID, GRID, (surface - surface.max()).T, cmap=colours, norm=shades.norm)
+        noise, drive = np.unravel_index(surface.argmax(), surface.shape)
+        panel.plot(GRID[noise], GRID[drive], "o", color=hexadecimal(COLOURS["lost"]), mfc="none")
+        panel.set_title(f"{TITLES[name]}: best at ({GRID[noise]:g}, {GRID[drive]:g})", fontsize=10)
+        panel.set_xlabel("σ², px²")
+    panels[0].set_ylabel("τ², px²")
+    figure.colorbar(shades, ax=panels, label="log likelihood less its maximum")
+    return figure
+
+
+def _plain(panel: Any) -> None:  # noqa: ANN401 - matplotlib is loaded late
+    panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
+    panel.set_axisbelow(True)
+    panel.spines[["top", "right"]].set_visible(False)

@@ -1,0 +1,109 @@
+"""Trajectories in the browser: simulated ones from the gallery, and a path that somebody brings as a table."""
+
+from io import BytesIO
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+JUMPS = (20, 40)
+
+
+def path() -> str:
+    """A path of sixty frames without frames or names, with two jumps and a gap."""
+    lines = ["x,y"]
+    for frame in range(60):
+        aside = 70.0 if frame in JUMPS else 0.0
+        lines.append(f"{100 + 4 * frame},{'' if frame == 30 else 80 + 0.05 * frame**2 + aside}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.plots
+def test_tracks_are_followed_while_one_watches(gallery: Gallery, server: Server) -> None:
+    """Opened from the gallery, tracks go straight through outliers, and errors of all of them are plotted."""
+    page = gallery.page
+    card = gallery.card("trajectories")
+    card.locator("summary").click()
+    card.locator("[data-preset=known]").click()
+    shown = SessionPage(page, server).ready()
+    shown.until(lambda: (shown.position or 0) > 0, "it plays by itself")
+    shown.play_to_the_end()
+    assert max(server.column(shown.id, "error")) < 10.0
+    page.get_by_text("smoothed px").first.wait_for()
+    page.get_by_text("measurements px").first.wait_for()
+    page.set_viewport_size({"width": 800, "height": 800})
+    shown.until(lambda: worlds_are_within(page), "both worlds are within the scene's place")
+
+
+def worlds_are_within(page: Any) -> bool:
+    """Return whether there are two worlds, neither of which is cut off above or at the left."""
+    place = page.locator(".flat-main").bounding_box()
+    boxes = [world.bounding_box() for world in page.locator(".world").all()]
+    return len(boxes) == 2 and all(box[side] >= place[side] for box in boxes for side in "xy")
+
+
+def test_a_path_is_brought_in_and_smoothed(gallery: Gallery, server: Server) -> None:
+    """A table of a single path is chosen as a file; jumps and a gap are bridged, and the smoothed path can be taken."""
+    page = gallery.page
+    gallery.choose("mouse.csv", path().encode(), "text/csv")
+    go = page.locator("button:has-text('Track it')")
+    go.wait_for()
+    assert "mouse.csv, 60 frames of tracks" in page.inner_text(".target header")
+    assert page.locator("#target-experiment").input_value() == "trajectories"
+    page.locator("img.target-picture").wait_for()
+    go.click()
+    shown = SessionPage(page, server).ready()
+    shown.play_to_the_end()
+    outliers = [row.get("outlier_share") for row in server.column(shown.id, "series")]
+    assert [outliers[frame] for frame in JUMPS] == [1.0, 1.0]
+    table = page.request.get(f"/api/v1/sessions/{shown.id}/exports/paths").text().splitlines()
+    smoothed = [float(line.split(",")[7]) for line in table[1:]]
+    assert len(smoothed) == 60
+    assert all(abs(y - 80 - 0.05 * frame**2) < 6.0 for frame, y in enumerate(smoothed[:40]))
+
+
+@pytest.fixture(scope="module")
+def clip() -> bytes:
+    """Rectangles of many greys that move to the left by 2 px a frame, 160 x 120 px."""
+    rng = np.random.default_rng(0)
+    wide = np.full((120, 240, 3), 128, np.uint8)
+    for x, y, level in rng.integers(0, [240, 120, 256], (160, 3)).tolist():
+        wide[y : y + 10, x : x + 14] = level
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
+        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
+        for index in range(24):
+            picture = np.ascontiguousarray(wide[:, 2 * index : 2 * index + 160])
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+def test_corners_of_a_film_are_followed_with_nothing_marked(gallery: Gallery, server: Server, clip: bytes) -> None:
+    """A film is chosen and tracked at once; its corners move as the picture does, and the search is shown beside it."""
+    page = gallery.page
+    gallery.choose("walk.mp4", clip, "video/mp4")
+    go = page.locator("button:has-text('Track it')")
+    go.wait_for()
+    page.locator("#target-experiment").select_option("trajectories")
+    gallery.until(go.is_enabled, "nothing needs to be marked")
+    go.click()
+    shown = SessionPage(page, server).ready()
+    page.get_by_text("Search, px").wait_for()
+    shown.play_to_the_end()
+    rows = server.column(shown.id, "series")
+    assert rows[0]["tracks"] > 10
+    assert all(row["seen_share"] > 0.5 for row in rows)
+    table = page.request.get(f"/api/v1/sessions/{shown.id}/exports/paths").text().splitlines()
+    cells = [line.split(",") for line in table[1:]]
+    ends: dict[str, list[float]] = {}
+    for frame, track, x, *_ in cells:
+        if x and int(frame) in {0, 10}:
+            ends.setdefault(track, []).append(float(x))
+    moved = sorted(both[1] - both[0] for both in ends.values() if len(both) == 2)
+    assert moved[len(moved) // 2] == -20.0

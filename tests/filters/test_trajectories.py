@@ -1,0 +1,264 @@
+"""Filters of trajectories: one against the general Kalman filter, particles against it, and each track for itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.dynamics import LinearDynamics
+from pftrack.filters import kalman
+from pftrack.filters.trajectories import cloud, gaussian
+from pftrack.filters.trajectories.cloud import MOST_PARTICLES, Cloud
+from pftrack.filters.trajectories.modes import located, logs_mode
+from pftrack.filters.trajectories.whole import Method, Settings, beginnings, follow, likelihood_surface, track_error
+from pftrack.gaussian import Gaussian
+from pftrack.sources.trajectories.reference import REFERENCE_PX
+from pftrack.sources.trajectories.scene import TRUE_PATH
+
+OUTLIERS = (15, 30, 45, 60, 75, 90)
+DOCUMENT = Settings(10.0, 1.0)
+
+
+def clean() -> NDArray[np.float64]:
+    """The reference track without its outliers."""
+    track = REFERENCE_PX.copy()
+    track[list(OUTLIERS), 0] = TRUE_PATH[list(OUTLIERS), 0]
+    return track
+
+
+def apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Root mean square difference of coordinates."""
+    return float(np.sqrt(np.square(one - other).mean()))
+
+
+def test_the_linear_filter_has_the_exact_errors() -> None:
+    """On the reference track under the document's best pair: filtered, and smoothed with a lag of 25."""
+    found = follow("lg", REFERENCE_PX[:, None], DOCUMENT)
+    assert track_error(found.filtered[:, 0], TRUE_PATH) == pytest.approx(0.338, abs=0.0005)
+    assert track_error(found.smoothed[:, 0], TRUE_PATH) == pytest.approx(0.224, abs=0.0005)
+
+
+def test_the_linear_filter_is_the_general_one() -> None:
+    """Positions, variances and densities are those of the Kalman filter over all four coordinates, gaps included."""
+    track = REFERENCE_PX[:30].copy()
+    track[[7, 8]] = np.nan
+    model = LinearDynamics(
+        np.kron(np.array([[2.0, -1.0], [1.0, 0.0]]), np.eye(2)), np.zeros(4), np.vstack([np.eye(2), np.zeros((2, 2))])
+    )
+    belief = Gaussian(np.tile(track[0], 2), np.eye(4))
+    ours, total = gaussian.nothing(1), 0.0
+    for observed in track:
+        ours, densities = gaussian.step(ours, observed[None], np.full(1, 10.0), np.ones(1), lag=25)
+        belief, density = kalman.predict(belief, model), 0.0
+        if np.isfinite(observed).all():
+            belief, density = kalman.update(belief, observed, np.eye(2, 4), 10.0 * np.eye(2))
+        assert densities[0] == pytest.approx(density)
+        np.testing.assert_allclose(ours.means[0, 0].T.ravel(), belief.mean)
+        np.testing.assert_allclose(ours.covariances[0, 0], belief.covariance[[0, 0, 2], [0, 2, 2]])
+        total += density
+    assert follow("lg", track[:, None], DOCUMENT).log_likelihoods[0] == pytest.approx(total)
+
+
+def test_the_smoother_is_the_least_squares_solution() -> None:
+    """With all frames within the lag it is the mean of the joint Gaussian of all positions."""
+    track, length = REFERENCE_PX[:20], 20
+    rows, values, weights = [], [], []
+    for frame in range(length):  # positions -2, -1, 0, ..., of which the first two are the beginning
+        row = np.zeros(length + 2)
+        row[[frame, frame + 1, frame + 2]] = 1.0, -2.0, 1.0
+        rows += [row, np.eye(length + 2)[frame + 2]]
+        values += [np.zeros(2), track[frame]]
+        weights += [1.0, 0.1]
+    rows += [np.eye(length + 2)[0], np.eye(length + 2)[1]]
+    values += [track[0], track[0]]
+    weights += [1.0, 1.0]
+    root = np.sqrt(weights)[:, None]
+    exact = np.linalg.lstsq(root * np.array(rows), root * np.array(values), rcond=None)[0][2:]
+    found = follow("lg", track[:, None], replace(DOCUMENT, lag=50))
+    np.testing.assert_allclose(found.smoothed[:, 0], exact, rtol=1e-9)
+
+
+def test_the_likeliest_noise_of_the_linear_model() -> None:
+    """Over the grid of 20 by 20 the reference track has its maximum where the document has, at (10, 1)."""
+    surface = likelihood_surface("lg", REFERENCE_PX, Settings())
+    assert np.unravel_index(surface.argmax(), surface.shape) == (9, 0)
+    assert surface[9, 0] == pytest.approx(follow("lg", REFERENCE_PX[:, None], DOCUMENT).log_likelihoods[0])
+    late = np.concatenate([np.full((3, 2), np.nan), REFERENCE_PX])
+    assert likelihood_surface("lg", late, Settings())[9, 0] == pytest.approx(surface[9, 0])
+
+
+@pytest.mark.parametrize(("count", "filtered", "smoothed"), [(500, 0.21, 0.58), (2000, 0.11, 0.36)])
+def test_particles_come_to_the_exact_answer(count: int, filtered: float, smoothed: float) -> None:
+    """Under Gaussian noise and without outliers, means of particles are near the Kalman filter's, nearer the more."""
+    track = np.repeat(clean()[:, None], 4, axis=1)
+    exact = follow("lg", clean()[:, None], DOCUMENT)
+    found = follow("mcf-gaussian", track, replace(DOCUMENT, count=count, by_mode=False))
+    assert apart(found.filtered, exact.filtered) < filtered
+    assert apart(found.smoothed, exact.smoothed) < smoothed
+    assert found.log_likelihoods.mean() == pytest.approx(exact.log_likelihoods[0], abs=2.0)
+
+
+@pytest.mark.slow
+def test_many_particles_come_nearer() -> None:
+    """With 8,000 the figures of the specification: .05 and .17 px, and the log likelihood within 0.2."""
+    track = np.repeat(clean()[:, None], 5, axis=1)
+    exact = follow("lg", clean()[:, None], DOCUMENT)
+    found = follow("mcf-gaussian", track, replace(DOCUMENT, count=8000, by_mode=False))
+    assert apart(found.filtered, exact.filtered) < 0.06
+    assert apart(found.smoothed, exact.smoothed) < 0.19
+    assert found.log_likelihoods.mean() == pytest.approx(exact.log_likelihoods[0], abs=0.2)
+    with_outliers = follow("mcf-gaussian", REFERENCE_PX[:, None], replace(DOCUMENT, by_mode=False))
+    dragged = follow("lg", REFERENCE_PX[:, None], DOCUMENT)
+    assert apart(with_outliers.filtered, dragged.filtered) == pytest.approx(1.0, abs=0.3)
+
+
+@pytest.mark.parametrize(("method", "noise"), [("lng", 1.0), ("nlng", 3.0)])
+def test_heavy_tails_let_go_of_outliers(method: Method, noise: float) -> None:
+    """At frame 45, with a measurement 38 px off, the error stays small where the linear filter's is over 20 px."""
+    track = np.repeat(REFERENCE_PX[:50, None], 5, axis=1)
+    found = follow(method, track, Settings(noise, 1.0))
+    errors = np.hypot(*(found.filtered[45] - TRUE_PATH[45]).T)
+    dragged = follow("lg", track[:, :1], DOCUMENT).filtered[45, 0] - TRUE_PATH[45]
+    assert np.hypot(*dragged) > 20.0
+    assert np.median(errors) < 3.0
+
+
+@pytest.mark.parametrize("method", ["lg", "lng", "nlng"])
+def test_a_track_does_not_know_of_the_others(method: Method) -> None:
+    """Its numbers are the same to the bit alone, in another place of the batch, and while others begin late or end."""
+    settings = Settings(count=50)
+    others = np.full((12, 3, 2), np.nan)
+    others[4:8] = 300.0
+    track = REFERENCE_PX[:12, None]
+    alone = follow(method, track, settings, numbers=np.array([7]))
+    together = follow(
+        method, np.concatenate([others, track], axis=1), settings, numbers=np.array([1, 2, 3, 7], np.int64)
+    )
+    np.testing.assert_array_equal(together.filtered[:, 3:], alone.filtered)
+    np.testing.assert_array_equal(together.smoothed[:, 3:], alone.smoothed)
+    assert np.isnan(together.filtered[:4, :3]).all()
+    assert np.isfinite(together.filtered[4:]).all()
+
+
+def test_the_tree_is_the_whole_past_of_the_particles() -> None:
+    """Shares of all ages sum to one, and a ring of paths that is drawn again with the particles has the same means."""
+    belief, observed = cloud.nothing(1), REFERENCE_PX[:20]
+    law = cloud.Law(np.ones(1), np.ones(1))
+    paths: NDArray[np.float64] | None = None
+    for frame, seen in enumerate(observed):
+        start = beginnings(belief, seen[None], 1.0)
+        before = belief
+        belief, moments = cloud.step(
+            before, seen[None], law, start, count=200, lag=8, by_mode=False, numbers=np.zeros(1, np.int64),
+            stream=(3, frame, 1),
+        )  # fmt: skip
+        states, shares = belief.age(0, 0)
+        parents = belief.parents[slice(*belief.offsets[0, :2])]
+        older = belief.age(0, 1)[0][parents]
+        if paths is not None:
+            # Each node of today came from a path whose newest position is its parent's.
+            rows = [int(np.flatnonzero((paths[:, 0] == one).all(axis=1))[0]) for one in older]
+            older = paths[rows]
+        else:
+            older = older[:, None]
+        paths = np.concatenate([states[:, None], older], axis=1)[:, :9]
+        for age in range(min(frame + 1, 9)):
+            np.testing.assert_allclose(moments.past[age, 0], shares @ paths[:, age], rtol=1e-6)
+            assert belief.age(0, age)[1].sum() == pytest.approx(1.0)
+    assert belief.nbytes < 200 * 9 * 2 * 4
+
+
+def test_gaps_are_predicted() -> None:
+    """Where nothing is measured the position goes on as it went, less and less surely; and the filter finds back."""
+    track = TRUE_PATH[:40].copy()
+    track[10:15] = np.nan
+    for method in ("lg", "lng"):
+        found = follow(method, track[:, None], Settings(0.5, 0.2))
+        errors = np.hypot(*(found.filtered[:, 0] - TRUE_PATH[:40]).T)
+        assert errors[10:15].max() < 6.0
+        assert errors[30:].max() < 1.5
+        assert found.log_likelihoods[0] < 0.0
+
+
+def test_the_number_of_particles_and_the_lag_may_change() -> None:
+    """Between two frames: what is known goes on, with as many particles and ages as are asked for."""
+    belief = cloud.nothing(1)
+    law = cloud.Law(np.ones(1), np.ones(1), learned=True)
+    for frame, (count, lag) in enumerate([(100, 5), (100, 5), (300, 5), (300, 1), (40, 9), (40, 9), (40, 0)]):
+        seen = REFERENCE_PX[frame][None]
+        belief, moments = cloud.step(
+            belief, seen, law, beginnings(belief, seen, 1.0), count=count, lag=lag, by_mode=True,
+            numbers=np.zeros(1, np.int64), stream=(0, frame, 1),
+        )  # fmt: skip
+        first, last = belief.offsets[0, :2]
+        assert belief.counts[first:last].sum() == count
+        assert len(moments.past) <= max(lag, 1) + 1
+        assert np.isfinite(moments.estimates).all()
+
+
+def test_a_track_may_begin_again() -> None:
+    """What was known of it is gone, and the others are as they would have been."""
+    tracks = np.repeat(REFERENCE_PX[:12, None], 3, axis=1)
+    settings, law = Settings(count=60), cloud.Law(np.full(3, 3.0), np.ones(3), learned=True)
+    whole = follow("nlng", tracks, settings)
+    belief = follow("nlng", tracks[:6], settings).last
+    exact = follow("lg", tracks[:6], settings).last
+    gone = np.array([False, True, False])
+    assert isinstance(belief, Cloud)
+    assert isinstance(exact, gaussian.Gaussians)
+    belief = cloud.without(belief, gone)
+    exact = gaussian.without(exact, gone)
+    assert np.isnan(gaussian.smoothed(exact)[0][:6]).any(axis=(0, 2)).tolist() == gone.tolist()
+    for frame in range(6, 12):
+        observed = tracks[frame] + np.outer(gone, (200.0, 0.0))
+        belief, moments = cloud.step(
+            belief, observed, law, beginnings(belief, observed, 1.0), count=60, lag=25, by_mode=True,
+            numbers=np.arange(3), stream=(0, frame, 1),
+        )  # fmt: skip
+        exact, _ = gaussian.step(exact, observed, law.noise, law.drive, lag=25)
+        assert moments.estimates[1, 0] > 290.0
+        assert exact.means[0, 1, 0, 0] > 290.0
+        np.testing.assert_array_equal(moments.estimates[~gone], whole.filtered[frame, ~gone])
+
+
+def test_without_drift_laws_are_only_chosen() -> None:
+    """Every log sigma^2 and log tau^2 of the end was there at the start; with drift they are new."""
+    tracks = REFERENCE_PX[:10, None]
+    first, last, drifting = (
+        follow("nlng", tracks[:length], Settings(count=100, drift=drift)).last
+        for length, drift in ((1, 0.0), (10, 0.0), (10, 0.1))
+    )
+    laws = [one.laws(0) if isinstance(one, Cloud) else None for one in (first, last, drifting)]
+    known, chosen, new = ({tuple(law) for law in found[0]} for found in laws if found is not None)
+    assert chosen < known
+    assert not new & known
+
+
+def test_a_mode_is_the_mean_about_the_fullest_bin() -> None:
+    """Bins begin at whole numbers, below 0 too; what is further than one bin away does not count."""
+    nodes = np.array([[0.2, 0.2], [0.4, 0.9], [1.5, 0.5], [-0.5, 0.1], [40.0, 40.0], [2.5, 0.0]], np.float32)
+    counts = np.array([2, 1, 1, 2, 2, 9], np.uint16)
+    assert located(nodes[:5], counts[:5], True) == pytest.approx(
+        ((0.4 + 0.4 + 1.5 - 1.0) / 6, (0.4 + 0.9 + 0.5 + 0.2) / 6)
+    )
+    assert located(nodes, counts, True)[0] == pytest.approx((1.5 + 9 * 2.5) / 10)
+    assert located(nodes, counts, False)[0] == pytest.approx(float(nodes[:, 0] @ counts) / 17)
+    assert logs_mode(np.array([0.0, 0.1, 0.3, 2.0]), np.array([1.0, 1.0, 1.0, 1.5])) == pytest.approx(0.4 / 3)
+    assert logs_mode(np.array([0.0, 0.1, 0.3, 2.0]), np.array([0.1, 0.1, 0.1, 1.5])) == pytest.approx(2.0)
+
+
+def test_moments_are_those_of_the_particles() -> None:
+    """What a Kalman filter takes over: means of two positions, and a covariance of both axes."""
+    found = follow("lng", REFERENCE_PX[:20, None], Settings(count=MOST_PARTICLES // 10)).last
+    assert isinstance(found, Cloud)
+    means, covariances = found.moments()
+    assert np.hypot(*(means[0, :, 0] - TRUE_PATH[19])) < 3.0
+    assert np.hypot(*(means[0, :, 1] - TRUE_PATH[18])) < 3.0
+    assert covariances[0, 0] > covariances[0, 1] > 0.0
+
+
+def test_other_shapes_are_refused() -> None:
+    """A single track is a batch of one, and has to say so."""
+    with pytest.raises(ValueError, match=r"\(frames, tracks, 2\), got \(100, 2\)"):
+        follow("lg", REFERENCE_PX, Settings())

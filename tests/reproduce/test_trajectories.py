@@ -1,0 +1,50 @@
+"""What is claimed for the simulated track, on few runs, and the figures."""
+
+import numpy as np
+import pytest
+
+from pftrack.filters.trajectories.whole import Method, Settings, follow, likelihood_surface
+from pftrack.reproduce.trajectories import pictures, tracks
+from pftrack.reproduce.trajectories.figures import draw
+from pftrack.sources.trajectories.reference import REFERENCE_PX
+
+
+def test_the_table_within_the_tolerances_for_few_runs() -> None:
+    """Eleven runs are enough for the order of the methods; the linear filter has no runs to average."""
+    found = {}
+    settings: tuple[tuple[Method, float, int], ...] = (("lg", 10.0, 1), ("lng", 1.0, 11), ("nlng", 3.0, 11))
+    for method, noise, count in settings:
+        found[method] = follow(
+            method, np.repeat(REFERENCE_PX[:, None], count, axis=1), Settings(noise, 1.0, count=1000)
+        )
+    table = {name: tracks._medians(one) for name, one in found.items()}
+    assert [finding.status for finding in tracks._compared("lg", table["lg"])] == ["pass", "pass"]
+    # The document's own figure for the smoothed linear filter comes out by no reading.
+    assert [finding.status for finding in tracks._orderings(table)][:4] == ["pass"] * 4
+    assert tracks._orderings(table)[-1].status == "known-negative"
+    surface = likelihood_surface("lg", REFERENCE_PX, Settings())
+    assert tracks._maximum("lg", surface, (10.0, 1.0), "").status == "pass"
+    assert set(draw(found, {"lg": surface})) == {"trajectories-track", "trajectories-likelihood"}
+
+
+@pytest.mark.slow
+def test_the_scale_of_outliers_is_read_as_its_root() -> None:
+    """Taken literally, the likelihood would have its maximum in the corner of the grid nearly always."""
+    pairs = [tracks._best_pair(tracks.Trial(seed, 2500.0)) for seed in range(30)]
+    assert np.mean([pair == (20, 20) for pair in pairs]) > 0.7
+
+
+def test_corners_are_smoothed_in_the_order_of_the_laws() -> None:
+    """In a scene of pictures each law of the noise does better than the one before, and than the measurements."""
+    found = pictures.scene(9)
+    errors = [found.errors[name][0] for name in ("raw", "lg", "lng", "nlng")]
+    assert errors == sorted(errors, reverse=True)
+    assert found.points == 60
+    assert 0.08 < found.mismatched < 0.25
+    assert found.errors["raw"][2] == pytest.approx(0.40, abs=0.03)
+    assert found.errors["nlng"][1] < 0.3 * found.errors["lg"][1]
+
+
+def test_the_search_is_drawn_beside_the_sequence() -> None:
+    """The figure is the picture of the sequence, and to its right the world of the search."""
+    assert pictures.search_figure().shape == (432, 540 + 432, 3)
