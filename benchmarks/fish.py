@@ -1,0 +1,104 @@
+"""A frame of the fish filters beside NumPy's ways of weighing, on the same edges in one run.
+
+What is compared is the look-up of all points of all particles in the distance image, by far the most of a step: ours
+compiled, NumPy on all particles at once, and a loop over particles as one writes it first. Then a whole step of the
+filters, drawing, moving and estimating included, as the document counts it: ordinary with 3,000 particles, guided with
+500, and how long the edges of a picture take, which is the same for both.
+"""
+
+from _table import arguments, progress, report, single_threaded
+
+single_threaded()
+
+from collections.abc import Callable  # noqa: E402
+from statistics import median  # noqa: E402
+from time import perf_counter  # noqa: E402
+
+import cv2  # noqa: E402
+import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
+
+from pftrack.experiments import find  # noqa: E402
+from pftrack.geometry.fish_shape import GOLDFISH, model_points  # noqa: E402
+from pftrack.likelihoods.edge_distance import largest_distances  # noqa: E402
+from pftrack.parameters import revise  # noqa: E402
+from pftrack.sources.fish import FishSource  # noqa: E402
+from pftrack.sources.source import History  # noqa: E402
+from pftrack.trackers.fish.step import MOTIONS, begun, seen_edges, stepped  # noqa: E402
+
+LOOPED = 100
+"""Particles that the plain loop is timed on; it is in proportion."""
+
+
+def seconds(function: Callable[[], object], repeats: int) -> float:
+    """Return the median time of a call, after one that is not counted."""
+    function()
+    times = []
+    for _ in range(repeats):
+        began = perf_counter()
+        function()
+        times.append(perf_counter() - began)
+    return median(times)
+
+
+def by_numpy(distances: NDArray[np.uint8], poses: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return the largest distances (N,) with all particles at once."""
+    height, width = distances.shape
+    places = np.floor(model_points(poses, GOLDFISH) + 1.5).astype(np.int64)
+    columns, rows = np.clip(places[..., 0], 0, width - 1), np.clip(places[..., 1], 0, height - 1)
+    largest: NDArray[np.uint8] = distances[rows, columns].max(axis=1)
+    return largest
+
+
+def by_loop(distances: NDArray[np.uint8], poses: NDArray[np.float64]) -> list[int]:
+    """Return the largest distances with a loop over particles."""
+    return [int(by_numpy(distances, pose[None])[0]) for pose in poses]
+
+
+def main() -> None:
+    """Time everything on frame 1 of a clip."""
+    options = arguments("The fish filters beside NumPy.", repeats={"type": int, "default": 200})
+    cv2.setNumThreads(1)
+    parameters = find("fish").simulate().parameters
+    source = FishSource(0, parameters)
+    frame = source.frame(1, History(((0, parameters),)))
+    edges = seen_edges(frame, parameters)
+    state = begun(source.target(0, parameters), 3000)
+    for number in range(1, 4):
+        state = stepped(MOTIONS["ordinary"], state, edges, revise(parameters, {"sample_count": 3000}), 0, number)
+    rows: list[dict[str, object]] = []
+    for count in (500, 3000):
+        progress(f"look-ups of {count} particles")
+        states = np.asfortranarray(state.particles.states[:count])
+        poses = np.ascontiguousarray(states[:, [0, 1, 4, 5]])
+        distances = edges.distances
+        if not (largest_distances(distances, states, GOLDFISH) == by_numpy(distances, poses)).all():
+            raise RuntimeError("NumPy comes to other distances")
+        ours = seconds(lambda s=states: largest_distances(edges.distances, s, GOLDFISH), options.repeats)
+        theirs = seconds(lambda p=poses: by_numpy(edges.distances, p), max(options.repeats // 10, 3))
+        looped = seconds(lambda p=poses: by_loop(edges.distances, p[:LOOPED]), 3) * count / LOOPED
+        for name, time in (("pftrack", ours), ("NumPy, all at once", theirs), ("NumPy, one by one", looped)):
+            rows.append({"what": "look-ups", "particles": count, "by": name, "ms": 1e3 * time, "ratio": time / ours})
+    whole = {}
+    for tracker, count in (("ordinary", 3000), ("guided", 500), ("constant-velocity", 500)):
+        progress(f"steps of {tracker}")
+        chosen = revise(parameters, {"sample_count": count})
+        first = stepped(MOTIONS[tracker], begun(source.target(0, parameters), count), edges, chosen, 0, 1)
+        whole[tracker] = seconds(
+            lambda t=tracker, s=first, p=chosen: stepped(MOTIONS[t], s, edges, p, 0, 2), options.repeats
+        )
+        ratio = whole[tracker] / whole["ordinary"]
+        rows.append({"what": "step", "particles": count, "by": tracker, "ms": 1e3 * whole[tracker], "ratio": ratio})
+    time = seconds(lambda: seen_edges(frame, parameters), max(options.repeats // 4, 3))
+    rows.append({"what": "edges", "particles": 0, "by": "OpenCV", "ms": 1e3 * time, "ratio": time / whole["ordinary"]})
+    report(
+        "A frame of a fish",
+        rows,
+        as_json=options.json,
+        kfps_ordinary=1e-3 / whole["ordinary"],
+        kfps_guided=1e-3 / whole["guided"],
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The study of document 3: guided diffusion on a fish that bends."""

@@ -1,0 +1,71 @@
+"""The figures of the fish: successes over the number of particles (6 and 7), and ten particles of each (8 and 9)."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiments import find
+from pftrack.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.rendering import render
+from pftrack.reproduce.fish.course import Successes
+from pftrack.runs.run import Change, Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw", "ten_particles"]
+
+AT_FRAME, AROUND_PX = 12, 110
+"""In the middle of a sharp turn, and how much of the picture around the fish is shown."""
+
+TITLES = {"guided": "Guided diffusion", "ordinary": "Ordinary filter"}
+
+
+def draw(found: Mapping[tuple[str, int], Successes]) -> "dict[str, Figure]":
+    """Return figures 6 and 7 of document 3 as one, given successes by tracker and number of particles."""
+    # Drawing loads much that computing does not need, in every process of the pool.
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=(9.6, 3.8), layout="constrained")
+    counts = sorted({count for _, count in found})
+    for panel, title, most in zip(figure.subplots(1, 2), ("All fish", "Sharp turns"), (24, 9), strict=True):
+        for (tracker, name), colour in zip(TITLES.items(), CURVES, strict=False):
+            values = [found[tracker, count] for count in counts]
+            rates = [one.fish if most == 24 else one.sharp for one in values]
+            panel.plot(counts, rates, "o-", color=hexadecimal(colour), linewidth=1.5, markersize=4, label=name)
+        panel.set_xscale("log")
+        panel.set_xticks(counts, [f"{count}" for count in counts])
+        panel.minorticks_off()
+        panel.set_ylim(0, most + 0.5)
+        panel.set_title(f"{title}, of {most}", fontsize=10)
+        panel.set_xlabel("Particles")
+        panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
+        panel.spines[["top", "right"]].set_visible(False)
+    panel.legend(loc="lower right", frameon=False)
+    figure.axes[0].set_ylabel("Successes")
+    return {"figure-fish-success": figure}
+
+
+def ten_particles() -> NDArray[np.uint8]:
+    """Return ten particles of the ordinary filter, and of the guided one, side by side in a sharp turn (RGB)."""
+    experiment = find("fish")
+    parts = []
+    for name in ("ordinary", "same-turn"):
+        preset = next(preset for preset in experiment.presets if preset.name == name)
+        timeline = (Change(0, preset.parameters),)
+        run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+        step = run.seek(AT_FRAME)
+        picture = render(
+            experiment.draw(step, run.diagnostics), layers=experiment.shown_layers, scale=2.0, caption=False
+        )
+        target = step.frame.target
+        x, y = np.rint(2.0 * target.position).astype(int) if target is not None else (0, 0)
+        reach = 2 * AROUND_PX
+        left, top = (
+            min(max(x - reach, 0), picture.shape[1] - 2 * reach),
+            min(max(y - reach, 0), picture.shape[0] - 2 * reach),
+        )
+        parts.append(picture[top : top + 2 * reach, left : left + 2 * reach])
+    return np.concatenate(parts, axis=1)

@@ -1,0 +1,91 @@
+"""What is learned offline: ten clips followed by the ordinary filter with 3,000 particles and wide noise (eqs 10-15).
+
+`pftrack reproduce fish-offline --full --figures FOLDER` writes what was learned to FOLDER/learned.json; it is the file
+that comes with the trackers, `pftrack/trackers/fish/learned.json`, and here it is compared with that.
+"""
+
+import numpy as np
+
+from pftrack.learning.diffusion import Learned, learn
+from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.fish.course import Clip, Lesson, lesson, lessons
+from pftrack.reproduce.pool import Pool
+from pftrack.trackers.fish.learned import FISH, GUIDANCE
+
+__all__ = ["offline", "taught"]
+
+SOURCE = "specification 9, offline"
+FIRST = 100
+LEAST_TRACKED = 19
+
+RMS = (1.4, 1.5, 0.047, 0.118)
+RMS_TOLERANCE = (0.3, 0.3, 0.01, 0.02)
+STEP_SD = (6.11, 5.99, 0.161, 0.199)
+CHANGE_SD = (3.78, 3.13, 0.162, 0.200)
+EIGENVALUES = (14.3, 9.8, 0.0575, 0.0062)
+RELATIVE = 0.1
+"""Of standard deviations; of variances it is twice that."""
+CORRELATIONS = ((2, 3, -0.77), (1, 2, 0.29))
+CORRELATION_TOLERANCE = 0.08
+STROKE = (-0.59, 0.81)
+"""Turn and bend of the third mode."""
+
+
+def offline(pool: Pool, full: bool) -> list[Finding]:
+    """Tracks that are learned from: how many hold, how exact they are, and what they teach."""
+    if not full:  # two clips tell whether it tracks, and too little of what is rare to learn from
+        found = pool.map(lesson, [Clip(FIRST, True), Clip(FIRST + 9, False)])
+        return _tracked(found, 2 * len(found))
+    found = lessons(pool, FIRST)
+    learned = taught(found)
+    if pool.folder is not None:
+        (pool.folder / "learned.json").write_text(learned.text, encoding="utf-8")
+    return [*_tracked(found, LEAST_TRACKED), *_exact(found), *_learned(learned)]
+
+
+def taught(found: list[Lesson]) -> Learned:
+    """Return what tracks teach; those that were lost are left out, as a person would who looks at them."""
+    pairs = [(track, held) for one in found for track, held in zip(one.tracks, one.tracked, strict=True)]
+    return learn([track for track, held in pairs if held], FISH, GUIDANCE.experiment)
+
+
+def _tracked(found: list[Lesson], least: int) -> list[Finding]:
+    tracked = sum(int(one.tracked.sum()) for one in found)
+    result = f"fish-offline: tracks that hold, of {2 * len(found)} (at least {least})"
+    return [claim(result, float(tracked), holds=tracked >= least, source=SOURCE)]
+
+
+def _exact(found: list[Lesson]) -> list[Finding]:
+    off = np.concatenate([(one.tracks - one.truths)[one.tracked].reshape(-1, 4) for one in found])
+    off[:, 2] = np.remainder(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+    rms = np.sqrt(np.square(off).mean(axis=0))
+    return [
+        compare(f"fish-offline: rms error of {name}", float(ours), reference, tolerance, SOURCE)
+        for name, ours, reference, tolerance in zip(FISH.names, rms, RMS, RMS_TOLERANCE, strict=True)
+    ]
+
+
+def _learned(learned: Learned) -> list[Finding]:
+    diffusion = learned.diffusion("document")
+    findings = []
+    for name, ours, reference in zip(FISH.names, learned.step_sd, STEP_SD, strict=True):
+        result = f"fish-offline: standard deviation of the steps of {name}"
+        findings.append(compare(result, ours, reference, RELATIVE * reference, SOURCE))
+    for name, sd, reference in zip(FISH.change_names, diffusion.sd, CHANGE_SD, strict=True):
+        result = f"fish-offline: standard deviation of {name}"
+        findings.append(compare(result, float(sd), reference, RELATIVE * reference, SOURCE))
+    for number, reference in enumerate(EIGENVALUES):
+        ours = float(diffusion.eigenvalues[number])
+        allowed = 2.0 * RELATIVE * reference
+        findings.append(compare(f"fish-offline: lambda {number + 1}", ours, reference, allowed, SOURCE))
+    for one, other, reference in CORRELATIONS:
+        result = f"fish-offline: correlation of {FISH.change_names[one]} and {FISH.change_names[other]}"
+        ours = float(diffusion.correlation[one, other])
+        findings.append(compare(result, ours, reference, CORRELATION_TOLERANCE, SOURCE))
+    stroke = diffusion.modes[2:, 2]
+    for name, ours, reference in zip(("turn", "bend"), stroke, STROKE, strict=True):
+        findings.append(compare(f"fish-offline: {name} of the third mode", float(ours), reference, 0.05, SOURCE))
+    built_in = GUIDANCE.learned("").diffusion("document").covariance
+    apart = float(np.abs(diffusion.covariance - built_in).max())
+    result = "fish-offline: the file that comes with the trackers is what is learned here (largest difference)"
+    return [*findings, claim(result, apart, holds=apart < 1e-9, source="this project")]

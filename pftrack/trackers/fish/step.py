@@ -1,0 +1,143 @@
+"""The trackers of a fish by name: the ordinary filter, constant velocity, and the filter guided by learned changes."""
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from pftrack.frame import Frame, Target
+from pftrack.learning.charts import body_velocity
+from pftrack.likelihoods.edge_distance import CAP_PX, Edges, edges_of
+from pftrack.particles import ParticleSet
+from pftrack.random import Stream
+from pftrack.series import Series, SeriesValue
+from pftrack.sources.fish.truth import FishTarget
+from pftrack.trackers import reports
+from pftrack.trackers.fish.loop import ORDINARY, VELOCITY, frame_step
+from pftrack.trackers.fish.motion import drawn, foreground, weighing
+from pftrack.trackers.fish.parameters import FishTrackerParameters
+from pftrack.trackers.fish.state import FishState
+from pftrack.trackers.tracker import Tracker
+
+__all__ = ["MOTIONS", "SERIES", "TRACKERS", "begun", "seen_edges", "stepped"]
+
+SERIES = (
+    *reports.CLOUD,
+    Series("body", "place, heading and bend", shape="vector", components=("a", "b", "theta", "phi")),
+    Series("heading", "heading", "°"),
+    Series("bend", "bend of the tail", "°"),
+    Series("heading_sd", "deviation of the heading", "°"),
+    Series("bend_sd", "deviation of the bend", "°"),
+    Series("velocity", "velocity along and across the body", "px/frame", "vector", components=("along", "across")),
+    Series("d_max", "farthest point from an edge", "px"),
+)
+"""What all of them report. `body` is what is learned from: px, px, rad, rad; the heading is within half a turn of 0."""
+
+
+def start(target: Target, frame: Frame, parameters: FishTrackerParameters, rng: Stream) -> FishState:
+    """Begin at a known pose with a known velocity: all particles are there."""
+    del frame, rng
+    if not isinstance(target, FishTarget):
+        raise TypeError(f"a tracker of fish begins at the pose of one, got {type(target).__name__}")
+    return begun(target, parameters.sample_count)
+
+
+def begun(target: FishTarget, count: int) -> FishState:
+    """Return the state of frame 0: `count` particles, all of them at the truth."""
+    heading = float(np.remainder(target.theta + np.pi, 2.0 * np.pi) - np.pi)
+    one = np.concatenate([target.position, body_velocity(target.velocity, heading), (heading, target.phi)])
+    particles = ParticleSet.uniform(np.asfortranarray(np.tile(one, (count, 1))))
+    return FishState(particles, np.zeros((count, 3)), one, np.zeros(4), 0.0)
+
+
+def step(
+    motion: int | None, state: FishState, frame: Frame, parameters: FishTrackerParameters, rng: Stream
+) -> FishState:
+    """Take one frame."""
+    return stepped(motion, state, seen_edges(frame, parameters), parameters, rng.seed, rng.frame)
+
+
+def seen_edges(frame: Frame, parameters: FishTrackerParameters) -> Edges:
+    """Return the edges of what has the fish's colour in a frame.
+
+    Raises:
+        ValueError: The frame has no picture.
+    """
+    if frame.image_rgb is None:
+        raise ValueError("a tracker of fish needs pictures, got a signal")
+    return edges_of(frame.image_rgb, foreground(parameters))
+
+
+def stepped(
+    motion: int | None, state: FishState, edges: Edges, parameters: FishTrackerParameters, seed: int, frame: int
+) -> FishState:
+    """Take one frame of which the edges are known.
+
+    Args:
+        motion: ORDINARY, VELOCITY, or None for the guided filter.
+        state: Of the frame before.
+        edges: Of the frame.
+        parameters: In force.
+        seed: Of the run.
+        frame: Index of the frame.
+    """
+    particles = state.particles
+    cloud = frame_step(
+        edges.distances,
+        np.asfortranarray(particles.states),
+        particles.log_weights,
+        drawn(motion, parameters),
+        weighing(parameters),
+        seed,
+        frame,
+    )
+    following = ParticleSet(cloud.states, cloud.log_weights, cloud.ancestors)
+    return FishState(following, cloud.changes, cloud.mean, cloud.sigma, cloud.distance, cloud.log_evidence)
+
+
+def measure(state: FishState) -> Mapping[str, SeriesValue]:
+    """Report particles, pose, velocity and fit; a fit at the cap means that there is no edge anywhere near."""
+    a, b, along, across, theta, phi = state.mean.tolist()
+    return {
+        **reports.cloud(state.particles, resampled=True),
+        "body": (a, b, theta, phi),
+        "heading": float(np.rad2deg(theta)),
+        "bend": float(np.rad2deg(phi)),
+        "heading_sd": float(np.rad2deg(state.spread[2])),
+        "bend_sd": float(np.rad2deg(state.spread[3])),
+        "velocity": (along, across),
+        "d_max": min(state.distance, float(CAP_PX)),
+    }
+
+
+def _tracker(name: str, title: str, description: str, motion: int | None) -> Tracker:
+    return Tracker(name, title, description, start, partial(step, motion), series=SERIES, measure=measure)
+
+
+TRACKERS = {
+    tracker.id: tracker
+    for tracker in (
+        _tracker(
+            "guided",
+            "Guided diffusion",
+            "Carries the velocity in the body's frame, and changes motion and shape together, as was learned.",
+            None,
+        ),
+        _tracker(
+            "ordinary",
+            "Ordinary filter",
+            "Moves every number of the state by a random step of its own.",
+            ORDINARY,
+        ),
+        _tracker(
+            "constant-velocity",
+            "Constant velocity",
+            "Keeps the velocity in the picture, and changes every number by itself.",
+            VELOCITY,
+        ),
+    )
+}
+"""All trackers by name, in the order in which they are shown."""
+
+MOTIONS: dict[str, int | None] = {"guided": None, "ordinary": ORDINARY, "constant-velocity": VELOCITY}
+"""Their motions, as `stepped` takes them."""

@@ -1,0 +1,79 @@
+"""A fish that bends, in the browser: in the tank, and on a film of one's own."""
+
+from io import BytesIO
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from pftrack.geometry.fish_shape import FishShape, body_points, tail_corners
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+FRAMES, SIZE = 24, (320, 240)
+SHAPE = FishShape(24.0, 10.0, 32.0)
+
+
+def pose(frame: int) -> np.ndarray:
+    """Where the editor begins: head at three fifths of the width, root of the tail at 45 %; it swims to the right."""
+    return np.array([167.5 + 3.0 * frame, 119.5, 0.02 * frame, 0.2 * np.sin(0.4 * frame)])
+
+
+@pytest.fixture(scope="module")
+def film() -> bytes:
+    """An orange fish over blue, which beats its tail."""
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=15, options={"crf": "12"})
+        (stream.width, stream.height), stream.pix_fmt = SIZE, "yuv420p"
+        for frame in range(FRAMES):
+            picture = np.full((SIZE[1], SIZE[0], 3), (90, 120, 150), np.uint8)
+            for corners in (body_points(pose(frame), SHAPE, 60), tail_corners(pose(frame), SHAPE)):
+                cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], (235, 105, 40))
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+@pytest.mark.plots
+def test_the_tank_is_watched_and_turned(gallery: Gallery, server: Server) -> None:
+    """Opened from the gallery the fish is followed, with the plots of its heading and bend."""
+    page = gallery.page
+    gallery.card("fish").locator("[data-preset=works]").click()
+    shown = SessionPage(page, server).ready()
+    shown.until(lambda: (shown.position or 0) > 12, "it plays by itself")
+    page.get_by_text("bend of the tail").first.wait_for()
+    assert max(server.column(shown.id, "error")[:12]) < 10
+    assert len(server.column(shown.id, "series")[5]["body"]) == 4
+
+
+def test_what_is_only_drawn_is_nothing_to_sweep_over(gallery: Gallery) -> None:
+    """The number of particles may be varied, and not which mode a ghost shows."""
+    gallery.card("fish").get_by_text("Sweep over conditions").click()
+    offered = gallery.page.get_by_label("Varied parameter").first.locator("option")
+    offered.first.wait_for(state="attached")
+    titles = offered.all_inner_texts()
+    assert "Particles" in titles
+    assert not {"Shown mode", "Along the mode, sd", "Swaying mode"} & set(titles)
+
+
+def test_a_film_is_followed_from_the_mark(gallery: Gallery, server: Server, film: bytes) -> None:
+    """The editor offers head, root and tip; the form says how well the fish stands out; then it is tracked."""
+    page = gallery.page
+    gallery.choose("pond.mp4", film, "video/mp4")
+    page.locator(".mark-surface").wait_for()
+    page.select_option("#target-experiment", "fish")
+    gallery.until(lambda: page.locator(".point[data-handle]").count() == 3, "three points are offered")
+    head = page.locator(".point[data-handle=head]")
+    for key in ("ArrowUp", "ArrowDown"):
+        head.press(key)
+    go = page.locator("button:has-text('Track it')")
+    gallery.until(go.is_enabled, "what was touched is a mark")
+    gallery.until(lambda: "told from the water by its colour" in page.inner_text(".suits-words"), "it is judged")
+    go.click()
+    shown = SessionPage(page, server).ready()
+    assert shown.session["recipe"]["footage"]["mark"]["kind"] == "body"
+    shown.play_to_the_end()
+    a, b = server.column(shown.id, "estimate")[FRAMES - 1]
+    assert np.hypot(*(np.array([a, b]) - pose(FRAMES - 1)[:2])) < 8
