@@ -1,0 +1,153 @@
+"""A chain of three links, whose lengths and pose one camera is to tell (document 4).
+
+Depth is not seen, so that a link may point away from the camera or towards it, and a long link that is turned away
+looks like a short one. What joints and lengths may be makes it tractable. Kalman filters cut their Gaussian by these
+bounds, several of them together follow both sides of an ambiguity; set membership keeps regions of all that is
+possible.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pftrack.drawing import Drawing, Picture, Primitive
+from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
+from pftrack.experiments.linkage.depth import DEPTH_WORLD, depth_world
+from pftrack.experiments.linkage.lengths import LENGTHS_WORLD, lengths_world
+from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
+from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS
+from pftrack.experiments.linkage.presets import PRESETS
+from pftrack.experiments.linkage.recording import LinkagePoints, on_video
+from pftrack.experiments.linkage.sketch import believed, measured, second_run, truth
+from pftrack.experiments.linkage.truth import SERIES, direction_error, measure, missed, report
+from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.frame import Frame
+from pftrack.layer import Key, Layer
+from pftrack.references import SHIMADA, Citation
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.sources.linkage.source import LinkageSource
+from pftrack.sources.linkage.truth import NAMES, LinkageTarget, in_radians
+from pftrack.trackers.linkage.step import TRACKERS
+
+__all__ = ["EXPERIMENT"]
+
+FRAMES = 300
+"""At most; each path has its own length."""
+
+
+def simulate() -> Setup:
+    """Wire the simulated chain."""
+    return Setup(LinkageSource, SimulatedLinkageParameters(), success=KEPT.name)
+
+
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw a frame: the chain in the picture, in depth, and what is known of its lengths."""
+    del past
+    frame, state, parameters = step.frame, step.state, step.parameters
+    if frame.image_rgb is None:
+        raise ValueError("a chain is drawn on a picture, got a frame without one")
+    height, width, _ = frame.image_rgb.shape
+    longest = float(max(width, height))
+    primitives: dict[str, Primitive] = {"picture": Picture(frame.image_rgb), **measured(frame, state)}
+    if isinstance(frame.target, LinkageTarget):
+        primitives |= truth(frame.target, state, longest)
+    second = None
+    if other is not None and len(other.estimate) == len(state.mean):
+        second = in_radians(np.array(other.estimate))
+    if second is not None:
+        primitives |= second_run(second, state, longest)
+    primitives |= believed(state, parameters.shown_hypothesis, longest)
+    worlds = (
+        depth_world(state, frame.target, parameters, second),
+        lengths_world(state, frame.target, parameters, second),
+    )
+    return Drawing(width, height, primitives, _caption(step), worlds)
+
+
+def _caption(step: Step) -> str:
+    row, events = step.diagnostics, step.state.events
+    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    count = row.number("hypothesis_count")
+    if count > 1:
+        parts.append(f"{count:g} hypotheses")
+    parts += [word for word, times in (("split", events.splits), ("refuted", events.refuted)) if times]
+    if events.outlier:
+        parts.append("observation left out")
+    if row.number("contained") == 0:
+        parts.append("truth excluded")
+    unseen = _unseen(step.frame)
+    if unseen:
+        parts.append(f"not seen: {', '.join(unseen)}")
+    if row.error is not None:
+        parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
+    return " · ".join(parts)
+
+
+def _unseen(frame: Frame) -> list[str]:
+    """Return the names of the points that were not measured."""
+    if frame.measurements is None:
+        return list(NAMES)
+    known = np.asarray(np.isfinite(frame.measurements.points_px).all(axis=1))
+    return [name for name, seen in zip(NAMES[-len(known) :], known.tolist(), strict=True) if not seen]
+
+
+def _lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
+    return errors > parameters.lost_deg
+
+
+EXPERIMENT = Experiment(
+    id="linkage",
+    title="Linkage seen by one camera",
+    question="How much of a chain's lengths and depth can one camera tell, by what its joints can do?",
+    references=(Citation(SHIMADA, "chapters 3 to 5"),),
+    description=(
+        "Three links move, and a camera that sees no depth measures where the joints are. A link that passes the pose "
+        "parallel to the image may come out on either side of it. One Kalman filter has to guess; several keep both "
+        "until a joint's limit refutes one; ellipsoids keep all that is possible, and never exclude the truth."
+    ),
+    unit="deg",
+    trackers=TRACKERS,
+    default_tracker="ekf-mirrors",
+    warm_frames=3,
+    frames=FRAMES,
+    presets=PRESETS,
+    layers=(
+        Layer("picture"),
+        Layer("measurements", legend=(Key("observation", "measured"),)),
+        Layer("truth", legend=(Key("truth", "truth"),)),
+        Layer("hypotheses", legend=(Key("prediction", "hypotheses, the darker the more probable"),)),
+        Layer("particles", legend=(Key("prediction", "particles"),)),
+        Layer("guide boxes", title="Ranges of directions and lengths"),
+        Layer("ellipsoids"),
+        Layer("estimate", legend=(Key("estimate", "estimate"),)),
+        SECOND_RUN,
+        Layer("axes"),
+    ),
+    worlds=(DEPTH_WORLD, LENGTHS_WORLD),
+    simulate=simulate,
+    on_video=on_video,
+    footage=(*PICTURES, "tracks"),
+    marks=(LinkagePoints,),
+    unmarked=("tracks",),
+    advice="Start at a picture in which all four points are seen, and no link points at the camera.",
+    draw=draw,
+    error=direction_error,
+    lost=_lost,
+    missed=missed,
+    truth=None,
+    series=SERIES,
+    measure=measure,
+    measures=MEASURES,
+    report=report,
+    target="linkage",
+    plots=PLOTS,
+    readings=READINGS,
+    # How sure one must be of the points, and for how many hypotheses there must be room.
+    example_sweep=ExampleSweep(
+        {"measurement_noise_px": (0.5, 1, 1.5, 2, 3), "beam_width": (1, 2, 4, 8)},
+        trackers=("ekf-mirrors",),
+        trials=4,
+        frames=91,
+    ),
+)

@@ -1,0 +1,138 @@
+"""What is plotted and written of the frames of a chain, and what a run comes to."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.measures import Course, Measure
+from pftrack.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
+
+__all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS"]
+
+LINKS = 3
+LAST_FRAMES = 6
+"""Over which the document's success of a crossing is judged."""
+
+
+def _errors(course: Course) -> NDArray[np.float64]:
+    return course.errors
+
+
+def _kept_at_the_end(course: Course) -> NDArray[np.float64]:
+    last = _last_errors(course)
+    if course.lost is None:
+        return np.full(len(last), np.nan)
+    return np.where(np.isnan(last), np.nan, ~course.lost)
+
+
+def _last_errors(course: Course) -> NDArray[np.float64]:
+    known = np.flatnonzero(~np.isnan(course.errors))
+    errors = np.full(len(course.errors), np.nan)
+    errors[known[-LAST_FRAMES:]] = course.errors[known[-LAST_FRAMES:]]
+    return errors
+
+
+KEPT = Measure(
+    "kept_at_the_end",
+    "Kept at the end",
+    f"Share of the last {LAST_FRAMES} labelled frames in which no link's direction is beyond the limit, or regions "
+    "hold the truth.",
+    "share",
+    _kept_at_the_end,
+)
+"""Whether a chain came through: in between a wrong hypothesis may be ahead."""
+
+MEASURES = (
+    KEPT,
+    Measure(
+        "median_direction_error_deg",
+        "Median error",
+        "Median over the labelled frames of the greatest error of a link's direction.",
+        "median",
+        _errors,
+        unit="°",
+        better="lower",
+    ),
+    Measure(
+        "final_direction_error_deg",
+        "Final error",
+        f"Median over the last {LAST_FRAMES} labelled frames of the greatest error of a link's direction.",
+        "median",
+        _last_errors,
+        unit="°",
+        better="lower",
+    ),
+)
+
+
+def _length(link: int) -> Plot:
+    return Plot(
+        f"length-{link}",
+        f"length of link {link}",
+        "interval",
+        "What is believed possible, two standard deviations or all that is not excluded, and the truth.",
+        "px",
+        (f"length_{link}",),
+        truth=f"true_length_{link}",
+    )
+
+
+def _direction(link: int) -> Plot:
+    return Plot(
+        f"direction-{link}",
+        f"direction of link {link}",
+        "band",
+        "The angle to the image, within two standard deviations; at 0 and 180 the link lies parallel to the image.",
+        "°",
+        (f"direction_{link}",),
+        f"direction_{link}_sd",
+        f"true_direction_{link}",
+    )
+
+
+PLOTS = (
+    ERROR,
+    _length(3),
+    Plot(
+        "tree",
+        "tree of hypotheses",
+        "tree",
+        "Where hypotheses split and end, and the way back from the most probable one.",
+        series=("hypotheses",),
+        shown="shown_hypothesis",
+    ),
+    Plot(
+        "contained",
+        "truth contained",
+        "frequency",
+        "Share of the frames so far in which the truth is among what is held possible: 1 of regions as long as motion, "
+        "errors and bounds are as said, and no other kind of tracker came before.",
+        series=("contained",),
+        levels=(1.0,),
+        needs_truth=True,
+    ),
+    _direction(3),
+    _length(2),
+    _direction(2),
+    _length(1),
+    _direction(1),
+    Plot(
+        "count",
+        "hypotheses",
+        "value",
+        "How many hypotheses there are: more after a split, fewer once some are refuted.",
+        series=("hypothesis_count",),
+    ),
+    SAMPLE_SIZE,
+)
+
+READINGS = (
+    Reading("error", "error"),
+    *(Reading(f"length {link}", "interval", "px", f"length_{link}") for link in range(1, LINKS + 1)),
+    *(
+        Reading(f"direction {link}", "value", "°", f"direction_{link}", f"direction_{link}_sd")
+        for link in range(1, LINKS + 1)
+    ),
+    Reading("bounds cut", "value", series="cut"),
+    PARTICLES,
+    STEP_TIME,
+)

@@ -1,0 +1,187 @@
+"""A recording of a chain: a person marks root, joints and tip, and is told its lengths and depth from then on.
+
+All lengths are in px of the picture, as an orthographic camera has no other unit. Nothing is known beforehand of what
+is filmed but the mark: a link is at least as long as it looks there, and its length is looked for up to twice that; the
+joints may bend either way. A person who knows more sets the bounds, live.
+"""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiment import Setup
+from pftrack.experiments.linkage.parameters import LinkageParameters
+from pftrack.experiments.linkage.plots import KEPT
+from pftrack.frame import Target
+from pftrack.marks import Editor, FeaturePoints, Mark
+from pftrack.parameters import ParameterError, Value, revise
+from pftrack.runs.recipe import Footage
+from pftrack.sources.linkage.recorded import Followed, FollowingParameters, RecordedLinkage, guessed, tracked
+from pftrack.sources.linkage.truth import NAMES
+from pftrack.sources.recording import check_start
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.tracks.sequence import TrackSequence
+from pftrack.sources.truth import Truth
+
+__all__ = ["LinkagePoints", "RecordedLinkageParameters", "on_video"]
+
+SHORTEST_PX = 4.0
+"""A link that looks shorter in the marked picture says nothing of its length."""
+
+LEAST_SHARE, MOST_SHARE = 0.85, 2.0
+"""Of the length that a link seems to have where it is marked, between which its true one is looked for."""
+
+LONGEST_PX = 2000.0
+"""Greatest bound of a length that can be set."""
+
+NEAR_PX = 12.0
+"""How far from a mark a track of a table may be."""
+
+
+class LinkagePoints(FeaturePoints):
+    """Root, joints and tip of a chain of three links."""
+
+    title: ClassVar[str] = "Joints"
+    instruction: ClassVar[str] = (
+        "Drag the points to the root, which is the first joint, the other two joints and the tip."
+    )
+    features: ClassVar[Mapping[str, str]] = {name: name[:1].upper() + name[1:] for name in NAMES}
+    joined: ClassVar[tuple[tuple[str, str], ...]] = tuple(pairwise(NAMES))
+
+    def check(self, size: tuple[int, int]) -> None:
+        """Refuse points outside the picture, a point that is not marked, and a link without length."""
+        super().check(size)
+        for name in NAMES:
+            if name not in self.points:
+                raise ParameterError(f"mark.points.{name}", None, "marked: root, both joints and the tip are needed")
+        apart = np.sqrt(np.square(np.diff(self.places, axis=0)).sum(axis=1))
+        for name, length in zip(NAMES[1:], apart.tolist(), strict=True):
+            if length < SHORTEST_PX:
+                bound = f"at least {SHORTEST_PX:g} px from the point before it, so that the link is seen"
+                raise ParameterError(f"mark.points.{name}", self.points[name], bound)
+
+    @classmethod
+    def editor(cls) -> Editor:
+        """Return a handle for each point, side by side at first."""
+        described = super().editor()
+        at = zip(described.handles, np.linspace(0.3, 0.7, len(NAMES)).tolist(), strict=True)
+        handles = tuple(handle.model_copy(update={"at": (x, 0.5)}) for handle, x in at)
+        return described.model_copy(update={"handles": handles})
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """(4, 2) of the points in their order, px."""
+        return np.array([self.points[name] for name in NAMES])
+
+    @classmethod
+    def of_target(cls, target: Target) -> "LinkagePoints | None":
+        """Return the points of a chain that is known, if all its links can be seen."""
+        mark = super().of_target(target)
+        if mark is None or len(mark.points) < len(NAMES):
+            return None
+        apart = np.square(np.diff(mark.places, axis=0)).sum(axis=1)
+        return mark if bool((apart >= SHORTEST_PX**2).all()) else None
+
+
+class RecordedLinkageParameters(LinkageParameters, FollowingParameters):
+    """A recording of a chain, and its trackers."""
+
+
+def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+    """Wire a recording of a chain.
+
+    Args:
+        sequence: Pictures in which the points are followed, or a table of tracks of which four are taken.
+        mark: The points in the picture `start`. A table of the four points alone, in their order, needs none.
+        start: Number of the picture to start at.
+        truth: Not used; no truth of a chain can be brought in.
+
+    Raises:
+        ParameterError: There is no such mark, or mark or start is not within the recording, or no track is at a mark.
+    """
+    del truth
+    check_start(start, sequence)
+    if not isinstance(mark, LinkagePoints) and not (mark is None and isinstance(sequence, TrackSequence)):
+        raise ParameterError("mark", mark and mark.kind, "points: root, both joints and tip")
+    footage = Footage.of(sequence, mark, start)
+    if isinstance(sequence, TrackSequence):
+        columns = _columns(sequence, mark if isinstance(mark, LinkagePoints) else None, start)
+        points = sequence.positions[start][columns]
+        source = RecordedLinkage(sequence, start, guessed(points), tracked(sequence, columns, start))
+        defaults = revise(RecordedLinkageParameters(), _bounds(points))
+        return Setup(lambda _seed, _parameters: source, defaults, footage, success=KEPT.name)
+    if not isinstance(mark, LinkagePoints):
+        raise ParameterError("mark", None, "points: root, both joints and tip")
+    mark.check(sequence.size)
+    places = mark.places
+
+    def open_source(_seed: int, parameters: RecordedLinkageParameters) -> RecordedLinkage:
+        followed = Followed(sequence, start, places, parameters)
+        return RecordedLinkage(sequence, start, guessed(places), followed.at)
+
+    return Setup(open_source, revise(RecordedLinkageParameters(), _bounds(places)), footage, success=KEPT.name)
+
+
+def _columns(sequence: TrackSequence, mark: LinkagePoints | None, start: int) -> list[int]:
+    """Return which tracks of a table are root, joints and tip.
+
+    Raises:
+        ParameterError: There is no track at a mark, or it is no mark of a chain, or there is none and not just four
+            tracks that are all seen.
+    """
+    there = sequence.positions[start]
+    if mark is None:
+        if len(sequence.names) != len(NAMES):
+            bound = f"tracks of {len(NAMES)} points, or marks at root, joints and tip that say which are meant"
+            raise ParameterError("footage", len(sequence.names), bound)
+        if not np.isfinite(there).all():
+            raise ParameterError("start", start, "a frame in which all four points are seen")
+        return list(range(len(NAMES)))
+    columns: dict[str, int] = {}
+    for name, place in mark.points.items():
+        apart = np.hypot(*(there - np.array(place)).T)
+        apart[list(columns.values())] = np.nan
+        nearest = int(np.nanargmin(apart)) if np.isfinite(apart).any() else -1
+        if nearest < 0 or apart[nearest] > NEAR_PX:
+            bound = f"within {NEAR_PX:g} px of a track that is seen in frame {start}, one for each point"
+            if nearest >= 0:
+                x, y = there[nearest].tolist()
+                bound += f"; the nearest, {sequence.names[nearest]!r}, is at ({x:.1f}, {y:.1f})"
+            if sequence.scale != 1.0:
+                width, height = sequence.size
+                bound += f" in px of the picture of {width} x {height} px, for which the table was scaled"
+            raise ParameterError(f"mark.points.{name}", place, bound)
+        columns[name] = nearest
+    mark.check(sequence.size)
+    return [columns[name] for name in NAMES]
+
+
+def _bounds(points: NDArray[np.float64]) -> dict[str, Value]:
+    """Return the parameters that follow from how long the links look where they are marked."""
+    seen = np.sqrt(np.square(np.diff(points, axis=0)).sum(axis=1))
+    low, high = np.clip(np.rint(np.outer((LEAST_SHARE, MOST_SHARE), seen)), 1.0, LONGEST_PX)
+    values: dict[str, Value] = {}
+    for link in range(len(seen)):
+        values |= {f"length_{link + 1}_low_px": float(low[link]), f"length_{link + 1}_high_px": float(high[link])}
+    spread = float(seen.mean())
+    return {
+        **values,
+        "length_difference_12_px": LONGEST_PX,
+        "length_difference_23_px": LONGEST_PX,
+        "joint_low_deg": -360,
+        "joint_high_deg": 360,
+        "joint_difference_23_deg": 360,
+        "start_angle_variance_rad2": 0.05,
+        "start_length_variance_px2": max((0.3 * spread) ** 2, 1.0),
+        "observation_variance_px2": 4,
+        "root_acceleration_px": 3,
+        "stir_discount": 0.5,
+        "start_angle_bound_rad": 0.7,
+        "start_length_bound_px": LONGEST_PX,
+        "motion_bound_rad": 0.15,
+        "error_bound_px": 4,
+        "root_motion_bound_px": 16,
+    }

@@ -1,0 +1,97 @@
+"""How far directions are from the true ones, whether the truth was ever excluded, and what a run comes to."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.beam import Beam
+from pftrack.frame import Frame, Target
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.series import Series, SeriesValue
+from pftrack.sources.linkage.truth import LinkageTarget, in_radians
+from pftrack.trackers.linkage.regions import Region, contains
+from pftrack.trackers.linkage.state import LinkageState
+
+__all__ = ["SERIES", "direction_error", "measure", "missed", "report"]
+
+LINKS = 3
+IN_SPACE = 11
+"""Numbers of an estimate in space: omega, t, theta and r."""
+
+SERIES = (
+    Series("contained", "truth contained", role="flag"),
+    *(Series(f"true_length_{link}", f"true length of link {link}", "px") for link in range(1, LINKS + 1)),
+    *(Series(f"true_direction_{link}", f"true direction of link {link}", "°") for link in range(1, LINKS + 1)),
+)
+
+
+def direction_error(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the greatest angle (...) between the believed and the true direction of a link, degrees.
+
+    Args:
+        estimates: (..., 6) or (..., 11), as trackers estimate them.
+        truths: Of the same shape, relative to the same reference attitude.
+    """
+    believed, true = (_unit_vectors(np.asarray(one, dtype=np.float64)) for one in (estimates, truths))
+    across = np.linalg.norm(np.cross(believed, true), axis=-1)
+    return np.asarray(np.rad2deg(np.arctan2(across, (believed * true).sum(axis=-1)).max(axis=-1)))
+
+
+def _unit_vectors(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the directions of the links (..., 3, 3), a link in each row."""
+    absolute = np.deg2rad(np.cumsum(positions[..., -2 * LINKS : -LINKS], axis=-1))
+    flat = np.stack([np.cos(absolute), np.sin(absolute), np.zeros_like(absolute)], axis=-1)
+    if positions.shape[-1] != IN_SPACE:
+        return flat
+    omega = np.deg2rad(positions[..., None, :3])
+    angle = np.linalg.norm(omega, axis=-1, keepdims=True)
+    axis = np.divide(omega, angle, out=np.zeros_like(omega), where=angle > 0.0)
+    axis = np.broadcast_to(axis, flat.shape)
+    along = (axis * flat).sum(axis=-1, keepdims=True)
+    return np.asarray(
+        np.cos(angle) * flat + np.sin(angle) * np.cross(axis, flat) + (1.0 - np.cos(angle)) * along * axis
+    )
+
+
+def measure(frame: Frame, state: LinkageState) -> Mapping[str, SeriesValue]:
+    """Return the true lengths and directions, within half a turn of the believed ones, and whether regions hold it."""
+    target = frame.target
+    if not isinstance(target, LinkageTarget):
+        return {}
+    absolute = np.cumsum(target.theta)
+    near = absolute + 2.0 * np.pi * np.round((state.directions - absolute) / (2.0 * np.pi))
+    values: dict[str, SeriesValue] = {}
+    for link in range(LINKS):
+        values[f"true_length_{link + 1}"] = float(target.r[link])
+        values[f"true_direction_{link + 1}"] = float(np.rad2deg(near[link]))
+    excluded = missed(state, target)
+    if excluded is not None:
+        values["contained"] = float(not excluded)
+    return values
+
+
+def missed(state: LinkageState, target: Target) -> bool | None:
+    """Return whether regions exclude the truth; None for other beliefs, whose estimate says where they are.
+
+    The middle of all that is possible may be far from the truth: regions hold no point to be the likeliest.
+    """
+    if isinstance(state.belief, Beam) and all(isinstance(member, Region) for member in state.belief.members):
+        return not contains(state, in_radians(target.position))
+    return None
+
+
+def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
+    """Return the lengths' final intervals, the worst direction, and how often the truth was contained, where known."""
+    last = rows[-1]
+    intervals = [last.vector(f"length_{link}") for link in range(1, LINKS + 1)]
+    found: dict[str, Any] = {"intervals_px": [list(one) for one in intervals if one is not None]}
+    errors = [row.error for row in rows if row.error is not None and math.isfinite(row.error)]
+    if errors:
+        found["max_angle_error_rad"] = math.radians(max(errors))
+    contained = [row.number("contained") for row in rows if math.isfinite(row.number("contained"))]
+    if contained:
+        found["contained_share"] = sum(contained) / len(contained)
+    return found

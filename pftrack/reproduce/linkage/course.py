@@ -1,0 +1,132 @@
+"""Runs of the experiment of a chain, and what they come to beside the truth."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiments import find
+from pftrack.frame import Frame, Measurements
+from pftrack.parameters import Value, revise
+from pftrack.random import Purpose, Stream
+from pftrack.runs.run import Change, Run
+from pftrack.sources.linkage.truth import LinkageTarget
+from pftrack.trackers.linkage.state import LinkageState
+
+__all__ = ["Condition", "Course", "course", "swung"]
+
+BOUND_SDS = 3.0
+"""Noise beyond it is drawn again, as in the simulated scene."""
+
+
+class Condition(NamedTuple):
+    """A run: tracker, values that differ from the defaults, and seed."""
+
+    tracker: str
+    values: tuple[tuple[str, Value], ...]
+    seed: int
+
+
+class Course(NamedTuple):
+    """What a run comes to.
+
+    Attributes:
+        errors: (T,) greatest error of a direction, rad.
+        lengths: (T, 3) estimates, px.
+        deviations: (T, 3) of the same.
+        low: (T, 3) of what lengths are believed possible, px.
+        high: (T, 3) of the same.
+        true_lengths: (3,) px.
+        hypotheses: (T,) how many there are.
+        refuted: (T,) how many were refuted.
+        splits: (T,) how many were added by a split.
+        contained: (T,) whether regions hold the truth, 1 or 0; NaN of another belief.
+    """
+
+    errors: NDArray[np.float64]
+    lengths: NDArray[np.float64]
+    deviations: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    true_lengths: NDArray[np.float64]
+    hypotheses: NDArray[np.int64]
+    refuted: NDArray[np.int64]
+    splits: NDArray[np.int64]
+    contained: NDArray[np.float64]
+
+
+def course(condition: Condition) -> Course:
+    """Run the experiment."""
+    experiment = find("linkage")
+    timeline = (Change(0, dict(condition.values)),)
+    run = Run(experiment, experiment.simulate(), tracker=condition.tracker, seed=condition.seed, timeline=timeline)
+    steps = list(run)
+    targets = [step.frame.target for step in steps if isinstance(step.frame.target, LinkageTarget)]
+    return _course([step.state for step in steps], targets)
+
+
+def swung(
+    condition: Condition, theta: NDArray[np.float64], r: NDArray[np.float64], start: NDArray[np.float64]
+) -> Course:
+    """Run a tracker on a motion that the scene has not.
+
+    Args:
+        condition: Tracker, values and seed.
+        theta: (T, 3) joint angles, rad.
+        r: (3,) lengths, px.
+        start: (6,) pose and lengths at which the estimate begins, rad and px.
+    """
+    experiment = find("linkage")
+    parameters = revise(experiment.simulate().parameters, dict(condition.values))
+    tracker = experiment.trackers[condition.tracker]
+    targets = [LinkageTarget(np.zeros(6), theta=angles, r=r) for angles in theta]
+    beginning = LinkageTarget(np.zeros(6), theta=start[:3], r=start[3:])
+    states: list[Any] = []
+    for index, target in enumerate(targets):
+        seen = np.cumsum(r * np.cos(np.cumsum(target.theta))) + _noise(condition.seed, index)
+        measured = Measurements(np.column_stack([seen, np.zeros(3)]), np.ones((3, 2)))
+        frame = Frame(index, float(index), measurements=measured, target=target)
+        rng = Stream(condition.seed, index, Purpose.TRACK)
+        state = tracker.step(states[-1], frame, parameters, rng) if states else None
+        states.append(state or tracker.start(beginning, frame, parameters, rng))
+    return _course(states, targets)
+
+
+def _course(states: Sequence[LinkageState], targets: Sequence[LinkageTarget]) -> Course:
+    errors = find("linkage").error
+    believed = np.array([state.estimate for state in states])
+    true = np.array([_position(target) for target in targets])
+    return Course(
+        np.deg2rad(errors(believed, true)),
+        np.array([state.mean[-3:] for state in states]),
+        np.array([state.spread[-3:] for state in states]),
+        np.array([state.low[-3:] for state in states]),
+        np.array([state.high[-3:] for state in states]),
+        targets[0].r,
+        np.array([len(state.belief) for state in states]),
+        np.array([state.events.refuted for state in states]),
+        np.array([state.events.splits for state in states]),
+        np.array([_contained(state, target) for state, target in zip(states, targets, strict=True)]),
+    )
+
+
+def _contained(state: LinkageState, target: LinkageTarget) -> float:
+    measure = find("linkage").measure
+    held = measure(Frame(0, 0.0, target=target), state).get("contained") if measure else None
+    return held if isinstance(held, float) else np.nan
+
+
+def _position(target: LinkageTarget) -> NDArray[np.float64]:
+    """Return what trackers estimate, as the experiment tells it: angles in degrees."""
+    if target.omega is None or target.t is None:
+        return np.concatenate([np.rad2deg(target.theta), target.r])
+    return np.concatenate([np.rad2deg(target.omega), target.t, np.rad2deg(target.theta), target.r])
+
+
+def _noise(seed: int, index: int) -> NDArray[np.float64]:
+    stream = Stream(seed, index, Purpose.SCENE)
+    numbers = np.asarray(stream.standard_normal(3))
+    while (np.abs(numbers) > BOUND_SDS).any():
+        numbers = np.where(np.abs(numbers) > BOUND_SDS, stream.standard_normal(3), numbers)
+    return numbers

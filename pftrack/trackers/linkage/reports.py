@@ -1,0 +1,79 @@
+"""What all trackers of a chain report of their states."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pftrack.geometry.linkage import LINKS
+from pftrack.particles import ParticleSet
+from pftrack.series import Hypotheses, Interval, Reduction, Series, SeriesValue
+from pftrack.trackers import reports
+from pftrack.trackers.linkage.state import LinkageState
+
+__all__ = ["PARTICLE_SERIES", "SERIES", "measure"]
+
+COMPONENTS = ("direction 1", "direction 2", "direction 3", "length 1", "length 2", "length 3")
+
+SERIES = (
+    *(Series(f"length_{i}", f"length of link {i}", "px", "interval") for i in range(1, LINKS + 1)),
+    *(Series(f"direction_{i}", f"direction of link {i}", "°") for i in range(1, LINKS + 1)),
+    *(Series(f"direction_{i}_sd", f"deviation of direction {i}", "°") for i in range(1, LINKS + 1)),
+    Series("hypothesis_count", "hypotheses", reductions=(Reduction("mean_hypotheses", "mean hypotheses", "mean"),)),
+    Series("hypotheses", "hypotheses", shape="hypotheses", components=COMPONENTS),
+    Series(
+        "split",
+        "split",
+        role="event",
+        colours=("prediction",),
+        reductions=(Reduction("splits", "frames with a split", "count"),),
+    ),
+    Series("merged", "merged", role="event", colours=("hidden",)),
+    Series(
+        "refuted",
+        "refuted",
+        role="event",
+        colours=("lost",),
+        reductions=(Reduction("refutations", "frames that refuted", "count"),),
+    ),
+    Series("cut", "bounds that cut"),
+    Series(
+        "outlier",
+        "left out",
+        role="event",
+        colours=("observation",),
+        reductions=(Reduction("outliers", "observations left out", "count"),),
+    ),
+)
+"""Of every tracker: the range of each length, directions, hypotheses, and what happened. The range is two standard
+deviations to either side, or all that is not excluded; of hypotheses, of all of them together."""
+
+PARTICLE_SERIES = (*SERIES, *reports.CLOUD)
+
+
+def measure(state: LinkageState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series."""
+    belief, events = state.belief, state.events
+    lengths = {
+        f"length_{i + 1}": Interval(float(state.low[i - LINKS]), float(state.high[i - LINKS])) for i in range(LINKS)
+    }
+    angles = {f"direction_{i + 1}": float(np.rad2deg(state.directions[i])) for i in range(LINKS)}
+    deviations = {f"direction_{i + 1}_sd": float(np.rad2deg(state.directions_sd[i])) for i in range(LINKS)}
+    happened = {
+        "split": float(events.splits > 0),
+        "merged": float(events.merges > 0),
+        "refuted": float(events.refuted > 0),
+        "cut": float(events.truncated),
+        "outlier": float(events.outlier),
+    }
+    values: dict[str, SeriesValue] = {**lengths, **angles, **deviations, **happened}
+    if isinstance(belief, ParticleSet):
+        return {**values, **reports.cloud(belief, resampled=True)}
+    poses = tuple(
+        (*np.rad2deg(member.pose[:LINKS]).tolist(), *member.pose[LINKS:].tolist()) for member in belief.members
+    )
+    weights = tuple(belief.weights.tolist())
+    return {
+        **values,
+        "hypothesis_count": float(len(belief)),
+        "hypotheses": Hypotheses(poses, weights, parents=tuple(belief.parents.tolist())),
+    }

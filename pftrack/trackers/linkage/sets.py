@@ -1,0 +1,264 @@
+"""Trackers of a chain that believe in regions, which hold the truth as long as motion and errors keep their bounds.
+
+- `ellipsoids`: ellipsoids and guides, each bounding the other, with guides shrunk by interval arithmetic and by cells;
+- `ellipsoids-literal`: as the document has it, where the ellipsoid alone shrinks the guides; two ways of
+  prediction that lose the truth may be chosen;
+- `box-guides`: guides alone. All that `ellipsoids` finds out about lengths it finds out too.
+
+Source: document 4 (specification 6, section 5.)
+"""
+
+from collections.abc import Mapping
+from functools import lru_cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.beam import Beam
+from pftrack.frame import Frame, Target
+from pftrack.geometry.linkage import LINKS, Bounds
+from pftrack.particles import ParticleSet, normalise
+from pftrack.random import Stream
+from pftrack.set_membership.frame import Observe, frame_step
+from pftrack.set_membership.guides import circumscribe
+from pftrack.set_membership.observation import observed_in_plane
+from pftrack.set_membership.prediction import LENGTHENED, OUTER, PRINTED
+from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways
+from pftrack.set_membership.space_cells import Link
+from pftrack.set_membership.space_observation import observed_in_space
+from pftrack.set_membership.strips import TRACE, VOLUME
+from pftrack.sources.linkage.truth import LinkageTarget
+from pftrack.trackers.linkage.gaussians import look
+from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
+from pftrack.trackers.linkage.regions import ROOT, Region, begun, box_of, known, union
+from pftrack.trackers.linkage.reports import SERIES, measure
+from pftrack.trackers.linkage.state import NOTHING, Events, LinkageState
+from pftrack.trackers.tracker import Tracker
+
+__all__ = ["TRACKERS"]
+
+WAYS_OF_PREDICTION: Mapping[str, int] = {"outer": OUTER, "lengthened": LENGTHENED, "printed": PRINTED}
+
+FROM_SDS = 3.0
+"""Half the width, in standard deviations, of the box that is taken over from another kind of belief."""
+
+Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+def start(method: str, target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
+    """Begin with the box of all that is possible at first; the first observation is that of the next frame."""
+    del frame, rng
+    if not isinstance(target, LinkageTarget):
+        raise TypeError(f"a tracker of a chain begins at the pose of one, got {type(target).__name__}")
+    angle, length = np.full(3, parameters.start_angle_bound_rad), np.full(3, parameters.start_length_bound_px)
+    middle, half, root = np.concatenate([target.theta, target.r]), np.concatenate([angle, length]), None
+    if target.omega is not None and target.t is not None:
+        around = np.full(2, parameters.start_root_bound_px)
+        middle = np.concatenate([target.omega, target.t, middle])
+        half = np.concatenate([angle, around, half])
+        root = target.t - around, target.t + around
+    box = _cut((middle - half, middle + half), parameters.bounds)
+    inscribed = method == "ellipsoids-literal" and parameters.first_ellipsoid == "inscribed"
+    region = begun(box, float(parameters.angle_scale_px), inscribed=inscribed)
+    beam = Beam.of(_treated(region, ellipsoids=method != "box-guides"))
+    return _state(beam, parameters.bounds, root, target.origin_px, target.reference)
+
+
+def step(
+    method: str, state: LinkageState, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream
+) -> LinkageState:
+    """Take one frame.
+
+    Args:
+        method: Name of the tracker.
+        state: Of the frame before, of any tracker.
+        frame: What was seen.
+        parameters: In force.
+        rng: Not used.
+    """
+    del rng
+    treated = ways(method, parameters)
+    scale = float(parameters.angle_scale_px)
+    before, own = _regions(state, parameters, ellipsoids=treated.ellipsoids)
+    seen = look(frame, state.origin_px, in_space=state.in_space).reshape(-1, 2 if state.in_space else 1)
+    links = seen[1:] - seen[:-1] if state.in_space else np.diff(seen, axis=0, prepend=0.0)
+    found = frame_step(
+        [region.array for region in before],
+        _observing(links, state.reference, parameters, treated),
+        np.flatnonzero(~np.isnan(links).any(axis=1)).tolist(),
+        known(parameters.bounds, scale, float(parameters.motion_bound_rad), in_space=state.in_space),
+        parameters.region_passes,
+        treated,
+    )
+    members = tuple(_treated(Region(one, scale, True), ellipsoids=treated.ellipsoids) for one in found.regions)
+    parents = found.parents if own else np.full(len(members), -1)
+    root = None
+    if state.in_space:
+        last = state.low[ROOT], state.high[ROOT]
+        root = _root(seen, union(members)[1][LINKS:], parameters, last)
+    return _state(
+        Beam(members, normalise(np.zeros(len(members)))[0], parents),
+        parameters.bounds,
+        root,
+        state.origin_px,
+        state.reference,
+        Events(found.splits, found.merges, found.refuted, 0, found.outlier),
+    )
+
+
+@lru_cache(maxsize=64)
+def ways(method: str, parameters: LinkageTrackerParameters) -> Ways:
+    """Return how a tracker treats its regions."""
+    literal = method == "ellipsoids-literal"
+    return Ways(
+        ellipsoids=method != "box-guides",
+        least=TRACE if parameters.least_ellipsoid == "trace" else VOLUME,
+        tighten=parameters.tightened,
+        contraction=not literal,
+        sampled=not literal,
+        sides=method == "ellipsoids",
+        splitting=parameters.split_regions,
+        way=WAYS_OF_PREDICTION[parameters.predicted_ellipsoid] if literal else OUTER,
+    )
+
+
+def _observing(
+    links: NDArray[np.float64],
+    reference: NDArray[np.float64] | None,
+    parameters: LinkageTrackerParameters,
+    treated: Ways,
+) -> Observe:
+    """Return what takes the observation of a link into account: ends less beginnings (3, 1) or (3, 2), px."""
+    scale, once = float(parameters.angle_scale_px), float(parameters.error_bound_px)
+    if reference is None:
+
+        def in_plane(region: NDArray[np.float64], link: int, most: int) -> NDArray[np.float64]:
+            # The root is known exactly.
+            bound, shown = once if link == 0 else 2.0 * once, float(links[link, 0])
+            return observed_in_plane(
+                region, (link, LINKS + link), scale, shown, bound, parameters.direction_cells, most, treated
+            )
+
+        return in_plane
+    attitude = np.ascontiguousarray(reference)
+
+    def in_space(region: NDArray[np.float64], link: int, most: int) -> NDArray[np.float64]:
+        place = Link(LINKS - 1 + link if link > 0 else -1, 2 + LINKS + link, scale, attitude)
+        cells = parameters.attitude_cells
+        return observed_in_space(region, place, links[link].copy(), 2.0 * once, cells, most, treated)
+
+    return in_space
+
+
+def _root(
+    seen: NDArray[np.float64], longest: NDArray[np.float64], parameters: LinkageTrackerParameters, last: Box
+) -> Box:
+    """Return the least and the greatest place (2,) of the root: seen itself, or as far from a joint as links reach.
+
+    Where nothing is seen it is around where it was.
+    """
+    reach = float(parameters.error_bound_px)
+    for point, length in zip(seen, (*longest, 0.0), strict=True):
+        if not np.isnan(point).any():
+            return point - reach, point + reach
+        reach += float(length)
+    moved = float(parameters.root_motion_bound_px)
+    return last[0] - moved, last[1] + moved
+
+
+def _regions(
+    state: LinkageState, parameters: LinkageTrackerParameters, *, ellipsoids: bool
+) -> tuple[tuple[Region, ...], bool]:
+    """Return the regions of a state, in the scale in force, and whether they are its own rather than made of it."""
+    scale = float(parameters.angle_scale_px)
+    members = () if isinstance(state.belief, ParticleSet) else state.belief.members
+    own = tuple(member for member in members if isinstance(member, Region))
+    if members and len(own) == len(members):
+        return tuple(_treated(region.scaled(scale), ellipsoids=ellipsoids) for region in own), True
+    around = FROM_SDS * state.spread
+    box = _cut((state.mean - around, state.mean + around), parameters.bounds)
+    off = FROM_SDS * state.directions_sd
+    region = begun(box, scale, directions=(state.directions - off, state.directions + off))
+    return (_treated(region, ellipsoids=ellipsoids),), False
+
+
+def _treated(region: Region, *, ellipsoids: bool) -> Region:
+    """Return a region that has an ellipsoid, or has none."""
+    if ellipsoids and region.has_ellipsoid:
+        return region
+    array = region.array.copy()
+    if ellipsoids:
+        circumscribe(array[LOW], array[HIGH], array[CENTRE], array[SHAPE:])
+    else:
+        array[CENTRE] = 0.5 * (array[LOW] + array[HIGH])
+        array[SHAPE:] = 0.0
+    return Region(array, region.scale, ellipsoids)
+
+
+def _cut(box: Box, bounds: Bounds) -> Box:
+    """Return a box of estimates cut by the bounds of joints and lengths.
+
+    What is wholly outside is moved to the bound, with its width: nothing becomes certain by a contradiction.
+    """
+    least = np.array([*bounds.joint_low, *bounds.length_low])
+    most = np.array([*bounds.joint_high, *bounds.length_high])
+    low, high = box[0].copy(), box[1].copy()
+    bottom, top = low[-2 * LINKS :], high[-2 * LINKS :]
+    moved = np.where(top < least, least - bottom, np.where(bottom > most, most - top, 0.0))
+    for end in (bottom, top):
+        end[:] = np.clip(end + moved, least, most)
+    return low, high
+
+
+def _state(
+    beam: Beam[Region],
+    bounds: Bounds,
+    root: Box | None,
+    origin_px: NDArray[np.float64],
+    reference: NDArray[np.float64] | None,
+    events: Events = NOTHING,
+) -> LinkageState:
+    """Return the state of some regions: the estimate is the middle of the box around them, as if it were uniform."""
+    low, high = box_of(beam.members, bounds, root)
+    least, most = (end[:LINKS] for end in union(beam.members))
+    deviation = np.sqrt(1.0 / 12.0)
+    return LinkageState(
+        beam,
+        0.5 * (low + high),
+        deviation * (high - low),
+        low,
+        high,
+        0.5 * (least + most),
+        deviation * (most - least),
+        origin_px,
+        reference,
+        0.0,
+        events,
+    )
+
+
+def _tracker(name: str, title: str, description: str) -> Tracker:
+    return Tracker(name, title, description, partial(start, name), partial(step, name), series=SERIES, measure=measure)
+
+
+TRACKERS = {
+    tracker.id: tracker
+    for tracker in (
+        _tracker(
+            "ellipsoids",
+            "Guided ellipsoids",
+            "Keeps every pose and length that is possible, in ellipsoids and boxes that bound each other.",
+        ),
+        _tracker(
+            "ellipsoids-literal",
+            "Ellipsoids as in the source",
+            "Keeps what is possible in ellipsoids, whose extent alone bounds the lengths.",
+        ),
+        _tracker(
+            "box-guides",
+            "Guides alone",
+            "Keeps what is possible in boxes, shrunk by interval arithmetic, without any ellipsoid.",
+        ),
+    )
+}
+"""Trackers that believe in regions, by name."""

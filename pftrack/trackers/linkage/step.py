@@ -1,0 +1,51 @@
+"""The trackers of a chain by name."""
+
+from functools import partial
+
+from pftrack.trackers.linkage import gaussians, particles, sets
+from pftrack.trackers.linkage.reports import PARTICLE_SERIES, SERIES, measure
+from pftrack.trackers.tracker import Tracker
+
+__all__ = ["TRACKERS"]
+
+
+def _filter(name: str, title: str, description: str) -> Tracker:
+    step = partial(gaussians.filter_step, name)
+    return Tracker(name, title, description, gaussians.start, step, series=SERIES, measure=measure)
+
+
+TRACKERS = {
+    tracker.id: tracker
+    for tracker in (
+        _filter(
+            "ekf-mirrors",
+            "EKF with mirror hypotheses",
+            "Follows both sides of a link that passes the parallel to the image, until bounds refute one.",
+        ),
+        _filter(
+            "ekf-truncated",
+            "EKF with bounds",
+            "One extended Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
+        ),
+        _filter("ekf", "EKF", "One extended Kalman filter that knows no bounds."),
+        Tracker(
+            "ukf",
+            "UKF with bounds",
+            "One unscented Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
+            gaussians.start,
+            gaussians.unscented_step,
+            series=SERIES,
+            measure=measure,
+        ),
+        Tracker(
+            "particles",
+            "Particle filter with bounds",
+            "Draws each particle from its motion and the observation together; beyond a bound it has no weight.",
+            gaussians.start,
+            particles.step,
+            series=PARTICLE_SERIES,
+            measure=measure,
+        ),
+    )
+} | sets.TRACKERS
+"""All trackers by name, in the order in which they are shown."""

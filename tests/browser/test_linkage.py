@@ -1,0 +1,120 @@
+"""A chain in the browser: regions split while one watches and one is refuted; arms on films are followed."""
+
+from itertools import islice
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from pftrack.film import FilmWriter
+from pftrack.sources.tracks.table import written
+from tests.arm import FRAMES, film, joints
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "ball_green_hand" / "clip.mp4"
+REAL_FRAMES = range(140, 152)
+REAL_JOINTS = {"root": (622, 85), "second joint": (430, 100), "third joint": (385, 88), "tip": (336, 77)}
+"""In the first of these frames: cuff, wrist, knuckles and ball, px."""
+
+
+@pytest.mark.plots
+def test_regions_split_and_one_is_refuted_while_one_watches(gallery: Gallery, server: Server) -> None:
+    """Opened from the gallery two regions are followed from a split until one is refuted; the scrubber marks both."""
+    page = gallery.page
+    gallery.card("linkage").locator("[data-preset=mirror3]").click()
+    shown = SessionPage(page, server).ready()
+    shown.until(lambda: (shown.position or 0) > 0, "it plays by itself")
+    page.get_by_text("tree of hypotheses").first.wait_for()
+    shown.play_to_the_end()
+    rows = server.column(shown.id, "series")
+    split, refuted = (next(frame for frame, row in enumerate(rows) if row[name]) for name in ("split", "refuted"))
+    assert split < refuted
+    counts = [row["hypothesis_count"] for row in rows]
+    assert set(counts[split:refuted]) == {2}
+    assert counts[refuted] == 1
+    assert all(row["contained"] == 1 for row in rows)
+    scrubber = page.locator(".scrubber")
+    shown.until(lambda: "events" in (scrubber.get_attribute("data-rows") or ""), "the scrubber has a row of events")
+    box = scrubber.bounding_box()
+    scrubber.focus()
+    page.keyboard.press("Home")
+    shown.stands_at(0)
+    left, width = box["x"] + 104, box["width"] - 114
+    page.mouse.click(left + width * split / (len(rows) - 1), box["y"] + 60)
+    shown.stands_at(split)
+    shown.until(lambda: "split" in (scrubber.get_attribute("aria-valuetext") or ""), "the scrubber says what happened")
+    page.locator(".world").nth(1).wait_for()
+
+
+def test_an_arm_is_marked_and_followed(gallery: Gallery, server: Server, tmp_path: Path) -> None:
+    """A film is chosen, the four points are offered where the arm has them, and they are followed."""
+    film(tmp_path / "arm.mp4")
+    page = gallery.page
+    gallery.choose("arm.mp4", (tmp_path / "arm.mp4").read_bytes(), "video/mp4")
+    page.locator(".mark-surface").wait_for()
+    page.select_option("#target-experiment", "linkage")
+    gallery.until(lambda: page.locator(".point[data-handle]").count() == 4, "four points are offered")
+    tip = page.locator(".point[data-handle='points.tip']")
+    for key in ("ArrowUp", "ArrowDown"):
+        tip.press(key)
+    go = page.locator("button:has-text('Track it')")
+    gallery.until(go.is_enabled, "what was touched is a mark")
+    go.click()
+    shown = SessionPage(page, server).ready()
+    assert shown.session["recipe"]["footage"]["mark"]["kind"] == "points"
+    shown.play_to_the_end()
+    rows = server.column(shown.id, "series")
+    lengths = np.array([rows[-1][f"length_{link}"] for link in (1, 2, 3)])
+    seen = np.linalg.norm(np.diff(joints(0), axis=0), axis=1)
+    assert (lengths[:, 1] > seen).all()
+    assert len(rows) == FRAMES
+
+
+def test_a_real_arm_is_marked_and_followed(gallery: Gallery, server: Server, tmp_path: Path) -> None:
+    """The handles are dragged to the cuff, the wrist, the knuckles and the ball, and none of them is lost."""
+    if not CLIP.exists():
+        pytest.skip("the sample clips are not beside this checkout")
+    path = tmp_path / "arm.mp4"
+    with av.open(str(CLIP)) as clip, FilmWriter(path, 30.0) as film:
+        for frame in islice(clip.decode(video=0), REAL_FRAMES.start, REAL_FRAMES.stop):
+            film.write(frame.to_ndarray(format="rgb24"))
+    page = gallery.page
+    gallery.choose(path.name, path.read_bytes(), "video/mp4")
+    surface = page.locator(".mark-surface")
+    surface.wait_for()
+    page.select_option("#target-experiment", "linkage")
+    gallery.until(lambda: page.locator(".point[data-handle]").count() == 4, "four points are offered")
+    surface.scroll_into_view_if_needed()
+    area = surface.bounding_box()
+    for name, (x, y) in REAL_JOINTS.items():
+        handle = page.locator(f".point[data-handle='points.{name}']").bounding_box()
+        page.mouse.move(handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2)
+        page.mouse.down()
+        page.mouse.move(area["x"] + (x + 0.5) / 640 * area["width"], area["y"] + (y + 0.5) / 360 * area["height"])
+        page.mouse.up()
+    page.click("button:has-text('Track it')")
+    shown = SessionPage(page, server).ready()
+    points = shown.session["recipe"]["footage"]["mark"]["points"]
+    assert all(points[name] == pytest.approx(place, abs=1.5) for name, place in REAL_JOINTS.items())
+    caption = page.locator(".flat-caption")
+    for frame in (1, 2, 3, 7, len(REAL_FRAMES) - 1):
+        server.seek(shown.id, frame)
+        caption.get_by_text(f"frame {frame} ·").wait_for()
+        assert "not seen" not in caption.inner_text(), frame
+    assert len(server.column(shown.id, "series")) == len(REAL_FRAMES)
+
+
+def test_a_table_of_four_tracks_is_taken_as_it_is(gallery: Gallery, server: Server) -> None:
+    """Nothing has to be touched: its tracks are the four points in their order."""
+    page = gallery.page
+    points = 2.0 * np.array([joints(index) for index in range(FRAMES)]) + np.array([80.0, 20.0])
+    gallery.choose("arm.csv", written(list("abcd"), points, np.ones_like(points)).encode(), "text/csv")
+    page.locator("#target-experiment").wait_for()
+    page.select_option("#target-experiment", "linkage")
+    page.get_by_text("Leave them as they are").wait_for()
+    page.click("button:has-text('Track it')")
+    shown = SessionPage(page, server).ready()
+    assert shown.session["recipe"]["footage"]["mark"] is None
+    assert "not seen" not in page.inner_text(".flat-caption")
