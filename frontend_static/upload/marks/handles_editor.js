@@ -38,6 +38,12 @@ export class HandlesEditor {
   #places = new Map();
   /** @type {Set<string>} */
   #placed = new Set();
+  /**
+   * Handles that still stand where they were offered; their names are shown.
+   *
+   * @type {Set<string>}
+   */
+  #offered = new Set();
   /** @type {{handle: string, grip: Place}|{radius: NumberField}|null} */
   #drag = null;
 
@@ -84,6 +90,7 @@ export class HandlesEditor {
       if (isPlace(place)) this.#places.set(name, [place[0], place[1]]);
     }
     this.#placed = new Set(placed);
+    this.#offered.clear();
     for (const number of this.#numbers) number.value = Number(valueAt(mark, number.name) ?? number.first);
     this.#draw();
   }
@@ -93,6 +100,7 @@ export class HandlesEditor {
     const { width, height } = this.#picture;
     this.set(null);
     this.#places = new Map(this.#description.handles.map(({ name, at }) => [name, [at[0] * (width - 1), at[1] * (height - 1)]]));
+    this.#offered = new Set(this.#places.keys());
     this.#draw();
   }
 
@@ -213,6 +221,7 @@ export class HandlesEditor {
     const within = (value, most) => Math.min(Math.max(0, Math.round(value * 10) / 10), most);
     this.#places.set(name, [within(x, this.#picture.width - 1), within(y, this.#picture.height - 1)]);
     this.#placed.delete(name);
+    this.#offered.delete(name);
     this.#magnify(name);
     this.#say(name);
     this.#touched();
@@ -259,6 +268,7 @@ export class HandlesEditor {
       handle.style.left = `${(100 * (place[0] + 0.5)) / width}%`;
       handle.style.top = `${(100 * (place[1] + 0.5)) / height}%`;
       handle.classList.toggle("placed", this.#placed.has(name));
+      handle.classList.toggle("offered", this.#offered.has(name));
       handle.classList.toggle("at-right", (width - place[0]) / scale < NAME_PX);
       handle.setAttribute("aria-label", `${title}, ${Math.round(place[0])} across, ${Math.round(place[1])} down`);
     }

@@ -1,0 +1,97 @@
+"""A frame of the hand trackers, and palms by row sums beside palms that OpenCV fills, on the same picture in one run.
+
+What is compared is x_p of a palm: ours looks its area outside the silhouette and its contact up in sums along rows; as
+one writes it first, the palm is filled into a picture and compared with the silhouette's pixels. Then a whole frame of
+the beam with one hand and with four and of the particle filter, features included, as it comes live.
+"""
+
+from _table import arguments, progress, report, single_threaded
+
+single_threaded()
+
+from collections.abc import Callable  # noqa: E402
+from statistics import median  # noqa: E402
+from time import perf_counter  # noqa: E402
+
+import cv2  # noqa: E402
+import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
+
+from pftrack.detection.protrusions import features_in  # noqa: E402
+from pftrack.detection.silhouette import silhouette_of  # noqa: E402
+from pftrack.experiments import find  # noqa: E402
+from pftrack.geometry.hand_model import palm_points  # noqa: E402
+from pftrack.geometry.polygons import convex_hull  # noqa: E402
+from pftrack.runs.run import Change, Run  # noqa: E402
+from pftrack.trackers.hand.candidates import palm_candidates  # noqa: E402
+from pftrack.trackers.hand.likelihood import x_p  # noqa: E402
+from pftrack.trackers.hand.seen import contour_of, seen_in  # noqa: E402
+from pftrack.trackers.hand.settings import Task, settings  # noqa: E402
+
+MOTIONS = "wrist", "bend", "occlusion"
+SEED = 100
+
+
+def seconds(function: Callable[[], object], repeats: int) -> float:
+    """Return the median time of a call, after one that is not counted."""
+    function()
+    times = []
+    for _ in range(repeats):
+        began = perf_counter()
+        function()
+        times.append(perf_counter() - began)
+    return median(times)
+
+
+def by_filling(points: NDArray[np.float64], mask: NDArray[np.uint8], contour: NDArray[np.uint8], scale: float) -> float:
+    """Return x_p of a palm's points (18, 2) px, the palm filled into a picture."""
+    palm = np.zeros_like(mask)
+    hull = cv2.convexHull(np.round(16.0 * points).astype(np.int32))
+    cv2.fillConvexPoly(palm, hull, 1, cv2.LINE_8, 4)
+    outside = cv2.countNonZero(cv2.bitwise_and(palm, 1 - mask))
+    touching = cv2.countNonZero(cv2.bitwise_and(palm, contour))
+    return 50.0 * outside / (scale * max(touching, 1))
+
+
+def main() -> None:
+    """Time everything on the simulated hand."""
+    options = arguments("The hand trackers beside OpenCV.", repeats={"type": int, "default": 20})
+    cv2.setNumThreads(1)
+    hand = find("hand")
+    rows: list[dict[str, object]] = []
+    whole = {}
+    for tracker, values in (("beam", {"beam_width": 1}), ("beam", {"beam_width": 4}), ("particles", {})):
+        name = f"{tracker} {values.get('beam_width', '')}".strip()
+        times = []
+        for motion in MOTIONS:
+            progress(f"{name}, {motion}")
+            timeline = (Change(0, {"motion": motion, **values}),)
+            run = Run(hand, hand.simulate(), tracker=tracker, seed=SEED, timeline=timeline)
+            run.finish()
+            times += [row.step_ms for row in run.diagnostics[2:]]
+        whole[name] = median(times)
+        rows.append({"what": "frame", "by": name, "ms": whole[name], "frames/s": 1e3 / whole[name]})
+    run = Run(hand, hand.simulate(), seed=SEED, frames=6)
+    state, parameters = run.finish().state, run.parameters_at(5)
+    silhouette = silhouette_of(run.current.frame.image_rgb, parameters.silhouette)
+    time = seconds(lambda: features_in(silhouette), options.repeats)
+    rows.append({"what": "features", "by": "pftrack", "ms": 1e3 * time, "frames/s": 1 / time})
+    task = Task(state.scale, state.shape, settings(parameters, state.scale))
+    seen = seen_in(silhouette.mask, [])
+    mask, contour = silhouette.mask.astype(np.uint8), contour_of(silhouette.mask).astype(np.uint8)
+    palms = [palm_points(pose, state.scale, state.shape) for pose in palm_candidates(state.pose, task)[0]]
+    ours = seconds(lambda: [x_p(convex_hull(each), seen, state.scale) for each in palms], options.repeats)
+    theirs = seconds(lambda: [by_filling(each, mask, contour, state.scale) for each in palms], options.repeats)
+    for name, time in (("pftrack, row sums", ours), ("OpenCV, filled", theirs)):
+        rows.append({"what": f"x_p of {len(palms)} palms", "by": name, "ms": 1e3 * time, "frames/s": 1 / time})
+    report(
+        "A frame of a hand",
+        rows,
+        as_json=options.json,
+        beam_4_fps=1e3 / whole["beam 4"],
+        palms_faster=theirs / ours,
+    )
+
+
+if __name__ == "__main__":
+    main()

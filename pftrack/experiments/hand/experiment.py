@@ -1,0 +1,199 @@
+"""A hand whose pose comes from its silhouette alone, by a beam of hypotheses (document 4, chapter 2).
+
+Fingers disappear behind the palm within a frame or two, so nothing can be followed from picture to picture. Hands are
+made by a model instead and compared with the silhouette, and since which of them is right may show only later, several
+are kept.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.drawing import Drawing, Picture, Primitive
+from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
+from pftrack.experiments.hand import findings, sketch, truth
+from pftrack.experiments.hand.marks import HandTips
+from pftrack.experiments.hand.presets import PRESETS
+from pftrack.experiments.hand.recording import FINDER, on_video, suits
+from pftrack.experiments.hand.world import HAND_WORLD, hand_world
+from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.frame import Frame, Target
+from pftrack.layer import Key, Layer
+from pftrack.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
+from pftrack.references import SHIMADA, Citation
+from pftrack.runs.diagnostics import Diagnostics
+from pftrack.series import SeriesValue
+from pftrack.sources.hand import HandSceneParameters, HandSource, HandTarget
+from pftrack.trackers.hand.parameters import HandTrackerParameters
+from pftrack.trackers.hand.state import HandState
+from pftrack.trackers.hand.step import TRACKERS, features
+
+__all__ = ["EXPERIMENT", "SimulatedHandParameters"]
+
+LOST_PALMS = 0.65
+"""Mean distance of the tips in space from which on a hand counts as lost, palm axes."""
+
+
+class SimulatedHandParameters(HandTrackerParameters, HandSceneParameters):
+    """The simulated hand and its trackers."""
+
+
+def simulate() -> Setup:
+    """Wire the simulated hand."""
+    return Setup(HandSource, SimulatedHandParameters())
+
+
+def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+    """Draw a frame: what is seen, the hand that is chosen, the others as ghosts; the hand in space beside it."""
+    del past
+    image, state = step.frame.image_rgb, step.state
+    if image is None:
+        raise ValueError("a hand is drawn on a picture, got a frame without one")
+    height, width, _ = image.shape
+    shown = min(step.parameters.shown_hypothesis, len(state.beam)) - 1
+    primitives: dict[str, Primitive] = {"picture": Picture(image)}
+    primitives |= sketch.seen(features(step.frame, step.parameters))
+    primitives |= sketch.ghosts(state, shown, (width, height))
+    primitives |= sketch.hand(state, shown, (width, height))
+    if isinstance(step.frame.target, HandTarget):
+        primitives |= sketch.truth(step.frame.target)
+    if other is not None:
+        primitives |= sketch.second_run(other.estimate, 0.1 * state.scale)
+    return Drawing(width, height, primitives, _caption(step, shown), (hand_world(state, shown, step.frame.target),))
+
+
+def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:
+    """Return how near to the truth a frame's hands are, where that is known, and what there is to say of it."""
+    return {**truth.measure(frame, state), **findings.told(state)}
+
+
+def _caption(step: Step, shown: int) -> str:
+    row, state = step.diagnostics, step.state
+    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    count = len(state.beam)
+    if state.searching:
+        parts.append("waiting; grey: the hand seen last")
+    elif count > 1:
+        parts.append(f"hand {shown + 1} of {count}, {100 * state.beam.weights[shown]:.0f} %")
+    if row.error is not None and isinstance(step.frame.target, HandTarget):
+        tips, target = state.tips[shown], step.frame.target
+        off = float(_distance(tips, target.position))
+        parts.append(f"tips off by {off:.0f} px" + (", lost" if _too_far(tips, target) else ""))
+    if words := findings.said(state):
+        parts.append(words)
+    return " · ".join(parts)
+
+
+def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+    """Return the mean distance of the five tips (..., 15) in space, px."""
+    off = (estimates - truths).reshape(*np.shape(estimates)[:-1], 5, 3)
+    return np.sqrt(np.square(off).sum(axis=-1)).mean(axis=-1)
+
+
+def missed(state: HandState, target: Target) -> bool:
+    """Return whether the tips are too far from the true ones in space, for a hand of this size."""
+    if not isinstance(target, HandTarget):
+        return False
+    return _too_far(state.estimate, target)
+
+
+def _too_far(tips: NDArray[np.float64], target: HandTarget) -> bool:
+    return not _distance(tips, target.position) <= LOST_PALMS * target.scale
+
+
+EXPERIMENT = Experiment(
+    id="hand",
+    title="Pose of a hand",
+    question="What does a hand do whose silhouette is all that one sees?",
+    references=(Citation(SHIMADA, "chapter 2"),),
+    description=(
+        "A hand of sixteen parts and 23 angles is followed by its silhouette. Palms and fingers are tried around what "
+        "is expected, and the best hands that differ are kept, each with the one it comes from: what is ambiguous now "
+        "is often decided a few frames later. A particle filter with the same likelihood is there to compare."
+    ),
+    unit="px",
+    trackers=TRACKERS,
+    default_tracker="beam",
+    frames=30,
+    presets=PRESETS,
+    layers=(
+        Layer("picture"),
+        Layer("silhouette", legend=(Key("observation", "silhouette"),)),
+        Layer("protrusions", legend=(Key("second", "protrusions and wrist"),)),
+        Layer("other hands", legend=(Key("prediction", "other hands, by weight"),)),
+        Layer("hand", legend=(Key("estimate", "hand"),)),
+        Layer("fingers", shown=False),
+        Layer("truth", legend=(Key("truth", "truth"),)),
+        SECOND_RUN,
+    ),
+    worlds=(HAND_WORLD,),
+    simulate=simulate,
+    draw=draw,
+    error=_distance,
+    missed=missed,
+    on_video=on_video,
+    marks=(HandTips,),
+    advice="Spread all five fingers, with the palm towards the camera and the arm leaving the picture.",
+    finder=FINDER,
+    suits=suits,
+    truth=None,
+    series=(*truth.SERIES, *findings.SERIES),
+    measure=measure,
+    report=truth.report,
+    target="hand",
+    plots=(
+        ERROR,
+        Plot(
+            "hands",
+            "kept hands",
+            "tree",
+            "The hands that are kept, the best in the first row, and from which of the frame before each comes.",
+            series=("hands",),
+            shown="shown_hypothesis",
+        ),
+        Plot(
+            "right",
+            "right so far",
+            "frequency",
+            "How often the best hand was right up to each frame, and how often any that is kept was.",
+            series=("best_right", "any_right"),
+            levels=(1.0, 1.0),
+            needs_truth=True,
+        ),
+        Plot(
+            "tilt",
+            "tilt",
+            "hypotheses",
+            "Angle b by which each kept hand is turned about the forearm, and the true one.",
+            "rad",
+            ("hands",),
+            component=3,
+            truth="true_tilt",
+        ),
+        Plot(
+            "difference",
+            "silhouette that differs",
+            "value",
+            "Share of the silhouette's area by which that of the best hand differs from it.",
+            "%",
+            ("difference",),
+        ),
+        SAMPLE_SIZE,
+    ),
+    readings=(
+        Reading("error", "error"),
+        Reading("silhouette differs", "value", "%", "difference"),
+        Reading("protrusions", "value", "", "protrusions"),
+        Reading("log evidence", "evidence"),
+        STEP_TIME,
+    ),
+    example_sweep=ExampleSweep(
+        {"edge_noise_px": (0.0, 0.6, 1.2, 2.0, 3.0), "beam_width": (1, 2, 4, 8)},
+        trackers=("beam",),
+        trials=2,
+        frames=24,
+    ),
+    warm_frames=3,
+)

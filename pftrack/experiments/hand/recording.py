@@ -1,0 +1,145 @@
+"""A recording of a hand: which hand it begins with, and how the hand is told from the rest.
+
+Nothing has to be marked: an open hand is looked for, and followed from where it is first seen. Whoever marks the five
+tips corrects that, or begins with a hand that is not open.
+"""
+
+from collections.abc import Iterator, Sequence
+
+from pftrack.detection.open_hand import NoOpenHandError, OpenHand, opened
+from pftrack.detection.protrusions import HandFeatures, features_of
+from pftrack.detection.raised_fingers import proposed
+from pftrack.detection.silhouette import suggested
+from pftrack.experiment import Finder, Setup, Sighting
+from pftrack.experiments.hand.marks import TIPS, HandTips
+from pftrack.marks import Mark
+from pftrack.parameters import ParameterError, revise
+from pftrack.runs.recipe import Footage
+from pftrack.sources.hand import HandTarget
+from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
+from pftrack.sources.sequence import FrameSequence
+from pftrack.sources.truth import Truth
+from pftrack.suitability import Suitability, graded
+from pftrack.trackers.hand.parameters import HandTrackerParameters
+
+__all__ = ["FINDER", "RecordedHandParameters", "on_video", "suits"]
+
+CLOSELY_SEARCHED, THEN_EVERY, MOST_SEARCHED = 60, 5, 400
+"""Pictures that are looked into one by one, then every so-many-th, and in all; each takes some ms."""
+
+GROWTH_SD = 0.015
+"""By which share a hand may grow from picture to picture, as it does when it comes nearer to a real camera."""
+
+
+class RecordedHandParameters(HandTrackerParameters, RecordingParameters):
+    """A recording with an overlay, and its trackers."""
+
+
+def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+    """Wire a recording of a hand.
+
+    Args:
+        sequence: The pictures.
+        mark: The tips of the fingers in the picture `start`; None to have an open hand found.
+        start: Number of the picture to start at, or to look for an open hand from.
+        truth: That of hands is not known.
+
+    Raises:
+        ParameterError: The mark or the start is not within the recording, or the mark is of another kind.
+        ValueError: There is no hand to begin with; the sentence says why.
+    """
+    check_start(start, sequence)
+    if mark is None:
+        start, mark = _first(sequence, start)
+    if not isinstance(mark, HandTips):
+        raise ParameterError("mark", mark.kind, "the tips of the fingers")
+    mark.check(sequence.size)
+    parameters = _parameters(sequence, start)
+    hand = opened(_features(sequence, start, parameters), mark.tips)
+    target = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape, hidden=None)
+    source = RecordingSource(sequence, (0.0, 0.0, 1.0, 1.0), start, None, start=target)
+    return Setup(lambda _seed, _parameters: source, parameters, Footage.of(sequence, mark, start, truth))
+
+
+def frames_to_search(first: int, last: int) -> Sequence[int]:
+    """Return the numbers of the pictures to look for an open hand in, from the first to the last."""
+    near = range(first, min(first + CLOSELY_SEARCHED, last + 1))
+    every = max(THEN_EVERY, -(-(last + 1 - near.stop) // (MOST_SEARCHED - CLOSELY_SEARCHED)))
+    return [*near, *range(near.stop, last + 1, every)]
+
+
+def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
+    """Look for an open hand into one picture after the other; of the first it is said why there is none.
+
+    Of a single picture a hand that is not open is guessed as well, for a person to confirm.
+    """
+    for place, frame in enumerate(frames):
+        features = _features(sequence, frame, _parameters(sequence, frame))
+        try:
+            found = opened(features)
+        except NoOpenHandError as error:
+            if len(frames) == 1:
+                yield _guessed(features, frame, str(error))
+            else:
+                yield Sighting(frame, remarks=(str(error),) if place == 0 else ())
+        else:
+            yield Sighting(frame, _tips(found), sure=True, remarks=found.remarks)
+
+
+def _tips(found: OpenHand) -> HandTips:
+    """Return the tips of an open hand that was found."""
+    return HandTips.of(HandTarget.of(found.pose, found.scale, found.shape, found.shape).tips)
+
+
+def _guessed(features: HandFeatures, frame: int, reason: str) -> Sighting:
+    """Return where the tips of a hand that is not open may be; if nothing can be guessed, why there is no open one."""
+    try:
+        found = proposed(features)
+    except NoOpenHandError:
+        return Sighting(frame, remarks=(reason,))
+    placed = tuple(f"points.{name}" for name, seen in zip(TIPS, found.seen, strict=True) if not seen)
+    return Sighting(frame, HandTips.of(found.tips), placed=placed, remarks=found.remarks)
+
+
+FINDER = Finder(frames_to_search, search, lambda _sequence, sighting: sighting, HandTips)
+
+
+def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandParameters) -> Suitability:
+    """Return how well the hand that a recording begins with covers the silhouette that is seen."""
+    features = _features(sequence, footage.start, parameters)
+    try:
+        hand = opened(features, HandTips.read(footage.mark).tips)
+    except NoOpenHandError as error:
+        return Suitability(0.0, str(error), ("turn what the hand is told by, or begin with another picture",))
+    seen = len(features.protrusions)
+    fingers = "1 finger is" if seen == 1 else f"{seen} fingers are"
+    remark = f"{fingers} seen, and the hand differs from the silhouette in {100 * hand.misfit:.0f} % of its area"
+    advice = list(hand.remarks)
+    if seen < len(TIPS):
+        advice.append("begin with a picture in which all five fingers are spread, which tells how long they are")
+    return Suitability(graded(max(1.0 - hand.misfit, 0.0), 0.5, 0.8), remark, tuple(advice))
+
+
+def _first(sequence: FrameSequence, start: int) -> tuple[int, Mark]:
+    """Return the number of the first picture with an open hand from one on, and its tips.
+
+    Nothing is guessed here, not even of a single picture: nobody is there to confirm it.
+
+    Raises:
+        ValueError: There is none; it says why the first picture has none.
+    """
+    reason = ""
+    for frame in frames_to_search(start, sequence.frame_count - 1):
+        try:
+            return frame, _tips(opened(_features(sequence, frame, _parameters(sequence, frame))))
+        except NoOpenHandError as error:
+            reason = reason or str(error)
+    raise ValueError(f"{reason}; or mark the tips of its fingers")
+
+
+def _parameters(sequence: FrameSequence, frame: int) -> RecordedHandParameters:
+    return revise(RecordedHandParameters(), {"growth_sd": GROWTH_SD, **suggested(sequence.picture(frame))})
+
+
+def _features(sequence: FrameSequence, frame: int, parameters: RecordedHandParameters) -> HandFeatures:
+    return features_of(sequence.picture(frame), parameters.silhouette)

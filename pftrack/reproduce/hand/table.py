@@ -1,0 +1,137 @@
+"""How often the pose of a hand is right, with one hypothesis and with four (specification 7, section 10).
+
+The reference figures are means over six held-out seeds, with a ranking of whole hands that is kept here as "reference".
+Random numbers are others here, and so are the hands and the noise of a seed: fractions of six seeds each may differ by
+0.15, tip errors by 0.03 palm axes; with fewer seeds the allowance grows as the standard error does.
+
+What comes out better than that is a known negative, and it is known why: the reference's wrist is off by some px from
+frame to frame, its tips by more than ours, and it begins to miss where we do not yet.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import product
+
+from pftrack.parameters import Value
+from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.hand.course import Case, Condition, Outcome, followed, mean
+from pftrack.reproduce.hand.figures import kept_figure, right_figure
+from pftrack.reproduce.pool import Pool
+
+__all__ = ["compared", "switches", "table"]
+
+SOURCE = "specification 7, section 10 (document 4, section 2.8)"
+MOTIONS = "wrist", "bend", "occlusion"
+SEEDS = range(100, 106)
+"""Held out: no setting was chosen by them."""
+FEW = 2
+FRACTION, TIPS = 0.15, 0.03
+EQUAL_TIME = 100
+"""Particles of which a frame takes about as long as one of the beam."""
+WIDTHS = 1, 4
+RANKINGS = "reference", "refined"
+
+REFERENCE = {
+    ("wrist", 1): (0.080, 0.55, 0.55, 0.55),
+    ("wrist", 4): (0.081, 0.86, 0.96, 0.85),
+    ("bend", 1): (0.114, 0.78, 0.78, 0.78),
+    ("bend", 4): (0.120, 0.70, 0.86, 0.72),
+    ("occlusion", 1): (0.135, 0.64, 0.64, 0.64),
+    ("occlusion", 4): (0.113, 0.70, 0.88, 0.73),
+}
+"""By motion and hands that are kept: tip error, palm axes; best right, any right, right after backtracking."""
+
+WITHOUT = {
+    "whole silhouettes": ("cover_term", {"wrist": (0.71, 0.94), "bend": (0.80, 0.90), "occlusion": (0.79, 0.84)}),
+    "the straight wrist": ("wrist_prior", {"wrist": (0.86, 0.97), "bend": (0.67, 0.81), "occlusion": (0.67, 0.88)}),
+}
+"""Best right and any right of four hands without a term."""
+
+
+def table(pool: Pool, full: bool) -> list[Finding]:
+    """Best right, any right, after backtracking and the tip error, by the reference's ranking and by ours."""
+    seeds = _seeds(full)
+    keys = [(motion, width, ranking) for (motion, width), ranking in product(REFERENCE, RANKINGS)]
+    conditions = [(motion, _condition(width, ranking)) for motion, width, ranking in keys]
+    found = dict(zip(keys, _means(pool, conditions, seeds), strict=True))
+    wider = math.sqrt(len(SEEDS) / len(seeds))
+    findings: list[Finding] = []
+    for (motion, width), references in REFERENCE.items():
+        one = found[motion, width, "reference"]
+        what = f"{motion}, {width} kept"
+        tips, known = f"hand: {what}, tip error, palm axes", one.tips < references[0]
+        findings.append(compare(tips, one.tips, references[0], TIPS * wider, SOURCE, confirmed=not known))
+        for name, ours, reference in (
+            ("best right", one.best, references[1]),
+            ("any right", one.any, references[2]),
+            ("right after backtracking", one.backtracked, references[3]),
+        ):
+            findings.append(_fraction(f"hand: {what}, {name}", ours, reference, FRACTION * wider))
+    if pool.folder is not None:
+        right_figure(found, REFERENCE).savefig(pool.folder / "figure-hand-right.png", dpi=150)
+        (pool.folder / "figure-hand-kept.png").write_bytes(kept_figure())
+    return [*findings, *_rankings(found)]
+
+
+def _rankings(found: dict[tuple[str, int, str], Outcome]) -> list[Finding]:
+    """Compare our ranking with the reference's on the same seeds, and four hands with one."""
+    findings = []
+    for width in WIDTHS:
+        before, after = (mean([found[motion, width, name] for motion in MOTIONS]) for name in RANKINGS)
+        statement = (
+            f"hand: {width} kept, best right of all motions, by our ranking after the reference's ({before.best:.2f})"
+        )
+        findings.append(claim(statement, after.best, holds=after.best > before.best, source="ours"))
+    for motion in MOTIONS:
+        one, four = found[motion, 1, "refined"], found[motion, 4, "refined"]
+        statement = f"hand: {motion}, any of four is right no less often than one alone ({one.any:.2f})"
+        findings.append(claim(statement, four.any, holds=four.any >= one.any, source=SOURCE))
+    return findings
+
+
+def switches(pool: Pool, full: bool) -> list[Finding]:
+    """Four hands without the comparison of whole silhouettes, and without the prior of a straight wrist."""
+    seeds = _seeds(full)
+    keys = list(product(WITHOUT, MOTIONS))
+    conditions = [(motion, _condition(4, "reference", **{WITHOUT[what][0]: False})) for what, motion in keys]
+    allowed = FRACTION * math.sqrt(len(SEEDS) / len(seeds))
+    findings = []
+    for (what, motion), one in zip(keys, _means(pool, conditions, seeds), strict=True):
+        for name, ours, reference in zip(
+            ("best right", "any right"), (one.best, one.any), WITHOUT[what][1][motion], strict=True
+        ):
+            findings.append(_fraction(f"hand: without {what}, {motion}, {name}", ours, reference, allowed))
+    return findings
+
+
+def compared(pool: Pool, full: bool) -> list[Finding]:
+    """The beam beside a particle filter with the same likelihood, at equal time a frame."""
+    seeds = _seeds(full)
+    beam, particles = _condition(4, "refined"), Condition("particles", (("sample_count", EQUAL_TIME),))
+    found = _means(pool, [(motion, one) for motion in MOTIONS for one in (beam, particles)], seeds)
+    findings = []
+    for motion, ours, other in zip(MOTIONS, found[::2], found[1::2], strict=True):
+        statement = f"hand: {motion}, best right by the beam and by {EQUAL_TIME} particles ({other.best:.2f})"
+        findings.append(claim(statement, ours.best, holds=ours.best > other.best, source="ours"))
+    ratio = sum(one.frame_ms for one in found[1::2]) / sum(one.frame_ms for one in found[::2])
+    statement = f"hand: time of a frame with {EQUAL_TIME} particles, by that of the beam"
+    return [*findings, claim(statement, ratio, holds=0.5 < ratio < 2.0, source="ours")]
+
+
+def _fraction(what: str, ours: float, reference: float, tolerance: float) -> Finding:
+    """Compare a share of right hands; one that is larger than the reference's is known to be."""
+    return compare(what, ours, reference, tolerance, SOURCE, confirmed=ours < reference)
+
+
+def _condition(width: int, ranking: str, **values: Value) -> Condition:
+    return Condition("beam", (("beam_width", width), ("ranking", ranking), *values.items()))
+
+
+def _seeds(full: bool) -> list[int]:
+    return list(SEEDS if full else SEEDS[:FEW])
+
+
+def _means(pool: Pool, conditions: Sequence[tuple[str, Condition]], seeds: Sequence[int]) -> list[Outcome]:
+    """Return what came of each motion under its condition, the mean over the seeds."""
+    outcomes = pool.map(followed, [Case(motion, seed, one) for motion, one in conditions for seed in seeds])
+    return [mean(outcomes[start : start + len(seeds)]) for start in range(0, len(outcomes), len(seeds))]

@@ -1,0 +1,135 @@
+"""A hand in the browser: the tree of what is kept, a film on which an open hand is found, and a real one."""
+
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from pftrack.film import FilmWriter
+from pftrack.sources.hand import HandSceneParameters, HandSource
+from pftrack.sources.source import History
+from tests.browser.host import Server
+from tests.browser.views import Gallery, SessionPage
+
+FRAMES = 6
+CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "hand_silhouette" / "img"
+
+# Of each plot, once they stand in a row, whether its reading ends before the next one begins.
+READINGS = """(() => {
+    const shown = [...document.querySelectorAll('.plots > .panel')].filter((panel) => panel.offsetParent);
+    const panels = shown.map((panel) => [
+        panel.dataset.plot, panel.getBoundingClientRect(), panel.querySelector('output').getBoundingClientRect(),
+    ]);
+    if (panels.some(([, { top }]) => top !== panels[0][1].top)) return [];
+    return panels.map(([name, panel, output]) => [name, output.right <= panel.right + 0.5]);
+})()"""
+
+
+@pytest.fixture(scope="module")
+def film() -> bytes:
+    """The simulated hand, encoded."""
+    parameters = HandSceneParameters(motion="occlusion")
+    source, history = HandSource(1, parameters), History(((0, parameters),))
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=10, options={"crf": "12"})
+        (stream.width, stream.height), stream.pix_fmt = source.size, "yuv420p"
+        for frame in range(FRAMES):
+            picture = np.asarray(source.frame(frame, history).image_rgb)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+def place_of(page: Any, frame: int, row: int) -> tuple[float, float]:
+    """Where a node of the tree is within its plot, px."""
+    x, y = page.evaluate(
+        """([frame, row]) => {
+            const has = ({ model }) => model.renderers.some(({ name }) => name === "hands");
+            const { x_scale, y_scale } = [...window.Bokeh.index].find(has).frame;
+            return [x_scale.compute(frame), y_scale.compute(row)];
+        }""",
+        [frame, row],
+    )
+    return x, y
+
+
+@pytest.mark.plots
+def test_a_hand_that_one_hypothesis_loses_is_kept_by_four_and_the_tree_shows_each(
+    gallery: Gallery, server: Server
+) -> None:
+    """On the same seed: with one hand kept the turn is lost, with four it is not; a click shows one of the others."""
+    page = gallery.page
+    gallery.card("hand").locator("[data-preset=one]").click()
+    lost = SessionPage(page, server).ready()
+    lost.play_to_the_end()
+    assert lost.verdict == "lost since 21"
+    page.goto("/")
+    gallery.card("hand").locator("[data-preset=wrist]").click()
+    kept = SessionPage(page, server).ready()
+    kept.play_to_the_end()
+    assert kept.verdict == "on target"
+    rows = server.column(kept.id, "series")
+    frame, hands = next((place, row["hands"]) for place, row in enumerate(rows) if len(row["hands"]["weights"]) == 4)
+    count = sum(len(row["hands"]["weights"]) for row in rows)
+    kept.until(lambda: len((kept.glyph("hands") or {"place": []})["place"]) == count, "all hands are nodes")
+    x, y = place_of(page, frame, 3)
+    page.locator("[data-plot=hands] .plot").click(position={"x": x, "y": y})
+    kept.stands_at(frame)
+    said = f"hand 3 of 4, {100 * hands['weights'][2]:.0f} %"
+    kept.until(lambda: said in page.inner_text(".flat-caption"), "the third hand is drawn and told")
+    assert len(kept.session["branches"]) == 1
+    page.set_viewport_size({"width": 800, "height": 900})
+    kept.until(lambda: page.evaluate(READINGS) != [], "the plots are a row")
+    assert all(inside for _, inside in page.evaluate(READINGS))
+
+
+def test_an_open_hand_is_found_on_a_film_and_followed(gallery: Gallery, server: Server, film: bytes) -> None:
+    """Nothing is marked: the form finds the five tips and says how well the hand covers what is seen."""
+    page = gallery.page
+    gallery.choose("hand.mp4", film, "video/mp4")
+    page.locator(".mark-surface").wait_for()
+    page.select_option("#target-experiment", "hand")
+    gallery.until(lambda: page.locator(".point[data-handle]").count() == 5, "five tips are found")
+    gallery.until(lambda: "5 fingers are seen" in page.inner_text(".suits-words"), "it is judged")
+    go = page.locator("button:has-text('Track it')")
+    gallery.until(go.is_enabled, "what was found is a mark")
+    go.click()
+    shown = SessionPage(page, server).ready()
+    shown.play_to_the_end()
+    rows = server.column(shown.id, "series")
+    assert max(row["difference"] for row in rows[1:]) < 15.0
+
+
+def test_a_real_hand_with_two_raised_fingers_is_followed_once_its_tips_are_confirmed(
+    gallery: Gallery, server: Server, tmp_path: Path
+) -> None:
+    """Two tips are seen and the others guessed, which is shown; a person touches these, and the hand is followed."""
+    if not CLIP.exists():
+        pytest.skip("the sample clips are not beside this checkout")
+    path = tmp_path / "raised.mp4"
+    with FilmWriter(path, 10.0) as film:
+        for picture in sorted(CLIP.iterdir())[:FRAMES]:
+            film.write(cv2.cvtColor(cv2.imread(str(picture)), cv2.COLOR_BGR2RGB))
+    page = gallery.page
+    gallery.choose(path.name, path.read_bytes(), "video/mp4")
+    page.locator(".mark-surface").wait_for()
+    page.select_option("#target-experiment", "hand")
+    guessed = page.locator(".point.placed")
+    gallery.until(lambda: guessed.count() == 3, "three tips are guessed")
+    assert page.locator(".point[data-handle]").count() == 5
+    for _ in range(3):
+        tip = page.locator(f".point[data-handle='{guessed.first.get_attribute('data-handle')}']")
+        for key in ("ArrowUp", "ArrowDown"):
+            tip.press(key)
+    assert guessed.count() == 0
+    page.click("button:has-text('Track it')")
+    shown = SessionPage(page, server).ready()
+    shown.play_to_the_end()
+    rows = server.column(shown.id, "series")
+    assert len(rows) == FRAMES
+    assert max(row["difference"] for row in rows[1:]) < 25.0

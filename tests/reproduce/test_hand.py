@@ -1,0 +1,55 @@
+"""What is claimed for the hand: the rate of change that sets a step, and the presets; the figures are drawn."""
+
+from itertools import product
+
+import pytest
+
+from pftrack.experiment import Preset
+from pftrack.experiments import find
+from pftrack.reproduce.hand.course import Outcome, mean
+from pftrack.reproduce.hand.figures import right_figure
+from pftrack.reproduce.hand.steps import steps
+from pftrack.reproduce.hand.table import RANKINGS, REFERENCE
+from pftrack.reproduce.pool import Pool
+from pftrack.runs.run import Change, Run
+
+HAND = find("hand")
+
+
+def test_a_step_changes_as_much_of_the_silhouette_as_is_predicted() -> None:
+    """Spread or bent, facing the camera or turned: within the specification's 20 %."""
+    with Pool(1) as pool:
+        found = steps(pool, full=False)
+    assert len(found) == 4
+    assert {finding.status for finding in found} == {"pass"}
+
+
+def test_the_figure_has_a_panel_for_each_motion_and_bars_for_both_rankings() -> None:
+    """Best and any, of one hand kept and of four; the specification's figures are marks."""
+    one = Outcome(0.1, 0.1, 0.1, 0.5, 0.75, 0.5, 20.0)
+    figure = right_figure({(*key, ranking): one for key, ranking in product(REFERENCE, RANKINGS)}, REFERENCE)
+    assert [panel.get_title() for panel in figure.axes] == ["wrist", "bend", "occlusion"]
+    heights = [bar.get_height() for bar in figure.axes[0].patches]
+    assert heights == [0.75, 0.75, 0.5, 0.5] * 2
+    assert mean([one, one]) == one
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", HAND.presets, ids=lambda preset: preset.name)
+def test_presets_do_what_they_say(preset: Preset) -> None:
+    """What works is never lost, with one hand kept the turn is lost from frame 21 on, and particles are further off."""
+    errors = {}
+    for chosen in (preset, HAND.presets[0]):
+        timeline = (Change(0, chosen.parameters),)
+        run = Run(HAND, HAND.simulate(), tracker=chosen.tracker, seed=chosen.seed, timeline=timeline)
+        run.finish()
+        errors[chosen.name] = run.summary()
+    found, works = errors[preset.name], errors[HAND.presets[0].name]
+    kind = preset.title.partition(":")[0]
+    assert works.verdict.success
+    if kind == "worse":
+        assert found.verdict.mean_error > 1.5 * works.verdict.mean_error
+    else:
+        assert (found.verdict.first_lost_frame is None) == (kind == "works")
+    if kind == "breaks":
+        assert found.verdict.first_lost_frame == 21
