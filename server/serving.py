@@ -1,6 +1,7 @@
 """Serving: what `pftrack serve` does, from the settings to the end of the server."""
 
 import errno
+import gc
 import logging
 import signal
 import socket
@@ -37,6 +38,8 @@ class AnnouncingServer(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, and tell where to look."""
         await super().startup(sockets)
+        gc.freeze()
+        gc.enable()
         if self.started and sockets:
             print(f"pftrack is at {self._settings.link(sockets[0].getsockname()[1])}", flush=True)  # noqa: T201
 

@@ -2,7 +2,7 @@
 
 import gc
 import signal
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,13 +31,47 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
     "--enable-unsafe-swiftshader",
+    "--renderer-process-limit=1",  # a page of a site that is open already needs no new process
 ]
 
+FEW_PIXELS = """
+const get = URLSearchParams.prototype.get;
+URLSearchParams.prototype.get = function (name) { return name === 'fixedDpr' ? '0.25' : get.call(this, name); };
+"""
+"""Has viser draw a quarter of the width and height, as its address may ask for: in software every pixel is paid for."""
 
-def pytest_collection_finish() -> None:
-    """Leave what was collected alone: each full garbage collection would look through thousands of tests."""
-    gc.collect()
-    gc.freeze()
+FRUGAL = f"""(() => {{{FEW_PIXELS}}})();
+(() => {{
+    const draw = window.requestAnimationFrame.bind(window), cancel = window.cancelAnimationFrame.bind(window);
+    const begun = new Map();  // what waits: its timer first, then its picture
+    let last = 0;
+    window.requestAnimationFrame = (callback) => {{
+        const id = (last += 1);
+        const done = (time) => (begun.delete(id), callback(time));
+        const timer = setTimeout(() => begun.set(id, {{ picture: draw(done) }}), 100);
+        begun.set(id, {{ timer }});
+        return id;
+    }};
+    window.cancelAnimationFrame = (id) => {{
+        const {{ timer, picture }} = begun.get(id) ?? {{}};
+        clearTimeout(timer);
+        if (picture !== undefined) cancel(picture);
+        begun.delete(id);
+    }};
+}})();"""
+"""Beside that, has a page draw some ten pictures a second, as on a slow machine: each one is paid for, too."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Leave what is collected alone: each full garbage collection would look through thousands of tests."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.collect()
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.fixture(scope="session")

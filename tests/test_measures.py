@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.measures import HIT_RATE, PICTURE_MEASURES, POSE_MEASURES, Course, Measure, measured, succeeded
+from pftrack.measures import HIT_RATE, MEAN_IOU, PICTURE_MEASURES, POSE_MEASURES, Course, Measure, measured, succeeded
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Change, Run
 from pftrack.sources.truth import TruthTable
@@ -21,7 +21,7 @@ def course(offsets: list[tuple[float, float]], extent: tuple[float, float] = (30
     truths = estimates - np.array(offsets)
     errors = np.hypot(*np.array(offsets).T)
     extents = np.where(np.isnan(errors)[:, None], NAN, np.array(extent))
-    return Course(estimates, truths, errors, errors > 60.0, extents)
+    return Course(estimates, truths, errors, errors > 60.0, extents, np.full_like(extents, NAN))
 
 
 FIVE = course([(0.0, 0.0), (15.0, 0.0), (0.0, 21.0), (NAN, NAN), (30.0, 0.0), (3.0, 4.0)])
@@ -51,6 +51,18 @@ def test_a_run_that_never_fails_lasts_to_its_end() -> None:
     assert measured(PICTURE_MEASURES, course([(1.0, 1.0), (29.9, 39.9), (NAN, NAN)]))["frames_to_failure"] == 3
 
 
+def test_boxes_overlap_by_hand() -> None:
+    """A box of 30 x 40 px: met, half a width aside, half as large in its middle, one width aside, and no number."""
+    run = course([(0.0, 0.0), (15.0, 0.0), (0.0, 0.0), (30.0, 0.0), (1.0, 1.0)])
+    believed = np.array([(30.0, 40.0), (30.0, 40.0), (15.0, 20.0), (30.0, 40.0), (30.0, 40.0)])
+    estimates = run.estimates.copy()
+    estimates[4] = NAN
+    sized = replace(run, estimates=estimates, believed=believed)
+    assert MEAN_IOU.values(sized) == pytest.approx([1.0, 1 / 3, 1 / 4, 0.0, 0.0])
+    assert MEAN_IOU.of(sized) == pytest.approx((1 + 1 / 3 + 1 / 4) / 5)
+    assert MEAN_IOU.of(run) is None
+
+
 def test_a_wide_region_of_success_praises_what_is_lost() -> None:
     """Outside the box by a little in every frame: not lost by a limit of 60 px, and never inside."""
     found = measured((HIT_RATE, *PICTURE_MEASURES), course([(16.0, 0.0)] * 4))
@@ -74,7 +86,7 @@ def test_an_estimate_that_is_none_counts_as_wrong() -> None:
     """Where the truth is known an estimate that is not finite misses it; medians that are not finite are absent."""
     off = np.array([[0.0, 0.0], [NAN, NAN], [NAN, NAN]])
     truths, errors = np.full((3, 2), 100.0), np.array([0.0, np.inf, np.inf])
-    run = Course(truths + off, truths, errors, errors > 60.0, np.full((3, 2), 30.0))
+    run = Course(truths + off, truths, errors, errors > 60.0, np.full((3, 2), 30.0), np.full((3, 2), NAN))
     assert measured((HIT_RATE, *PICTURE_MEASURES), run) == {
         "hit_rate": pytest.approx(1 / 3),
         "inside_share": pytest.approx(1 / 3),
@@ -86,7 +98,8 @@ def test_an_estimate_that_is_none_counts_as_wrong() -> None:
 def test_a_pose_by_hand() -> None:
     """Errors of 2, 10, 12 and 20 degrees, of which the last counts as lost."""
     errors = np.array([2.0, 10.0, 12.0, 20.0])
-    turned = Course(errors[:, None], np.zeros((4, 1)), errors, errors > 15.0, np.full((4, 2), NAN))
+    nothing = np.full((4, 2), NAN)
+    turned = Course(errors[:, None], np.zeros((4, 1)), errors, errors > 15.0, nothing, nothing)
     assert measured(POSE_MEASURES, turned) == {
         "precision_10deg": 0.5,
         "median_error_deg": 11.0,
@@ -107,7 +120,7 @@ def test_every_measure_is_declared_whole() -> None:
         for measure in experiment.run_measures:
             assert measure.title
             assert measure.description.endswith(".")
-            assert measure is HIT_RATE or measure.source[-4:].isdigit()
+            assert not measure.source or measure.source[-4:].isdigit()
 
 
 def test_a_signal_has_none() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.installing import ROOT, environment, install_project, python
+from tests.installing import ROOT, commands, environment, install_project
 
 EXAMPLE = ROOT / "examples" / "own_experiment"
 NAME = "turning"
@@ -43,21 +43,20 @@ def test_its_own_tests_pass(place: Path) -> None:
 
 def test_every_command_takes_it(place: Path, tmp_path: Path) -> None:
     """It is listed, shown, run, replayed and swept over, and the doctor knows whose it is."""
-
-    def said(*arguments: str) -> str:
-        done = python(place, "-m", "pftrack", *arguments)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    assert NAME in [entry["id"] for entry in json.loads(said("list", "--json"))]
-    shown = json.loads(said("show", NAME, "--json"))
-    assert "hypothesis_count" in [entry["name"] for entry in shown["declarations"]]
-    run = json.loads(said("run", NAME, "--frames", "60", "--out", str(tmp_path / "a.pft"), "--json"))
-    assert run["mean_error"] < 3
-    replayed = json.loads(said("replay", str(tmp_path / "a.pft"), "--json"))
-    assert replayed["estimates_sha256"] == run["estimates_sha256"]
-    swept = said(
-        *("sweep", NAME, "--axis", "occlusion_width_px=0,60", "--trackers", "bank,straight", "--trials", "2"),
-        *("--frames", "60", "--jobs", "1", "--out", str(tmp_path / "sweep.parquet"), "--json"),
+    saved, swept = str(tmp_path / "a.pft"), str(tmp_path / "sweep.parquet")
+    axis = ["--axis", "occlusion_width_px=0,60", "--trackers", "bank,straight", "--trials", "2", "--frames", "60"]
+    told = commands(
+        place,
+        ["list", "--json"],
+        ["show", NAME, "--json"],
+        ["run", NAME, "--frames", "60", "--out", saved, "--json"],
+        ["replay", saved, "--json"],
+        ["sweep", NAME, *axis, "--jobs", "1", "--out", swept, "--json"],
     )
-    assert json.loads(swept)
+    assert [one.err for one in told if one.status] == []
+    listed, shown, run, replayed, sweep = (json.loads(one.out) for one in told)
+    assert NAME in [entry["id"] for entry in listed]
+    assert "hypothesis_count" in [entry["name"] for entry in shown["declarations"]]
+    assert run["mean_error"] < 3
+    assert replayed["estimates_sha256"] == run["estimates_sha256"]
+    assert sweep

@@ -59,6 +59,12 @@ def test_refusals_name_field_bound_and_value(name: str, value: object, bound: st
     assert repr(value) in str(caught.value)
 
 
+def test_a_refused_file_is_not_quoted() -> None:
+    """Of the content of a file the message says how long it is; a long line is shortened."""
+    assert str(ParameterError("learned", "{\n}", "a learned motion")).endswith("got a text of 3 characters")
+    assert str(ParameterError("name", "a" * 80, "short")).endswith("aaa...")
+
+
 def test_revision_is_whole_and_leaves_the_original() -> None:
     """A revision changes what was asked for and nothing else."""
     before = Model()

@@ -12,6 +12,8 @@ import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__
 
 from pftrack import machine
+from pftrack.experiments import EXPERIMENTS
+from tests import same_bits
 
 ROOT = Path(__file__).parents[1]
 STORED: dict[str, str] = json.loads((ROOT / "tests/data/same_bits.json").read_text())
@@ -19,18 +21,16 @@ STORED: dict[str, str] = json.loads((ROOT / "tests/data/same_bits.json").read_te
 WIDE = " ".join(name for name in __cpu_dispatch__ if "AVX512" in name or name == "X86_V4")
 """What NumPy has for AVX-512."""
 
-SETTINGS: dict[str, dict[str, str]] = {
-    "as it is": {},
-    "other processors asked of every library": {
-        "NUMBA_CPU_NAME": "znver4",
-        "NUMBA_CPU_FEATURES": "+avx512f,+avx512vl",
-        "OPENBLAS_CORETYPE": "Prescott",
-        "OPENBLAS_NUM_THREADS": "2",
-        "NPY_DISABLE_CPU_FEATURES": WIDE,
-        "OPENCV_CPU_DISABLE": "AVX512-SKX",
-        "OPENCV_IPP": "sse42",
-    },
+OTHER_PROCESSORS: dict[str, str] = {
+    "NUMBA_CPU_NAME": "znver4",
+    "NUMBA_CPU_FEATURES": "+avx512f,+avx512vl",
+    "OPENBLAS_CORETYPE": "Prescott",
+    "OPENBLAS_NUM_THREADS": "2",
+    "NPY_DISABLE_CPU_FEATURES": WIDE,
+    "OPENCV_CPU_DISABLE": "AVX512-SKX",
+    "OPENCV_IPP": "sse42",
 }
+"""Other processors asked of every library."""
 
 ALONE: dict[str, dict[str, str]] = {
     "NUMBA_CPU_NAME=haswell": {"NUMBA_CPU_NAME": "haswell"},
@@ -45,19 +45,27 @@ ALONE: dict[str, dict[str, str]] = {
 pytestmark = pytest.mark.skipif(not machine.capable(), reason="numbers are the same on x86-64 with AVX2")
 
 
-def hashes(settings: Mapping[str, str]) -> dict[str, str]:
+def hashes(settings: Mapping[str, str], *arguments: str) -> dict[str, str]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **settings}
-    command = [sys.executable, str(ROOT / "tests/same_bits.py")]
+    command = [sys.executable, str(ROOT / "tests/same_bits.py"), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr
     found: dict[str, str] = json.loads(done.stdout)
     return found
 
 
-@pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
-def test_numbers_do_not_depend_on_the_machine(settings: Mapping[str, str]) -> None:
-    """Every tracker comes to the stored numbers in a process whose libraries compute as for another processor."""
-    assert hashes(settings) == STORED
+def test_numbers_do_not_depend_on_the_machine() -> None:
+    """Every tracker comes to the stored numbers here, and in a process whose libraries compute as for another."""
+    assert same_bits.hashes() == STORED
+    elsewhere = hashes(OTHER_PROCESSORS, "trackers")
+    assert elsewhere == {case: STORED[case] for case in elsewhere}
+    assert len(elsewhere) == sum(len(EXPERIMENTS[name].trackers) for name in EXPERIMENTS.own)
+
+
+@pytest.mark.slow
+def test_no_choice_depends_on_the_machine() -> None:
+    """The same in such a process with every choice and switch of a parameter."""
+    assert hashes(OTHER_PROCESSORS) == STORED
 
 
 @pytest.mark.slow
@@ -76,7 +84,8 @@ def test_the_compiler_has_no_freedom(target: str, tmp_path: Path) -> None:
 
 
 COMPUTING = ["filters", "likelihoods", "learning", "geometry", "trackers", "sources", "detection", "structure"]
-COMPUTING += ["particles.py", "gaussian.py", "dynamics.py", "resampling.py", "random.py", "singular.py"]
+COMPUTING += ["beam.py", "particles.py", "gaussian.py", "dynamics.py", "resampling.py", "random.py", "singular.py"]
+COMPUTING += ["set_membership"]
 
 BY_PROCESSOR = {
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "logaddexp", "power", "float_power", "cbrt"),
@@ -86,7 +95,7 @@ BY_PROCESSOR = {
 """What NumPy computes by the processor, or leaves to a BLAS that does."""
 
 REPORTS = {
-    ("trackers/ball/loop.py", "log"): "compiled, though not by its decorator",
+    ("trackers/sampling/loop.py", "log"): "compiled, though not by its decorator",
     ("geometry/gaze.py", "arctan2"): "angles as a person would say them, for the screen",
     ("geometry/gaze.py", "arcsin"): "angles as a person would say them, for the screen",
     ("trackers/pose/reports.py", "exp"): "a share for the screen",

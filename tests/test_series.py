@@ -36,7 +36,8 @@ def hypotheses(draw: st.DrawFn) -> Hypotheses:
     """Between one and five possibilities whose weights sum to 1."""
     values = draw(st.lists(vectors, min_size=1, max_size=5))
     raw = np.array(draw(st.lists(st.floats(0.01, 1.0), min_size=len(values), max_size=len(values))))
-    return Hypotheses(tuple(values), tuple((raw / raw.sum()).tolist()))
+    parents = draw(st.lists(st.integers(-1, 9), min_size=len(values), max_size=len(values)) | st.just([]))
+    return Hypotheses(tuple(values), tuple((raw / raw.sum()).tolist()), tuple(parents))
 
 
 VALUES = {
@@ -80,6 +81,8 @@ def test_what_is_not_known_is_null_in_json() -> None:
         (BANK, Hypotheses(((1.0, 2.0),), (0.5, 0.5))),
         (BANK, Hypotheses(((1.0,),), (1.0,))),
         (BANK, Hypotheses(((1.0, 2.0), (3.0, 4.0)), (0.5, 0.6))),
+        (BANK, Hypotheses(((1.0, 2.0),), (1.0,), (0, 0))),
+        (BANK, Hypotheses(((1.0, 2.0),), (1.0,), (-2,))),
     ],
 )
 def test_values_of_another_shape_are_refused(series: Series, value: SeriesValue) -> None:
@@ -93,6 +96,18 @@ def test_json_of_another_shape_is_refused(series: Series, raw: object) -> None:
     """What is no value of the series is named with what was expected."""
     with pytest.raises(ValueError, match=f"{series.name} is declared as {series.shape}"):
         from_json(series, raw)
+
+
+def test_parents_are_written_where_they_are_known() -> None:
+    """What was written before there were parents is read as it was, and its columns have none."""
+    bare, whole = Hypotheses(((1.0, 2.0),), (1.0,)), Hypotheses(((3.0, 4.0), (5.0, 6.0)), (0.25, 0.75), (0, -1))
+    assert to_json(bare) == {"values": [[1.0, 2.0]], "weights": [1.0]}
+    assert to_json(whole)["parents"] == [0, -1]
+    assert from_json(BANK, to_json(bare)) == bare
+    assert "bank_parents" not in columns(BANK, [bare])
+    parents = columns(BANK, [bare, whole])["bank_parents"]
+    assert np.isnan(parents[0]).all()
+    assert parents[1].tolist() == [0, -1]
 
 
 def test_columns_are_as_wide_as_the_widest() -> None:

@@ -10,6 +10,8 @@ import pytest
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.ball.experiment import RecordedBallParameters
 from pftrack.experiments.head.recording import RecordedHeadParameters
+from pftrack.experiments.histogram.experiment import RecordedHistogramParameters
+from pftrack.experiments.linkage.recording import RecordedLinkageParameters
 from pftrack.parameters import declarations
 
 ROOT = Path(__file__).parents[1]
@@ -18,27 +20,36 @@ HOMES = {
     "pftrack/experiments/": "the experiments themselves",
     "pftrack/trackers/": "a package for each family of trackers",
     "pftrack/reproduce/": "the published results of single experiments",
+    "pftrack/sources/fish/": "a scene",
+    "pftrack/sources/corners/": "a scene",
+    "pftrack/sources/hand/": "a scene",
     "pftrack/sources/head/": "a scene",
+    "pftrack/sources/linkage/": "a scene",
     "pftrack/sources/ball.py": "a scene",
+    "pftrack/sources/lawn.py": "a scene",
     "pftrack/sources/overlay.py": "what is painted over a scene or a recording",
     "pftrack/sources/recording.py": "a recording with that painted over it",
     "pftrack/sources/prism.py": "a scene",
     "pftrack/sources/signal.py": "a scene",
     "pftrack/sources/tracks/": "tracks of scenes, and of files",
+    "pftrack/sources/trajectories/": "a scene, and tracks of files",
     "pftrack/structure/": "mathematics in its own terms, and tracks of scenes",
-    "pftrack/detection/": "finding faces",
+    "pftrack/detection/": "finding faces and hands",
     "pftrack/geometry/": "the face's model, beside mathematics in its own terms",
     "pftrack/learning/": "mathematics in its own terms, after which parameters are named",
 }
 """Rooms in which names and words of an experiment may stand, and why."""
 
 HOMONYMS = {
+    "learned": "what was learned, of any filter, and what guidance calls its file",
     "speed": "how fast a session plays, too",
     "frame_rate_hz": "every sequence of pictures has one",
 }
 """Names of parameters that are names of something general as well."""
 
 PLACES = {
+    ("pftrack/marks/body.py", "head"): "the front end of a body",
+    ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/measures.py", "face"): "the title of a publication",
     ("pftrack/faults.py", "faces"): "the triangles of a mesh",
     ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",
@@ -51,7 +62,13 @@ PLACES = {
 """Single places where a name means something else."""
 
 SIMULATED = [type(experiment.simulate().parameters) for experiment in EXPERIMENTS.values()]
-MODELS = [*SIMULATED, RecordedBallParameters, RecordedHeadParameters]
+MODELS = [
+    *SIMULATED,
+    RecordedBallParameters,
+    RecordedHeadParameters,
+    RecordedHistogramParameters,
+    RecordedLinkageParameters,
+]
 PARAMETERS = {declaration.name for model in MODELS for declaration in declarations(model)} - HOMONYMS.keys()
 WORDS = re.compile(r"\b(face|faces|ball|balls|prism|prisms)\b(?!-)")
 JS_STRING = re.compile(r"\"(?:[^\"\\]|\\.)*\"|`(?:[^`\\]|\\.)*`")

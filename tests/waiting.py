@@ -6,7 +6,7 @@ from typing import TypeVar
 
 __all__ = ["wait_for"]
 
-FIRST_S, LONGEST_S, GROWTH = 0.01, 0.1, 1.2
+FIRST_S, LONGEST_S, GROWTH = 0.01, 0.25, 1.3
 
 Found = TypeVar("Found")
 

@@ -7,6 +7,9 @@ import { linkTo } from "../shared/share_link.js";
 
 /** @import { ExperimentPublic, PresetPublic } from "../shared/messages.js" */
 
+/** So many presets stand on a card at once, the others in a fold. */
+const SHOWN = 4;
+
 /** @param {ExperimentPublic} experiment */
 export function experimentCard(experiment) {
   const open = linkTo({ recipe: { experiment: experiment.id, tracker: experiment.default_tracker }, play: true });
@@ -16,26 +19,14 @@ export function experimentCard(experiment) {
     h("a", { href: open, class: "thumb", tabindex: -1, "aria-hidden": "true" }, thumbnail(experiment.thumbnail)),
     h("h3", {}, h("a", { href: open }, experiment.title)),
     h("p", { class: "question" }, experiment.question),
-    h(
-      "ul",
-      { class: "presets", "aria-label": "Presets" },
-      experiment.presets.map((preset) =>
-        h(
-          "li",
-          {},
-          h(
-            "a",
-            {
-              class: "button",
-              title: preset.watch,
-              href: linkTo({ recipe: recipeOf(experiment, preset), play: true }),
-              data: { preset: preset.name },
-            },
-            preset.title,
-          ),
-        ),
+    presetList(experiment, experiment.presets.slice(0, SHOWN)),
+    experiment.presets.length > SHOWN &&
+      h(
+        "details",
+        { class: "more" },
+        h("summary", {}, `${experiment.presets.length - SHOWN} more`),
+        presetList(experiment, experiment.presets.slice(SHOWN)),
       ),
-    ),
     h(
       "p",
       { class: "document" },
@@ -43,6 +34,21 @@ export function experimentCard(experiment) {
       " · ",
       h("a", { href: newSweep({ experiment: experiment.id }) }, "Sweep over conditions"),
     ),
+  );
+}
+
+/**
+ * @param {ExperimentPublic} experiment
+ * @param {PresetPublic[]} presets
+ */
+function presetList(experiment, presets) {
+  return h(
+    "ul",
+    { class: "presets", "aria-label": "Presets" },
+    presets.map((preset) => {
+      const href = linkTo({ recipe: recipeOf(experiment, preset), play: true });
+      return h("li", {}, h("a", { class: "button", title: preset.watch, href, data: { preset: preset.name } }, preset.title));
+    }),
   );
 }
 

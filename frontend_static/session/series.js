@@ -8,7 +8,7 @@
 
 /** @typedef {{series: readonly Series[]}} Declaring What declares series, such as a session. */
 /** @typedef {Series["role"]} Role */
-/** @typedef {{values: (number|null)[][], weights: (number|null)[]}} Hypotheses Row i of the values has weight i. */
+/** @typedef {{values: (number|null)[][], weights: (number|null)[], parents?: number[]}} Hypotheses Row i has weight i and parent i. */
 /** @typedef {number|null|(number|null)[]|Hypotheses} SeriesValue By its shape: a number, a vector or interval, hypotheses. */
 
 /**
@@ -106,6 +106,18 @@ export function samplesOf(session, row) {
 export function samplers(session) {
   const [series] = ofRole(session, "share");
   return (series?.components ?? []).map((name, place) => ({ name, colour: series.colours[place] ?? "muted" }));
+}
+
+/**
+ * What happened in a frame, in the order in which it is declared; `lane` is the place among all that may happen.
+ *
+ * @param {Declaring} session
+ * @param {Row|undefined} row
+ */
+export function eventsOf(session, row) {
+  return ofRole(session, "event")
+    .map(({ name, title, colours }, lane) => ({ name, title, colour: colours[0] ?? "ink", lane }))
+    .filter(({ name }) => valueOf(row, name) > 0);
 }
 
 /**

@@ -10,14 +10,15 @@ import { parameterValue } from "../shared/format.js";
  */
 
 /**
- * Changes as diamonds: one for each frame with changes after the start.
+ * Changes as diamonds: one for each frame after the start in which something changes beside what is drawn.
  *
  * @param {SessionPublic} session
  * @returns {Mark[]}
  */
 export function marks(session) {
+  const isDrawn = (/** @type {string} */ name) => session.declarations.some((each) => each.name === name && each.role === "drawing");
   return session.timeline
-    .filter((change) => change.frame > 0)
+    .filter(({ frame, values }) => frame > 0 && !Object.keys(values).every(isDrawn))
     .map(({ frame, values, before }) => ({
       frame,
       lines: trackerFirst(values).map(([name, value]) => {

@@ -76,6 +76,21 @@ export async function request(method, path, body, signal) {
 }
 
 /**
+ * Fetch a file, with the name that the server gives it.
+ *
+ * @param {string} path
+ * @returns {Promise<{name: string, content: Blob}>}
+ */
+async function fetched(path) {
+  const response = await fetch(ROOT + path).catch(() => {
+    throw new ApiError(0, { message: "The server does not answer" });
+  });
+  if (!response.ok) read(response.status, await response.text());
+  const [, name] = /filename="([^"]+)"/.exec(response.headers.get("content-disposition") ?? "") ?? ["", "file"];
+  return { name, content: await response.blob() };
+}
+
+/**
  * Send files with progress, which `fetch` cannot report.
  *
  * @template Answer
@@ -184,6 +199,7 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string) => Promise<null>} remove
  * @property {(id: string) => string} downloadAddress
  * @property {(id: string, name: string) => string} exportAddress
+ * @property {(id: string, name: string) => Promise<{name: string, content: Blob}>} exported
  */
 
 /** @type {Api} */
@@ -225,5 +241,6 @@ export const api = {
   open: (id) => request("POST", run(id, "/open")),
   remove: (id) => request("DELETE", run(id)),
   exportAddress: (id, name) => `${ROOT}${session(id, `/exports/${encodeURIComponent(name)}`)}`,
+  exported: (id, name) => fetched(session(id, `/exports/${encodeURIComponent(name)}`)),
   downloadAddress: (id) => `${ROOT}${run(id, "/download")}`,
 };

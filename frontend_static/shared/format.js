@@ -5,6 +5,9 @@ const MISSING = "–";
 /** Decimals of quantities, by unit: frames are counted, pure numbers mostly lie between 0 and 1. */
 const DECIMALS = new Map([["", 3], ["frames", 0]]);
 
+/** Pure numbers above this are counts, those below mostly shares. */
+const COUNTED = 10;
+
 /**
  * A number with so many decimals; a dash where there is none.
  *
@@ -16,22 +19,25 @@ export function number(value, decimals = 1) {
 }
 
 /**
- * A number of a session's quantities: pixels to a tenth, signals to a thousandth, frames as whole numbers.
+ * A number of a session's quantities: pixels to a tenth, signals to a thousandth, frames and counts as whole numbers.
  *
  * @param {unknown} value
  * @param {string} unit
  */
 export function quantity(value, unit) {
-  return number(value, DECIMALS.get(unit) ?? 1);
+  const counted = unit === "" && Number.isInteger(value) && Math.abs(Number(value)) > 1;
+  return number(value, counted ? 0 : DECIMALS.get(unit) ?? 1);
 }
 
 /**
- * The smallest span worth an axis: what is smaller than a pixel shall not look like a mountain.
+ * The smallest span worth an axis: what is smaller than a pixel shall not look like a mountain, nor what is less than
+ * one beside a count.
  *
  * @param {string} unit
+ * @param {number} [most] The largest value.
  */
-export function smallestSpan(unit) {
-  return unit === "" ? 0.001 : 1;
+export function smallestSpan(unit, most = 0) {
+  return unit !== "" || most > COUNTED ? 1 : 0.01;
 }
 
 /** @typedef {boolean|number|string} Value A parameter's value. */
@@ -40,9 +46,10 @@ export function smallestSpan(unit) {
  * A parameter's value, as short as it stays exact.
  *
  * @param {Value} value
- * @param {{unit: string}|null} [declaration]
+ * @param {{unit: string, kind?: string}|null} [declaration]
  */
 export function parameterValue(value, declaration) {
+  if (declaration?.kind === "file") return value === "" ? "none" : "a file of one's own";
   const text = typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
   return declaration?.unit ? `${text} ${declaration.unit}` : text;
 }

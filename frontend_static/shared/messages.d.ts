@@ -182,7 +182,7 @@ export interface Declaration {
   live: boolean;
   group: string;
   trackers: string[];
-  role: "" | "particles" | "threshold" | "loss_share";
+  role: "" | "particles" | "threshold" | "loss_share" | "drawing";
   threshold_of: string;
   sets: number;
   accept: string;
@@ -247,6 +247,8 @@ export interface ExperimentDetail {
   target: string;
   /** Kinds of mark that it takes in a recording, the one to offer first */
   marks: Editor[];
+  /** Kinds of recording in which the target need not be marked all the same */
+  unmarked: string[];
   /** Kind of mark that it finds by itself; null if a person has to mark the target */
   finds: string | null;
   /** Kinds of mark by which a person may show it where to find the target */
@@ -283,6 +285,8 @@ export interface ExperimentPublic {
   target: string;
   /** Kinds of mark that it takes in a recording, the one to offer first */
   marks: Editor[];
+  /** Kinds of recording in which the target need not be marked all the same */
+  unmarked: string[];
   /** Kind of mark that it finds by itself; null if a person has to mark the target */
   finds: string | null;
   /** Kinds of mark by which a person may show it where to find the target */
@@ -419,7 +423,7 @@ export interface MeasurePublic {
   /** Its definition, one sentence */
   description: string;
   /** A share of the frames, their median, or how many there were until one missed */
-  how: "share" | "median" | "until";
+  how: "share" | "median" | "mean" | "until";
   unit: string;
   better: "higher" | "lower";
   /** Author, title and year of whoever defined it; empty for the project's own */
@@ -470,13 +474,14 @@ export interface Ping {
 export interface Plot {
   id: string;
   title: string;
-  kind: "error" | "sigma" | "sample size" | "samplers" | "value" | "band" | "interval" | "features" | "frequency" | "hypotheses";
+  kind: "error" | "sigma" | "sample size" | "samplers" | "value" | "band" | "interval" | "features" | "frequency" | "hypotheses" | "tree";
   description: string;
   unit: string;
   series: string[];
   sd: string;
   truth: string;
   component: number;
+  shown: string;
   visible: string;
   recognised: string;
   row_titles: string[];
@@ -639,7 +644,7 @@ export interface Series {
   title: string;
   unit: string;
   shape: "number" | "vector" | "interval" | "hypotheses";
-  role: "" | "particles" | "ess" | "share" | "flag";
+  role: "" | "particles" | "ess" | "share" | "flag" | "event" | "extent";
   components: string[];
   colours: string[];
   reductions: Reduction[];

@@ -33,8 +33,10 @@ export function wrong() {
 export function parameterSelect(label, declarations, chosen, choose) {
   /** @type {Map<string, Declaration[]>} */
   const groups = new Map();
-  // What is done in the course of a run, and files, are nothing to vary or to fix.
-  const values = declarations.filter(({ kind }) => kind !== "action" && kind !== "file");
+  // What is done in the course of a run, files, and what is only drawn are nothing to vary or to fix.
+  const values = declarations.filter(
+    ({ kind, role, name }) => kind !== "action" && kind !== "file" && (role !== "drawing" || name === chosen),
+  );
   for (const declaration of values) groups.set(declaration.group, [...(groups.get(declaration.group) ?? []), declaration]);
   const option = (/** @type {Declaration} */ { name, title, unit }) =>
     h("option", { value: name, selected: name === chosen }, unit ? `${title}, ${unit}` : title);

@@ -26,24 +26,24 @@ ExportOut: TypeAlias = Annotated[
 
 def wanted_exports(experiment: "Experiment", places: list[Path]) -> "list[tuple[Export, Path]]":
     """Return what is to be written where, by the suffixes of the files."""
-    from pftrack.export import export_named
-
     found = []
     for place in places:
         if not place.absolute().parent.is_dir():
             raise CommandError(f"{place} cannot be written: there is no folder {place.absolute().parent}")
-        try:
-            found.append((export_named(experiment.exports, place.suffix.lower().removeprefix(".")), place))
-        except LookupError:
+        fitting = [one for one in experiment.exports if place.name.lower().endswith(f".{one.suffix}")]
+        if not fitting:
             known = ", ".join(f".{one.suffix}" for one in experiment.exports) or "nothing"
-            raise wrong_use(f"--export of {experiment.id} writes {known}, got {place.name!r}") from None
+            raise wrong_use(f"--export of {experiment.id} writes {known}, got {place.name!r}")
+        found.append((max(fitting, key=lambda one: len(one.suffix)), place))
     return found
 
 
 def write_exports(exports: "list[tuple[Export, Path]]", run: "Run") -> None:
-    """Write files of the frame at which a run stands."""
+    """Write files of the frame at which a run stands; one that cannot be written leaves what was there."""
+    from pftrack.files import write_whole
+
     for export, place in exports:
         try:
-            place.write_bytes(export.make(run.current.state, run.diagnostics[: run.position + 1]))
+            write_whole(place, export.make(run.current.state, run.diagnostics[: run.position + 1]))
         except OSError as error:
             raise CommandError(f"{place} cannot be written: {error.strerror}") from None

@@ -1,5 +1,6 @@
 """What a command line says of a recording: where it is, where it begins, what is marked in it, what is true of it."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,12 +22,14 @@ class Said:
 
     Attributes:
         video: Where it is.
+        option: The one that said so.
         marks: (name of the option, kind of mark, text) of every mark given.
         start: Number of the picture with the mark.
         truth: File of what is true of it.
     """
 
     video: Path | None
+    option: str
     marks: tuple[tuple[str, str, str], ...]
     start: str | None
     truth: Path | None
@@ -35,6 +38,7 @@ class Said:
     def of(
         cls,
         video: Path | None,
+        tracks: Path | None,
         mark: str | None,
         box: str | None,
         points: Path | None,
@@ -42,6 +46,8 @@ class Said:
         truth: Path | None,
     ) -> "Said":
         """Gather the options; --box and --points are short for kinds of --mark."""
+        if video is not None and tracks is not None:
+            raise wrong_use("there is one recording, got --video and --tracks")
         marks = []
         if mark is not None:
             kind, colon, text = mark.partition(":")
@@ -52,7 +58,7 @@ class Said:
             marks.append(("--box", "box", box))
         if points is not None:
             marks.append(("--points", "points", str(points)))
-        return cls(video, tuple(marks), start, truth)
+        return cls(video or tracks, "--tracks" if tracks else "--video", tuple(marks), start, truth)
 
 
 def wired(
@@ -74,11 +80,9 @@ def wired(
         _refuse_options(said)
         return experiment.simulate(), None
     if experiment.on_video is None:
-        raise wrong_use(f"{experiment.id} is simulated and takes no --video")
+        raise wrong_use(f"{experiment.id} is simulated and takes no {said.option}")
     footage, changes = recipe.footage or Footage(), _mark(experiment, said) if said.marks else {}
-    if experiment.needs_mark and not (said.marks or footage.mark):
-        kinds = " or ".join(f"--mark {kind.name()}:{kind.text}" for kind in experiment.marks)
-        raise wrong_use(f"--video needs {kinds}: where the target is on the first frame")
+    _demand_mark(experiment, said, footage, experiment.footage)
     place = said.video or folder / (footage.path or footage.name)
     if not place.exists():
         raise CommandError(f"there is no file or folder {place}")
@@ -97,6 +101,7 @@ def wired(
         sequences.append(sequence)
         for warning in sequence.index.warnings:
             note(f"pftrack: {warning}")
+        _demand_mark(experiment, said, footage, (sequence.index.kind,))
         return sequence
 
     setup = wire(experiment, footage.model_copy(update=changes), opened)
@@ -119,6 +124,13 @@ def _refuse_options(said: Said) -> None:
     for name, given in options.items():
         if given is not None:
             raise wrong_use(f"{name} needs --video: a simulated scene knows its own start and truth")
+
+
+def _demand_mark(experiment: "Experiment", said: Said, footage: "Footage", kinds: Sequence[str]) -> None:
+    """Refuse to go on without a mark if a recording of each of these kinds needs one."""
+    if not (said.marks or footage.mark) and all(experiment.needs_mark(kind) for kind in kinds):
+        marks = " or ".join(f"--mark {kind.name()}:{kind.text}" for kind in experiment.marks)
+        raise wrong_use(f"{said.option} needs {marks}: where the target is on the first frame")
 
 
 def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:

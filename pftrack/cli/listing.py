@@ -107,7 +107,8 @@ def show(
         marks = [(f"{kind.name()}:{kind.text}", kind.title, kind.instruction) for kind in found.marks]
         table("Marks on a recording", ("--mark", "title", "how"), marks)
         missing = "is found by itself if it is not marked" if found.finder else "has to be marked"
-        typer.echo(f"The {found.target} {missing}.")
+        exempt = f", except in {' or '.join(found.unmarked)}" if found.unmarked else ""
+        typer.echo(f"The {found.target} {missing}{exempt}.")
     if found.accepts_video and found.truth is not None:
         typer.echo(f"A table of truth has the columns {', '.join(found.truth.form.columns)}.")
 
@@ -156,7 +157,7 @@ def _allowed(declaration: "Declaration") -> str:
         case "colour":
             return "#rrggbb"
         case "file":
-            return f"the text of a file {declaration.accept}"
+            return f"the text of a file {declaration.accept}, or @FILE"
         case _:
             return f"{declaration.minimum:g} to {declaration.maximum:g}"
 

@@ -14,11 +14,13 @@ import typer
 from pftrack.cli.compiling import compiling
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
 from pftrack.cli.footage import Said, open_footage, wired
+from pftrack.cli.learn import guidance_of
 from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
+from pftrack.cli.values import assigned, text_of, value_of
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Preset, Setup
+    from pftrack.experiment import Experiment, Preset, Setup
     from pftrack.parameters import Value
     from pftrack.runs.recipe import Footage, Recipe
     from pftrack.runs.run import Run
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["register"]
 
+LONGEST_SHOWN = 80  # characters of a value in a table
 REPORT_EVERY = 8  # frames; a progress bar must not cost more than the filter
 
 VideoOut = Annotated[Path | None, typer.Option("--video-out", help="Write the run as a film, FILE.mp4.")]
@@ -47,10 +50,9 @@ def run(
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     video: Annotated[
         Path | None,
-        typer.Option(
-            "--video", "--tracks", help="A video, an animated GIF, a folder of pictures, or a table of tracks (CSV)."
-        ),
+        typer.Option(help="A video, an animated GIF, a folder of pictures, or a table of tracks (CSV)."),
     ] = None,
+    tracks: Annotated[Path | None, typer.Option(help="A table of tracks (CSV), the same as --video.")] = None,
     mark: Annotated[
         str | None,
         typer.Option(
@@ -70,6 +72,9 @@ def run(
     ] = None,
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
+    ] = None,
+    learned: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="What `learn` has written, by which guided trackers move.")
     ] = None,
     seed: Annotated[str | None, typer.Option(metavar="SEED", help="Of all random numbers; 0 if not given.")] = None,
     frames: Annotated[
@@ -101,13 +106,13 @@ def run(
     wanted = whole("--frames", frames, 1, LONGEST_RUN) if frames is not None else None
     _check_places(out, video_out)
     exports = wanted_exports(found, export or [])
-    said = Said.of(video, mark, box, points, start, truth)
+    said = Said.of(video, tracks, mark, box, points, start, truth)
     with ExitStack() as stack:
         stack.enter_context(compiling())
         setup, sequence = wired(stack, found, recipe, said, folder)
         if wanted is not None:
             changes["frames"] = wanted if sequence is None else min(wanted, _frames_left(sequence, setup))
-        values = _values(setup, assignments or [])
+        values = {**_values(setup, assignments or []), **_guided(found, learned)}
         if begin is not None:
             values = {**_preset_values(setup, begin), **values}
         if values:
@@ -121,7 +126,7 @@ def run(
         write_exports(exports, made)
         if out is not None:
             try:
-                save(made, out, footage_path=_relative(video, out) if video else None)
+                save(made, out, footage_path=_relative(said.video, out) if said.video else None)
             except OSError as error:  # it speaks of the file beside, which nobody asked for
                 raise CommandError(f"{out} cannot be written: {error.strerror}") from None
     _print(summary, json=json)
@@ -200,21 +205,23 @@ def _marked(made: "Run") -> bytes:
 
 
 def _values(setup: "Setup", assignments: list[str]) -> "dict[str, Value]":
-    from pftrack.parameters import declarations, parse
+    from pftrack.parameters import declarations
 
     model = type(setup.parameters)
     known = [declaration.name for declaration in declarations(model)]
     values: dict[str, Value] = {}
-    for assignment in assignments:
-        name, separator, text = assignment.partition("=")
-        if not (separator and name):
-            raise wrong_use(f"--set expected name=value, got {assignment!r}")
+    for name, text in map(assigned, assignments):
         if name not in known:
             near = get_close_matches(name, known, n=3)
             hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show` lists them"
             raise wrong_use(f"there is no parameter {name!r} here; {hint}")
-        values[name] = parse(model, name, text)
+        values[name] = value_of(model, name, text)
     return values
+
+
+def _guided(experiment: "Experiment", learned: Path | None) -> "dict[str, Value]":
+    """Return the value of the parameter that takes a learned file."""
+    return {} if learned is None else {guidance_of(experiment, "--learned").parameter: text_of(learned)}
 
 
 def _preset_values(setup: "Setup", preset: "Preset") -> "Mapping[str, Value]":
@@ -311,4 +318,8 @@ def _is_series(value: object) -> bool:
 def _shown(value: object) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{name}={_shown(item)}" for name, item in value.items())
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_shown, value))}]"
+    if isinstance(value, str) and len(value) > LONGEST_SHOWN:  # the text of a file
+        return f"{' '.join(value[:LONGEST_SHOWN].split())}..."
     return f"{value:.4g}" if isinstance(value, float) else str(value)

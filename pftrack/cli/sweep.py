@@ -18,13 +18,14 @@ from typer.core import TyperGroup
 
 from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
+from pftrack.cli.values import assigned, value_of
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset
     from pftrack.parameters import Value
     from pftrack.sweep import Plan, Progress, Result
 
-__all__ = ["register"]
+__all__ = ["plan_of", "register"]
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
@@ -95,7 +96,7 @@ def run(
         found = experiment_named(experiment)
         begin = preset_named(found, preset) if preset is not None else None
         try:
-            plan = _plan(found, begin, axes or [], trackers, trials, frames, assignments or [], seed)
+            plan = plan_of(found, begin, axes or [], trackers, trials, frames, assignments or [], seed)
         except SweepError as error:
             raise wrong_use(str(error)) from None
         if dry_run:
@@ -137,7 +138,7 @@ def report(
     note(f"pftrack: {len(made.files)} files written to {folder}; open {made.page}{rest}")
 
 
-def _plan(
+def plan_of(
     experiment: "Experiment",
     preset: "Preset | None",
     axes: list[str],
@@ -147,6 +148,11 @@ def _plan(
     assignments: list[str],
     seed: str,
 ) -> "Plan":
+    """Return the runs that the options of a command line describe.
+
+    Raises:
+        SweepError: They make no sense together.
+    """
     from pftrack.random import LARGEST_SEED
     from pftrack.runs.run import LONGEST_RUN
     from pftrack.sweep import MOST_RUNS, Plan, parse_axis
@@ -171,22 +177,19 @@ def _plan(
 
 
 def _values(experiment: "Experiment", assignments: list[str]) -> "dict[str, Value]":
-    from pftrack.parameters import ParameterError, parse
+    from pftrack.parameters import ParameterError
     from pftrack.sweep import SweepError
     from pftrack.sweep.axis import declared
 
     values: dict[str, Value] = {}
     model = type(experiment.simulate().parameters)
-    for assignment in assignments:
-        name, separator, text = assignment.partition("=")
-        if not (separator and name):
-            raise wrong_use(f"--set expected name=value, got {assignment!r}")
+    for name, text in map(assigned, assignments):
         if name in values:
             raise wrong_use(f"--set gives {name} twice")
         if name != "tracker":
             declared(experiment, name)
         try:
-            values[name] = text if name == "tracker" else parse(model, name, text)
+            values[name] = text if name == "tracker" else value_of(model, name, text)
         except ParameterError as error:
             raise SweepError(str(error)) from None
     return values

@@ -14,7 +14,12 @@ could not be confirmed is computed all the same and reported as a known negative
 - `motion`: learning the dynamics while tracking, ch. 3 section 4;
 - `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3;
 - `head`: the same on the face of a driver who turns the head, ch. 4 section 4;
-- `structure`: the shape of prism and face from their tracks, ch. 4 section 5.
+- `histogram`: a window by its colours, past a look-alike and behind a column;
+- `structure`: the shape of prism and face from their tracks, ch. 4 section 5;
+- `trajectories`: tracks with outliers under three laws of the noise, simulated and in pictures (Ichimura and Ikoma);
+- `fish`: guided diffusion on a fish that bends, document 3;
+- `hand`: the pose of a hand from its silhouette, with one hypothesis and with four, document 4;
+- `linkage`: a chain of links by filters, mirrored hypotheses and regions, document 4.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,10 +28,19 @@ from pathlib import Path
 from pftrack.reproduce import calibration, signals
 from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
 from pftrack.reproduce.finding import Finding
+from pftrack.reproduce.fish import learning as fish_learning
+from pftrack.reproduce.fish import success as fish
+from pftrack.reproduce.hand import steps as hand_steps
+from pftrack.reproduce.hand import table as hand
 from pftrack.reproduce.head import pose as head
+from pftrack.reproduce.histogram import table as histogram
+from pftrack.reproduce.linkage import kalman as linkage
+from pftrack.reproduce.linkage import regions, set_algebra
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism import pose as prism
 from pftrack.reproduce.structure import shape as structure
+from pftrack.reproduce.trajectories import pictures as corners
+from pftrack.reproduce.trajectories import tracks as trajectories
 
 __all__ = ["RESULTS", "Finding", "reproduce"]
 
@@ -50,6 +64,27 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "calibration": calibration.coverage,
     "structure": structure.prism,
     "structure-face": structure.faces,
+    "histogram": histogram.table,
+    "histogram-trackers": histogram.trackers,
+    "trajectories": trajectories.errors,
+    "corners": corners.pictures,
+    "fish-offline": fish_learning.offline,
+    "fish": fish.table,
+    "fish-ablations": fish.ablations,
+    "hand": hand.table,
+    "hand-switches": hand.switches,
+    "hand-particles": hand.compared,
+    "hand-steps": hand_steps.steps,
+    "linkage-algebra": linkage.algebra,
+    "linkage-cross": linkage.cross,
+    "linkage-static": linkage.static,
+    "linkage-confident": linkage.confident,
+    "linkage-recovery": linkage.recovery,
+    "linkage-space": linkage.space,
+    "linkage-strips": set_algebra.algebra,
+    "linkage-regions": regions.containment,
+    "linkage-ingredients": regions.ingredients,
+    "linkage-regions-space": regions.space,
 }
 """All results by name: functions of a pool and of whether the whole protocol is to be run."""
 

@@ -18,7 +18,7 @@ from pftrack.measures import Course, measured
 from pftrack.parameters import Parameters, Value, revise
 from pftrack.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
-from pftrack.runs.scoring import allowed_loss, estimates_hash, judge, reductions
+from pftrack.runs.scoring import allowed_loss, estimates_hash, extent_series, judge, reductions
 from pftrack.series import reduced
 from pftrack.sources.source import History, Source
 from pftrack.trackers import Tracker, TrackState
@@ -126,7 +126,8 @@ def _folded(
     """Carry out the runs, by seed and tracker, that see the same pictures and can take many of them at once."""
     source = setup.open_source(seeds[0], parameters)
     # What an experiment keeps of its own series takes the states of all frames, and a fold has the last one only.
-    folds = not any(series.reductions for series in experiment.series)
+    # What a target is missed by takes states and targets, and a fold has estimates and places.
+    folds = experiment.missed is None and not any(series.reductions for series in experiment.series)
     names = [name for name in trackers if folds and experiment.trackers[name].fold is not None]
     runs = {
         (seed, name): _begun(experiment.trackers[name], source, parameters, seed) for seed in seeds for name in names
@@ -193,6 +194,9 @@ class _Folding:
         self._state = state
         self._estimates = [state.estimate[None]]
         self._series: dict[str, list[NDArray[np.float64]]] = {}
+        self._extent = extent_series(tracker.series)
+        begun = tracker.measure(state).get(self._extent) if self._extent else None
+        self._first_extent = np.array([begun], np.float64) if begun else np.full((1, 2), np.nan)
         self._seconds = 0.0
 
     def take(self, block: Block, parameters: Parameters) -> bool:
@@ -220,7 +224,7 @@ class _Folding:
         errors = np.where(np.isnan(errors) & np.isfinite(known.positions).all(axis=1), np.inf, errors)
         lost = experiment.lost(errors, known.sizes, parameters) if experiment.lost else None
         scale = experiment.scale
-        course = Course(scale * estimates, scale * known.positions, errors, lost, known.extents)
+        course = Course(scale * estimates, scale * known.positions, errors, lost, known.extents, self._believed())
         verdict = judge(course, experiment.measure_named(known.success), allowed_loss(parameters))
         steps = len(estimates) - 1
         return Outcome(
@@ -234,6 +238,12 @@ class _Folding:
             measured(experiment.run_measures, course),
             self._reductions(),
         )
+
+    def _believed(self) -> NDArray[np.float64]:
+        """Return the sizes that the tracker believes in, (L, 2) px; NaN for one that does not say."""
+        later = self._series.get(self._extent, []) if self._extent else []
+        known = np.concatenate([self._first_extent, *later])
+        return known if later else np.resize(known, (sum(map(len, self._estimates)), 2))
 
     def _reductions(self) -> Mapping[str, float | int | None]:
         kept: dict[str, float | int | None] = {}

@@ -103,6 +103,7 @@ def diagnose(
     """
     target = frame.target
     error, lost = verdict
+    hidden = target.hidden if target else None
     return Diagnostics(
         frame=frame.index,
         time_s=frame.time_s,
@@ -114,7 +115,7 @@ def diagnose(
         observation=tuple(frame.signal.tolist()) if frame.signal is not None else None,
         error=error,
         lost=lost,
-        hidden=target.hidden if target else None,
+        hidden=None if hidden is None else bool(hidden),  # NumPy's own kind, which comparisons give, JSON does not know
         searching=searching,
         step_ms=step_ms,
         series=series or {},

@@ -10,7 +10,7 @@ import io
 import json
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -39,6 +39,7 @@ __all__ = [
     "load",
     "make",
     "read",
+    "read_columns",
     "read_saved",
     "save",
     "wire",
@@ -175,19 +176,34 @@ def read_saved(path: Path) -> Saved:
         RecordError: See `read`.
     """
     record = read(path)
+    estimates = _columns_in(path, ("estimate",)).get("estimate")
+    if estimates is None or estimates.ndim != 2 or estimates.dtype.kind != "f":
+        return Saved(record, None)  # it can be computed again all the same
+    return Saved(record, np.asarray(estimates, np.float64))
+
+
+def read_columns(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    """Read the numbers that a file holds of every frame, by the names of their columns; none if they are damaged."""
+    return _columns_in(path, None)
+
+
+def _columns_in(path: Path, names: Collection[str] | None) -> dict[str, np.ndarray[Any, Any]]:
+    """Return some columns of a file, or all; none if one of them is too large or cannot be read."""
     try:
         with zipfile.ZipFile(path) as archive:
             if archive.getinfo("diagnostics.npz").file_size > LARGEST_DIAGNOSTICS_BYTES:
-                return Saved(record, None)
+                return {}
             data = io.BytesIO(archive.read("diagnostics.npz"))
         with zipfile.ZipFile(data) as inside:  # which may be a thousand times as large
-            if inside.getinfo("estimate.npy").file_size > LARGEST_DIAGNOSTICS_BYTES:
-                return Saved(record, None)
+            wanted = [
+                entry for entry in inside.infolist() if names is None or entry.filename.removesuffix(".npy") in names
+            ]
+            if sum(entry.file_size for entry in wanted) > LARGEST_DIAGNOSTICS_BYTES:
+                return {}
         with np.load(data, allow_pickle=False) as columns:
-            estimates = np.asarray(columns["estimate"], np.float64)
-    except DAMAGED:  # it can be computed again all the same
-        return Saved(record, None)
-    return Saved(record, estimates if estimates.ndim == 2 else None)
+            return {name: columns[name] for name in (entry.filename.removesuffix(".npy") for entry in wanted)}
+    except DAMAGED:
+        return {}
 
 
 def load(path: Path, *, open_sequence: OpenSequence | None = None) -> Run:
@@ -282,6 +298,10 @@ def _states(run: Run) -> dict[str, np.ndarray[Any, Any]]:
 
 
 def _packed(arrays: Mapping[str, np.ndarray[Any, Any]]) -> bytes:
+    """Pack arrays as NumPy does, in half its time: particles are noise, on which a thorough search is lost."""
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type] # numpy's stub takes allow_pickle for one of them
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
     return buffer.getvalue()

@@ -20,7 +20,7 @@ import numpy as np
 from pftrack.experiment import Experiment, Setup, Step
 from pftrack.frame import Frame
 from pftrack.measures import Course, measured
-from pftrack.parameters import ParameterError, Parameters, flat
+from pftrack.parameters import ParameterError, Parameters, flat, with_role
 from pftrack.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.runs.checkpoint import Checkpoint
 from pftrack.runs.diagnostics import Diagnostics, diagnose
@@ -186,7 +186,7 @@ class Run:
             yield self.advance()
 
     def change(self, values: Mapping[str, object]) -> Change:
-        """Change parameters from the next frame on.
+        """Change parameters from the next frame on; what is only drawn, in the past as well and in the last frame.
 
         Args:
             values: By name; `tracker` names a tracker, which takes over from the present state.
@@ -199,13 +199,20 @@ class Run:
             ParameterError: A value is unknown or out of bounds; nothing has changed.
             EndOfRun: There is no next frame.
         """
-        if self.position < self.computed:
-            raise PastError(f"frame {self.position + 1} has been computed already; branch there to change it")
-        if self.position + 1 >= self.frames:
-            raise EndOfRun(f"the run ends at frame {self.frames - 1}; go back to change what leads there, or restart")
         following = self.position + 1
+        if self.is_only_drawn(values):
+            following = min(following, self.frames - 1)
+        elif self.position < self.computed:
+            raise PastError(f"frame {following} has been computed already; branch there to change it")
+        elif following >= self.frames:
+            raise EndOfRun(f"the run ends at frame {self.frames - 1}; go back to change what leads there, or restart")
         self.timeline = self.timeline.insert(Change(following, dict(values)))
         return next(change for change in self.timeline.changes if change.frame == following)
+
+    def is_only_drawn(self, values: Mapping[str, object]) -> bool:
+        """Return whether a change of these values changes no number of any frame."""
+        drawn = {item.name for item in with_role(type(self.setup.parameters), "drawing")}
+        return bool(values) and values.keys() <= drawn
 
     def branch(
         self,
@@ -312,7 +319,7 @@ class Run:
         )
 
     def _course(self) -> Course:
-        return course_of(self.diagnostics, judged=self.experiment.lost is not None)
+        return course_of(self.diagnostics, self.experiment.declared(), judged=self.experiment.judges_loss)
 
     def _frame(self, index: int) -> Frame:
         return self.source.frame(index, self.timeline.history)
@@ -351,6 +358,9 @@ class Run:
         error = float(self.experiment.error(state.estimate, frame.target.position))
         if math.isnan(error):  # of an estimate that is not finite: NaN would count as an unknown truth
             error = math.inf
+        missed = self.experiment.missed(state, frame.target) if self.experiment.missed else None
+        if missed is not None:
+            return error, bool(missed)
         judged = self.experiment.lost
         return error, bool(judged(error, frame.target.size, parameters)) if judged else None
 

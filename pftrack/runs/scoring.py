@@ -12,7 +12,7 @@ from pftrack.parameters import Parameters, with_role
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.series import Series, columns, reduced
 
-__all__ = ["Verdict", "allowed_loss", "course_of", "estimates_hash", "judge", "reductions"]
+__all__ = ["Verdict", "allowed_loss", "course_of", "estimates_hash", "extent_series", "judge", "reductions"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,21 +55,29 @@ def judge(course: Course, decisive: Measure, allowed_share: float) -> Verdict:
     return Verdict(len(known), mean_error, success, name, count, first)
 
 
-def course_of(rows: Sequence[Diagnostics], *, judged: bool) -> Course:
+def course_of(rows: Sequence[Diagnostics], declared: Sequence[Series], *, judged: bool) -> Course:
     """Return a run beside its truth.
 
     Args:
         rows: Of all its frames.
+        declared: Series that they may have.
         judged: Whether the experiment has a notion of lost.
     """
     unknown = (np.nan,) * len(rows[0].estimate)
+    extent = extent_series(declared)
     return Course(
         np.array([row.estimate for row in rows]),
         np.array([row.truth or unknown for row in rows]),
         np.array([np.nan if row.error is None else row.error for row in rows]),
         np.array([bool(row.lost) for row in rows]) if judged else None,
         np.array([row.extent or (np.nan, np.nan) for row in rows]),
+        np.array([(extent and row.vector(extent)) or (np.nan, np.nan) for row in rows]),
     )
+
+
+def extent_series(declared: Sequence[Series]) -> str | None:
+    """Return the name of the series of the box that a tracker believes in; None where there is none."""
+    return next((series.name for series in declared if series.role == "extent"), None)
 
 
 def allowed_loss(parameters: Parameters) -> float:

@@ -2,11 +2,12 @@
 
 Document 1, ch. 3 section 3.1, with the readings of specification 6.2: a sinusoid of one hertz, peak to peak 200 px,
 seen at 30 frames a second in a 320 x 240 picture ("reading A"); larger pictures and amplitudes give "reading B" (6.7).
-Every parameter is live. The phase is accumulated over the history, so that a change of speed does not make the ball
-jump.
+On request it bounces off four walls instead: motion that is even, and then turns at once. Every parameter is live. The
+phase is accumulated over the history, so that a change of speed does not make the ball jump.
 """
 
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,9 @@ __all__ = ["BallSceneParameters", "BallSource"]
 
 GROUP = "Scene"
 
+UPRIGHT_SHARE = 0.618
+"""How often a bouncing ball goes up and down in the time to the other side and back: its path does not soon repeat."""
+
 
 class BallSceneParameters(OverlayParameters):
     """The scene: how the ball moves and what it looks like."""
@@ -38,17 +42,25 @@ class BallSceneParameters(OverlayParameters):
     ball_radius_px: float = parameter(
         5, "Ball radius", "Radius of the ball.", unit="px", ge=1, le=60, step=0.5, group=GROUP
     )
+    ball_path: Literal["swings", "bounces"] = parameter(
+        "swings",
+        "Path",
+        "Whether the ball swings from side to side, or flies straight on at an even speed and bounces off four walls.",
+        group=GROUP,
+    )
     amplitude_px: float = parameter(
         100,
         "Amplitude",
-        "How far the ball swings to either side of the middle.",
+        "How far the ball goes to either side of the middle; up and down no further than the picture.",
         unit="px",
         ge=0,
         le=960,
         step=1,
         group=GROUP,
     )
-    period_s: float = parameter(1, "Period", "Time of one full swing.", unit="s", ge=0.1, le=60, step=0.1, group=GROUP)
+    period_s: float = parameter(
+        1, "Period", "Time to the other side and back.", unit="s", ge=0.1, le=60, step=0.1, group=GROUP
+    )
     frame_rate_hz: float = parameter(
         30,
         "Frame rate",
@@ -128,8 +140,18 @@ class BallSource:
 
 
 def _centre(parameters: BallSceneParameters, turns: float) -> tuple[float, float]:
+    if parameters.ball_path == "bounces":
+        height = parameters.image_height_px / 2
+        reach = min(parameters.amplitude_px, max(height - parameters.ball_radius_px, 0.0))
+        u = parameters.image_width_px / 2 - parameters.amplitude_px * _zigzag(turns)
+        return u, height - reach * _zigzag(UPRIGHT_SHARE * turns + 0.25)
     u = parameters.image_width_px / 2 - parameters.amplitude_px * np.cos(2 * np.pi * turns)
     return float(u), parameters.image_height_px / 2
+
+
+def _zigzag(turns: float) -> float:
+    """Return what goes evenly from 1 to -1 and back within a turn."""
+    return 4 * abs(turns % 1.0 - 0.5) - 1
 
 
 def _target(parameters: BallSceneParameters, turns: float) -> Target:

@@ -19,6 +19,12 @@ ALLOWED = (
 TRACKS_COLUMNS = ("frame", "point", "x_px", "y_px", "var_x", "var_y")
 """What a table of tracks has; see `pftrack.sources.tracks.table` for other forms."""
 
+PLAIN = ({"x", "y"}, {"x_px", "y_px"}, {"u", "v"})
+"""Columns by which a table of tracks is known, whatever else it has."""
+
+SIDES = ({"w", "h"}, {"width", "height"})
+"""Columns by which a table of boxes is known, beside x and y."""
+
 HEAD_BYTES = 1024
 """How much of a file `sniff` wants to see."""
 
@@ -77,12 +83,23 @@ def delimiter_of(line: str) -> str:
 
 
 def _tracks(head: bytes) -> bool:
-    """Look for the header of a table that has a frame, and points in a column or as columns of their own."""
-    line = decoded(head).partition("\n")[0]
-    names = {name.strip().lower() for name in line.split(delimiter_of(line))}
+    """Look for the header of a table that has x and y, or columns of points of their own and a frame."""
+    names = _columns(head)
+    if any(pair <= names for pair in PLAIN):
+        return not _boxes(head)
     return "frame" in names and (
         "point" in names or any(f"{name[:-2]}_y" in names for name in names if name.endswith("_x"))
     )
+
+
+def _boxes(head: bytes) -> bool:
+    """Look for the header of a table of boxes, whose x and y are corners."""
+    return any(sides | {"x", "y"} <= _columns(head) for sides in SIDES)
+
+
+def _columns(head: bytes) -> set[str]:
+    line = decoded(head).partition("\n")[0]
+    return {name.strip().lower() for name in line.split(delimiter_of(line))}
 
 
 def _starts(*signatures: bytes) -> Callable[[bytes], bool]:
@@ -140,5 +157,6 @@ _KNOWN: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
     ("an archive", _starts(b"PK\x03\x04", b"\x1f\x8b", b"7z\xbc\xaf", b"Rar!", b"BZh", b"\xfd7zXZ", b"(\xb5/\xfd")),
     ("a sound", _starts(b"ID3", b"fLaC", b"\xff\xfb", b"\xff\xf3", b"\xff\xf2", b"\xff\xf1", b"\xff\xf9")),
     ("a sound", _riff(b"WAVE")),
+    ("a table of boxes, which may go with a recording as its truth but is none", _boxes),
     ("a text", _any_text),
 )

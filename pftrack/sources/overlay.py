@@ -16,11 +16,13 @@ from pftrack.parameters import Parameters, parameter
 
 __all__ = [
     "LAYOUTS",
+    "OccluderParameters",
     "OverlayParameters",
     "distracter_radius",
     "occlusion_width",
     "paint",
     "paint_disc",
+    "paint_strip",
     "rgb",
     "strip",
 ]
@@ -59,8 +61,8 @@ def distracter_radius(default: float) -> Any:  # noqa: ANN401 - a field declarat
     )
 
 
-class OverlayParameters(Parameters):
-    """What is laid over the picture; nothing by default."""
+class OccluderParameters(Parameters):
+    """A strip in front of everything; none by default."""
 
     occlusion_width_px: float = occlusion_width(0)
     occlusion_offset_px: float = parameter(
@@ -73,6 +75,12 @@ class OverlayParameters(Parameters):
         step=1,
         group=GROUP,
     )
+    occluder_colour: str = parameter("#3c3c3c", "Occluder colour", "Colour of the strip.", colour=True, group=GROUP)
+
+
+class OverlayParameters(OccluderParameters):
+    """What is laid over the picture; nothing by default."""
+
     distracter_radius_px: float = distracter_radius(0)
     layout: int = parameter(
         7,
@@ -103,14 +111,13 @@ class OverlayParameters(Parameters):
         step=1,
         group=GROUP,
     )
-    occluder_colour: str = parameter("#3c3c3c", "Occluder colour", "Colour of the strip.", colour=True, group=GROUP)
 
 
-def strip(parameters: OverlayParameters, width: int) -> tuple[float, float]:
+def strip(parameters: OccluderParameters, width: int) -> tuple[float, float]:
     """Return the left and right edge of the occluder, px: it covers the columns left <= u < right.
 
     Args:
-        parameters: The overlay.
+        parameters: The occluder.
         width: Of the picture, px.
     """
     middle = width / 2 + parameters.occlusion_offset_px
@@ -133,6 +140,12 @@ def paint(image_rgb: NDArray[np.uint8], parameters: OverlayParameters, target_co
             u = width / 2 + (column - 1) * parameters.slot_spacing_px
             v = height / 2 + (2 * row - 1) * parameters.slot_offset_px
             paint_disc(image_rgb, u, v, float(parameters.distracter_radius_px), rgb(target_colour))
+    paint_strip(image_rgb, parameters)
+
+
+def paint_strip(image_rgb: NDArray[np.uint8], parameters: OccluderParameters) -> None:
+    """Paint the occluder into a picture (height, width, 3), in place."""
+    width = image_rgb.shape[1]
     left, right = strip(parameters, width)
     first, last = (min(max(int(np.ceil(edge)), 0), width) for edge in (left, right))
     _paint_columns(image_rgb, first, last, rgb(parameters.occluder_colour))

@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from math import inf
 
 from pftrack.experiments import Experiment
-from pftrack.parameters import Declaration, ParameterError, Value, allowed, declarations, parse
+from pftrack.parameters import LONGEST_FILE, Declaration, ParameterError, Value, allowed, declarations, parse
 from pftrack.sweep.errors import SweepError
 
 __all__ = ["MOST_RUNS", "TRACKER", "Axis", "checked", "declared", "parse_axis"]
@@ -87,6 +87,8 @@ def checked(experiment: Experiment, axis: Axis) -> Axis:
         values: Sequence[Value] = [_tracker(experiment, value) for value in axis.values]
     else:
         declaration = declared(experiment, axis.name)
+        if declaration.kind == "file":
+            raise SweepError(f"{axis.name} is a file, which all runs of a sweep have alike, and no axis")
         values = [value_of(declaration, value) for value in axis.values]
     seen: set[Value] = set()
     for value in values:
@@ -122,6 +124,8 @@ def value_of(declaration: Declaration, value: object) -> Value:
         case "choice", str() if value in declaration.choices:
             return value
         case "colour", str() if re.fullmatch("#[0-9a-fA-F]{6}", value):
+            return value
+        case "file", str() if len(value) <= LONGEST_FILE:
             return value
         case ("integer" | "number") as kind, int() | float() if not isinstance(value, bool):
             low = -inf if declaration.minimum is None else declaration.minimum

@@ -87,7 +87,7 @@ class Samples:
 
 def quantities(plan: Plan) -> tuple[Quantity, ...]:
     """Return what the trackers of a sweep can be compared by: success, the error, and the measures as declared."""
-    judged = plan.wiring.lost is not None
+    judged = plan.wiring.judges_loss
     error = "Mean error of successful runs" if judged else "Mean error"
     return (
         Quantity(

@@ -10,6 +10,7 @@ beyond that, such as particles, hypotheses or mixing ratios, it declares as seri
 - `ball`: the switching filters of document 1, ch. 3, and what they are compared with;
 - `pose`: the methods of document 1, ch. 4 for the pose of a solid, for `prism` (points) and `head` (templates);
 - `signal`: the Kalman and the particle filter of document 1, ch. 2;
+- `sampling`: the loop that draws by prediction and by observation, which `ball` shares with others;
 - `reports`, `parameters`: the series and the parameters that several families declare alike.
 """
 

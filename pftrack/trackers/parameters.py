@@ -4,7 +4,17 @@ from typing import Any
 
 from pftrack.parameters import parameter
 
-__all__ = ["loss_share", "particle_count", "resampling_threshold"]
+__all__ = [
+    "correlated_changes",
+    "diffusion_scale",
+    "learned_motion",
+    "loss_share",
+    "miss_share",
+    "particle_count",
+    "resampling_threshold",
+]
+
+LEARNED_MOTION = "Learned motion"
 
 
 def particle_count(default: int, *, group: str, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401 - as of `parameter`
@@ -47,4 +57,58 @@ def loss_share(default: float, *, group: str) -> Any:  # noqa: ANN401
         step=0.01,
         group=group,
         role="loss_share",
+    )
+
+
+def miss_share(default: float, *, group: str) -> Any:  # noqa: ANN401
+    """Declare the same for targets with a box, of which an estimate outside is a miss."""
+    return parameter(
+        default,
+        "Frames that may miss",
+        "A run is a success if the estimate lies outside the true box in no more than this share of the frames with "
+        "known truth.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=group,
+        role="loss_share",
+    )
+
+
+def learned_motion(*, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
+    """Declare the file by which particles are guided; the model that has it refuses what its `Guidance` refuses."""
+    return parameter(
+        "",
+        "Learned motion",
+        "How motion and shape change, by which particles are guided: a file that pftrack learn or the Files menu has "
+        "written, or what comes with the experiment if there is none.",
+        accept=".json",
+        group=LEARNED_MOTION,
+        trackers=trackers,
+    )
+
+
+def diffusion_scale(*, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
+    """Declare how wide the learned diffusion is."""
+    return parameter(
+        1.0,
+        "Width of the diffusion",
+        "Factor of all standard deviations of the learned changes.",
+        ge=0.05,
+        le=20,
+        step=0.05,
+        group=LEARNED_MOTION,
+        trackers=trackers,
+    )
+
+
+def correlated_changes(*, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
+    """Declare whether the learned correlations are used."""
+    return parameter(
+        True,
+        "Correlated changes",
+        "Whether changes of motion and shape are drawn together as they were learned, or each by itself with the same "
+        "standard deviation.",
+        group=LEARNED_MOTION,
+        trackers=trackers,
     )

@@ -15,7 +15,7 @@ from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParamet
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
 from pftrack.trackers.pose.methods import METHODS, Method
-from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_per_feature
+from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_per_feature, pose_guidance
 from pftrack.trackers.pose.reports import measurement, reported
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
@@ -29,6 +29,8 @@ SEEN_FACTOR = 3.0
 
 class TrackedPrismParameters(PoseTrackerParameters, PrismParameters):
     """The scene, whose camera is known, and its trackers."""
+
+    guidance = pose_guidance("prism")
 
     sample_count: int = particles_per_feature(len(VERTICES_MM))
 

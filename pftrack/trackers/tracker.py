@@ -11,7 +11,7 @@ from pftrack.frame import Frame, Target
 from pftrack.random import Stream
 from pftrack.series import Series, SeriesValue
 
-__all__ = ["Fold", "TrackState", "Tracker"]
+__all__ = ["Fold", "TrackState", "Tracker", "nothing"]
 
 
 class TrackState(Protocol):
@@ -27,7 +27,7 @@ class TrackState(Protocol):
 
     @property
     def sigma(self) -> NDArray[np.float64]:
-        """(d,) posterior standard deviations."""
+        """(d,) posterior standard deviations; NaN of a number in another unit than the experiment's."""
 
     @property
     def log_evidence(self) -> float:
@@ -48,7 +48,8 @@ class Fold:
     Attributes:
         state: Of the last frame.
         estimates: (L, tracked) posterior means.
-        series: (L,) numbers or (L, d) vectors of the tracker's series, by name; all that have a reduction are there.
+        series: (L,) numbers or (L, d) vectors of the tracker's series, by name; all that have a reduction, or the role
+            "extent", are there.
     """
 
     state: TrackState

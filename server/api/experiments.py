@@ -85,6 +85,7 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
         ],
         "target": experiment.target,
         "marks": [kind.editor() for kind in experiment.marks],
+        "unmarked": list(experiment.unmarked),
         "finds": experiment.finder.kind.name() if experiment.finder else None,
         "hints": [kind.name() for kind in experiment.finder.hints] if experiment.finder else [],
         "suits": experiment.suits is not None,

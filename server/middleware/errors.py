@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from pftrack.export import ExportError
 from pftrack.parameters import ParameterError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
@@ -71,6 +72,7 @@ def install(app: FastAPI) -> None:
         return response(HTTPStatus.UNPROCESSABLE_ENTITY, shape(_sentence_case(str(error))))
 
     @app.exception_handler(EndOfRun)
+    @app.exception_handler(ExportError)
     @app.exception_handler(PastError)
     async def _time(_: Request, error: Exception) -> Response:
         return response(HTTPStatus.CONFLICT, shape(_sentence_case(str(error))))

@@ -45,6 +45,7 @@ class ExperimentPublic(BaseModel):
     footage: list[str] = Field(description="Kinds of recording that it takes, as an upload's kind names them")
     target: str = Field(description="What is tracked, one word")
     marks: list[Editor] = Field(description="Kinds of mark that it takes in a recording, the one to offer first")
+    unmarked: list[str] = Field(description="Kinds of recording in which the target need not be marked all the same")
     finds: str | None = Field(
         description="Kind of mark that it finds by itself; null if a person has to mark the target"
     )

@@ -32,7 +32,7 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
         return new_spec(recipe, position=body.position)
     footage = recipe.footage or Footage()
     experiment.check_footage(upload.kind)
-    _check_mark(footage, experiment)
+    _check_mark(footage, experiment, upload.kind)
     known: dict[str, Any] = {"sha256": upload.sha256, "name": upload.name}
     if footage.truth is None:
         known["truth"] = rows_of(store, upload.id, experiment)
@@ -94,10 +94,10 @@ def _upload(body: SessionCreate, store: Store) -> UploadRow | None:
     return found
 
 
-def _check_mark(footage: Footage, experiment: Experiment) -> None:
+def _check_mark(footage: Footage, experiment: Experiment, kind: str) -> None:
     """Refuse a mark that the experiment does not take, or the lack of one that it needs."""
     if footage.mark is not None:
         experiment.mark(footage.mark)
-    elif experiment.needs_mark:
+    elif experiment.needs_mark(kind):
         kinds = " or ".join(kind.name() for kind in experiment.marks)
         raise ParameterError("mark", None, f"given, as {kinds}: an upload and the mark of its target belong together")

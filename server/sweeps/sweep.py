@@ -91,7 +91,7 @@ class Sweep:
     @property
     def judged(self) -> bool:
         """Whether its experiment has a notion of success."""
-        return self.plan.wiring.lost is not None
+        return self.plan.wiring.judges_loss
 
     def as_row(self) -> dict[str, Any]:
         """Return what is kept of it in the database."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.drawing import Drawing
-from pftrack.experiment import Experiment, Preset, Setup
+from pftrack.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments import find
 from pftrack.export import export_named
 from pftrack.faults import without_faults
@@ -18,7 +18,7 @@ from pftrack.files import free_bytes
 from pftrack.layer import Key
 from pftrack.legend import drawn_keys
 from pftrack.palette import COLOURS
-from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise
+from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise, with_role
 from pftrack.runs import checkpoint, record
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage, Recipe
@@ -207,7 +207,7 @@ class RunTree:
 
     def drawing(self) -> Drawing:
         """Return what is to be seen of the frame that is shown, without what no viewer can show."""
-        step = self.run.current
+        step = self._as_drawn()
         past = self.run.diagnostics[: step.frame.index + 1]
         drawing = without_faults(self.experiment.draw(step, past, self.other))
         drawn = dict.fromkeys(drawn_keys(drawing, self.experiment.layers))
@@ -219,6 +219,16 @@ class RunTree:
             self._legend[1].update(drawn)
         legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
         return dataclasses.replace(drawing, legend=tuple(legend))
+
+    def redraws(self, values: Mapping[str, object]) -> bool:
+        """Return whether a change of these shows in the frame that is shown, and not from the next one on."""
+        return any(item.name in values for item in with_role(type(self._setup.parameters), "drawing"))
+
+    def _as_drawn(self) -> Step:
+        """Return the step that is shown, with what is only drawn as it is in force from the next frame on."""
+        step, following = self.run.current, self.run.parameters_at(self.run.position + 1)
+        shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
+        return dataclasses.replace(step, parameters=step.parameters.model_copy(update=shown)) if shown else step
 
     def export(self, name: str) -> bytes:
         """Return a file of the frame that is shown, one that the experiment offers."""
@@ -249,7 +259,8 @@ class RunTree:
     def change(self, values: Mapping[str, object], branch: str) -> None:
         """Change parameters from the next frame on.
 
-        In the past this makes a branch; a parameter that cannot change in the middle of a run restarts it.
+        In the past this makes a branch, unless it changes no number; a parameter that cannot change in the middle of a
+        run restarts it.
 
         Raises:
             ParameterError: A value is refused; nothing has changed then.
@@ -258,7 +269,7 @@ class RunTree:
         fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
         if fixed & values.keys():
             self._restart(values)
-        elif not self.at_newest:
+        elif not self.at_newest and not self.run.is_only_drawn(values):
             self.branch(branch, self.run.position, values)
         else:
             self.run.change(values)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pftrack.drawing import Drawing
+from pftrack.export import ExportError
 from pftrack.parameters import ParameterError
 from pftrack.process import confine, leave_interrupts_to_parent
 from pftrack.rendering import png, render
@@ -56,7 +57,7 @@ from server.worker.run_tree import RunTree
 __all__ = ["Worker", "main"]
 
 # What a command may be answered with; anything else is a mistake of ours and ends the session.
-REFUSALS = (ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
+REFUSALS = (ExportError, ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
 FORMS: tuple[Form, ...] = get_args(Form)
 TELL_S = 1 / 30
 # A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
@@ -352,6 +353,8 @@ class Worker:
         if self._tree.status(playing=False, speed=0).restarts != before:
             self._restarted()
             return 0
+        if self._tree.redraws(values):
+            self._changed()
         return self._tree.run.position + 1
 
     def _activate(self, command: Activate, number: int) -> None:

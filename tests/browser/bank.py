@@ -40,6 +40,9 @@ class BankParameters(SignalParameters):
         role="threshold",
         threshold_of="sigma",
     )
+    shown: int = parameter(
+        1, "Shown possibility", "Which possibility is marked.", ge=1, le=3, step=1, group="Bank", role="drawing"
+    )
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class Bank:
 
     places: NDArray[np.float64]
     weights: NDArray[np.float64]
+    parents: tuple[int, ...] = (-1, -1)
     log_evidence: float = 0.0
 
     @property
@@ -78,13 +82,17 @@ def step(state: Bank, frame: Frame, parameters: BankParameters, rng: Generator) 
     place = state.places[0] + GAIN * (frame.signal - state.places[0])
     places = [place, -place, state.places[0]][: 3 if frame.index % 3 == 0 else 2]
     raw = np.array([0.6 + 0.01 * (frame.index % 10), 0.3, 0.1])[: len(places)]
-    return Bank(np.stack(places), raw / raw.sum())
+    # The best comes from the second one of every tenth frame, the mirror image and what stands still from the first.
+    parents = (int(frame.index % 10 == 1), 0, 0)
+    return Bank(np.stack(places), raw / raw.sum(), parents[: len(places)])
 
 
 def measure(state: Bank) -> Mapping[str, SeriesValue]:
     mean, sd = float(state.estimate[0]), float(state.sigma[0])
     return {
-        "bank": Hypotheses(tuple((float(place),) for (place,) in state.places), tuple(state.weights.tolist())),
+        "bank": Hypotheses(
+            tuple((float(place),) for (place,) in state.places), tuple(state.weights.tolist()), state.parents
+        ),
         "range": Interval(mean - 2 * sd, mean + 2 * sd),
     }
 
@@ -96,7 +104,8 @@ def true_value(frame: Frame, state: Bank) -> Mapping[str, SeriesValue]:
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     del past, other
-    x = 100.0 + 80.0 * float(step.state.estimate[0])
+    shown = min(step.parameters.shown, len(step.state.places)) - 1
+    x = 100.0 + 80.0 * float(step.state.places[shown, 0])
     line = np.array([[x, 10.0, 1.0], [x, 90.0, 1.0]], np.float32)
     return Drawing(200, 100, {"estimate": Polyline(line, (0, 114, 178), 3.0, "estimate")}, f"frame {step.frame.index}")
 
@@ -138,6 +147,7 @@ EXPERIMENT = Experiment(
     measure=true_value,
     plots=(
         Plot("hypotheses", "possibilities", "hypotheses", "What it may be.", series=("bank",), truth="truth"),
+        Plot("tree", "possibilities and parents", "tree", "Where each comes from.", series=("bank",), shown="shown"),
         Plot("range", "range", "interval", "Where it should be.", series=("range",), truth="truth"),
         SIGMA,
         SAMPLE_SIZE,

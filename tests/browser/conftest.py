@@ -9,7 +9,7 @@ import pytest
 
 from tests.browser.host import START_S, Server, until
 from tests.browser.views import Gallery, SessionPage
-from tests.conftest import CHROMIUM
+from tests.conftest import CHROMIUM, FRUGAL
 from tests.installing import ROOT, install, install_project
 
 
@@ -65,7 +65,16 @@ def complaints() -> Complaints:
 
 
 # Left to itself a page shows the flat view here, where WebGL runs in software; that is also the faster one to test.
-SCENE_CHOSEN = "if (location.origin !== 'null') localStorage['pftrack-view'] ??= 'scene'"
+# It asks for a context of WebGL to find that out, which takes as long as a small test, unless somebody has chosen.
+CHOSEN = "if (location.origin !== 'null') localStorage['pftrack-view'] ??= '{}'"
+
+# The plots are half of what it costs to open a page. Without their script the page waits for it and shows the rest.
+WITHOUT_PLOTS = """
+window.withoutPlots = true;
+const src = Object.getOwnPropertyDescriptor(HTMLScriptElement.prototype, 'src');
+const set = function (value) { if (!value.includes('/bokeh/')) src.set.call(this, value); };
+Object.defineProperty(HTMLScriptElement.prototype, 'src', { ...src, set });
+"""
 
 
 @pytest.fixture(scope="session")
@@ -76,6 +85,8 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
     def context(server: Server) -> Any:
         made = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=server.url, color_scheme="light")
         made.set_default_timeout(60_000)
+        made.add_init_script(FRUGAL)
+        made.new_page()  # stays open: another one for each test to be cleared from would be another process
         return made
 
     yield context
@@ -83,27 +94,35 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
 
 
 @pytest.fixture
-def unchosen(contexts: Callable[[Server], Any], server: Server, complaints: Complaints) -> Iterator[Any]:
-    """A page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean."""
+def unchosen(
+    contexts: Callable[[Server], Any], server: Server, complaints: Complaints, request: pytest.FixtureRequest
+) -> Iterator[Any]:
+    """A page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean.
+
+    It draws plots where the test is marked with `plots`.
+    """
     context = contexts(server)
     page = context.new_page()
+    if not request.node.get_closest_marker("plots"):
+        page.add_init_script(WITHOUT_PLOTS)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
     yield page
-    chosen = context.new_cdp_session(context.new_page())
-    for opened in context.pages[:-1]:
-        opened.close()
+    first, *opened = context.pages
+    for each in opened:
+        each.close()
+    chosen = context.new_cdp_session(first)
     chosen.send("Storage.clearDataForOrigin", {"origin": server.url, "storageTypes": "cookies,local_storage"})
-    context.pages[-1].close()
+    chosen.detach()
     server.end_sessions()
     assert complaints.unexpected == []
 
 
 @pytest.fixture
 def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
-    """A fresh page; of somebody who has chosen the 3-D scene where the test is marked with `scene`."""
-    if request.node.get_closest_marker("scene"):
-        unchosen.add_init_script(SCENE_CHOSEN)
+    """A fresh page of somebody who has chosen the flat view, or the 3-D scene where the test is marked with `scene`."""
+    view = "scene" if request.node.get_closest_marker("scene") else "flat"
+    unchosen.add_init_script(CHOSEN.format(view))
     return unchosen
 
 

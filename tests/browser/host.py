@@ -89,6 +89,9 @@ class Server:
     def patch(self, path: str, body: dict[str, Any]) -> Any:
         return self._answer("PATCH", path, body)
 
+    def delete(self, path: str) -> None:
+        self._answer("DELETE", path)
+
     def start_session(self, **wish: Any) -> dict[str, Any]:
         """Start a session; the ball's unless told otherwise."""
         assert self._process is not None

@@ -74,6 +74,7 @@ def still(page: Any) -> Any:
     return page.evaluate(STILL)
 
 
+@pytest.mark.plots
 def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, held: Held, server: Server) -> None:
     """A click in the gallery shows the library's own picture, which goes on with the run, and has the plots wait."""
     page = gallery.page
@@ -92,6 +93,7 @@ def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, h
     gallery.until(lambda: any(name.startswith("error") for name in shown.lines), "the plots are drawn afterwards")
 
 
+@pytest.mark.plots
 def test_the_plots_do_not_wait_for_the_scene_to_be_drawn(page: Any, server: Server) -> None:
     """While the scene, whose script has run, has drawn nothing, the plots are drawn."""
     never = "{ get: () => ({ drawn: () => null }), set: () => {}, configurable: true }"
@@ -102,6 +104,7 @@ def test_the_plots_do_not_wait_for_the_scene_to_be_drawn(page: Any, server: Serv
     page.locator(".scene-still").wait_for(state="attached")
 
 
+@pytest.mark.plots
 @pytest.mark.parametrize("size", [(1280, 800), (800, 700), (400, 800)])
 def test_the_scene_takes_over_where_the_picture_was(
     page: Any, held: Held, server: Server, size: tuple[int, int]
@@ -128,6 +131,7 @@ def test_the_scene_takes_over_where_the_picture_was(
     assert again == places
 
 
+@pytest.mark.plots
 def test_all_modules_of_the_page_are_asked_for_at_once(watch: Watch) -> None:
     """What the page imports is named in it as it is served, so that no import is found only in another one."""
     page = watch().page

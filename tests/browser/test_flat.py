@@ -167,9 +167,10 @@ def test_what_others_change_is_shown(look: Look, server: Server) -> None:
     )
     readers = {item["name"]: item for item in view.session["declarations"]}
     controls = {item["name"]: item["label"] for item in view.session["controls"]}
-    for name, label in controls.items():
+    panel = view.page.locator(".control")  # a fold may be called as what is in it is, and files are in their own menu
+    for name in (name for name in controls if readers[name]["kind"] != "file"):
         reads = not readers[name]["trackers"] or "condensation" in readers[name]["trackers"]
-        assert view.page.get_by_label(label, exact=True).first.evaluate(HIDDEN) != reads, name
+        assert panel.get_by_label(controls[name], exact=True).first.evaluate(HIDDEN) != reads, name
 
 
 def test_a_refused_value_springs_back(look: Look, complaints: Any) -> None:

@@ -17,6 +17,7 @@ def box(page: Any, selector: str) -> dict[str, float]:
     return found
 
 
+@pytest.mark.plots
 def test_at_1280_the_plots_stand_beside_the_scene(watch: Watch) -> None:
     """The picture is the hero: scene at the left, plots at the right, transport below, nothing overlaps."""
     page = watch().page
@@ -27,6 +28,7 @@ def test_at_1280_the_plots_stand_beside_the_scene(watch: Watch) -> None:
     assert deck["y"] + deck["height"] <= 801
 
 
+@pytest.mark.plots
 def test_the_picture_has_six_tenths_of_the_width(watch: Watch) -> None:
     """Beside a panel and plots, which stay within the page, the picture's place is the widest by far."""
     shown = watch(seed=0, frames=None)
@@ -145,6 +147,7 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     assert "second run" not in legend.inner_text()
 
 
+@pytest.mark.plots
 def test_names_are_written_out_where_there_is_room(watch: Watch) -> None:
     """On a wide screen the features of a face have words for names, and all plots keep one axis of frames."""
     shown = watch(experiment="head", frames=20)
@@ -160,6 +163,7 @@ def test_names_are_written_out_where_there_is_room(watch: Watch) -> None:
     shown.until(lambda: "rlc" in shown.page.evaluate(names), "short names again")
 
 
+@pytest.mark.plots
 def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:
     """The plots fold under the scene, side by side; no control falls off the edge."""
     shown = watch()
@@ -175,6 +179,7 @@ def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:
         assert area["x"] + area["width"] <= 800
 
 
+@pytest.mark.plots
 def test_on_a_phone(watch: Watch) -> None:
     """The page says that it wants more room; scene and transport are there, and the title has a line of its own.
 
@@ -205,8 +210,14 @@ def test_on_a_phone(watch: Watch) -> None:
     assert page.evaluate(OVERFLOW) <= 0
 
 
+APART = """Math.max(...[...document.querySelectorAll('.card')].map((card) => {
+    const [title, preset] = ['h3', '.presets a'].map((it) => card.querySelector(it).getBoundingClientRect());
+    return preset.top - title.bottom;
+}))"""
+
+
 def test_the_gallery_fits(gallery: Gallery) -> None:
-    """Cards with picture, question and presets; no sideways scrolling at any width."""
+    """Cards with picture, question and, right below it, presets; no sideways scrolling at any width."""
     page = gallery.page
     card = gallery.card("ball")
     card.locator("img").wait_for()
@@ -214,6 +225,7 @@ def test_the_gallery_fits(gallery: Gallery) -> None:
     for width in (1280, 800, 400):
         page.set_viewport_size({"width": width, "height": 800})
         assert card.locator(".presets a").count() >= 2
+        assert page.evaluate(APART) < 80  # a question of three lines
         gallery.until(lambda: page.evaluate(OVERFLOW) <= 0, f"nothing is wider than {width} px")
 
 

@@ -109,6 +109,7 @@ def several(bare: Any, server: Server) -> Several:
     return Several(bare, server)
 
 
+@pytest.mark.plots
 @pytest.mark.scene
 def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, server: Server) -> None:
     """Two sessions of one clock show the same frame however they are steered; one is disposed of, the other goes on."""
@@ -149,6 +150,7 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
     assert {server.session(it)["state"] for it in (one, other)} <= {"ready", "ended"}
 
 
+@pytest.mark.plots
 def test_a_session_has_the_parts_that_were_asked_for(several: Several) -> None:
     """A session started from a recipe, with a transport and a readout alone, works without a scene."""
     page = several.page
@@ -161,6 +163,7 @@ def test_a_session_has_the_parts_that_were_asked_for(several: Several) -> None:
     several.until(lambda: "px" in page.inner_text("[data-part=readout]"), "the numbers of the frame are there")
 
 
+@pytest.mark.plots
 def test_a_panel_stands_alone(several: Several, server: Server) -> None:
     """A panel without a scene turns the session's parameters; a flat scene without a panel has none."""
     page = several.page
@@ -178,6 +181,7 @@ def test_a_panel_stands_alone(several: Several, server: Server) -> None:
     assert page.locator("main *").count() == 2
 
 
+@pytest.mark.plots
 def test_keys_go_to_the_session_that_has_the_focus(several: Several, server: Server) -> None:
     """Of two sessions without a common clock the keys move the one in which they are pressed."""
     page = several.page

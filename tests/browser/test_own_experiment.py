@@ -7,8 +7,10 @@ import av
 import numpy as np
 import pytest
 
+from tests.browser.conftest import CHOSEN
 from tests.browser.host import Server
 from tests.browser.views import PAINTED, Gallery, SessionPage, View
+from tests.conftest import FRUGAL
 
 NAME = "turning"
 SIZE = (160, 120)
@@ -76,6 +78,7 @@ def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: 
     assert ready(page, server).session["recipe"]["experiment"] == NAME
 
 
+@pytest.mark.plots
 @pytest.mark.scene
 def test_a_live_session_has_its_sliders_and_plots(page: Any, server: Server) -> None:
     """A slider changes how many hypotheses there are from the next frame on; its plots and its mesh follow."""
@@ -112,6 +115,8 @@ def test_a_saved_run_and_a_link_bring_the_same_numbers_back(page: Any, server: S
     page.locator(".toast", has_text="Saved").wait_for()
 
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
+    for script in (FRUGAL, CHOSEN.format("flat")):
+        context.add_init_script(script)
     other = context.new_page()
     other.goto(link)
     again = ready(other, server)
@@ -165,6 +170,7 @@ def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: b
     assert v == pytest.approx(60, abs=2)
 
 
+@pytest.mark.plots
 def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> None:
     """The form is filled with its own example; the map is complete; a row opens as that very run."""
     page.goto("/")

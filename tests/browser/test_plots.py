@@ -61,6 +61,7 @@ def on_screen(shown: SessionPage, place: Any) -> dict[str, float]:
     return area
 
 
+@pytest.mark.plots
 def test_alpha_of_a_hidden_corner_ramps_up(watch: Watch, server: Server) -> None:
     """Played at full speed, the row of a rear corner climbs over 20 to 40 frames after it hides, which is shaded."""
     shown = watch(experiment="prism", frames=625)
@@ -89,6 +90,7 @@ def test_alpha_of_a_hidden_corner_ramps_up(watch: Watch, server: Server) -> None
     shown.until(lambda: recognised() == ["8", "of", "8"], "all corners are recognised in the end")
 
 
+@pytest.mark.plots
 def test_a_pose_has_a_band_around_it_and_the_truth_in_it(watch: Watch, server: Server) -> None:
     """Yaw is drawn as it was written down, within two standard deviations, beside the truth."""
     shown = watch(experiment="prism", frames=40)
@@ -107,6 +109,7 @@ def test_a_pose_has_a_band_around_it_and_the_truth_in_it(watch: Watch, server: S
     )
 
 
+@pytest.mark.plots
 def test_calibration_is_the_share_so_far(watch: Watch, server: Server) -> None:
     """How often the truth lay in either band is drawn once it is scrolled to, in percent of all frames so far."""
     shown = watch(experiment="prism", frames=40)
@@ -121,6 +124,7 @@ def test_calibration_is_the_share_so_far(watch: Watch, server: Server) -> None:
         assert np.allclose(drawn[name], 100 * np.cumsum(inside) / np.arange(1, 41))
 
 
+@pytest.mark.plots
 def test_a_branch_is_a_second_line_of_the_pose_and_alpha_is_of_the_one_that_is_shown(watch: Watch) -> None:
     """Both branches have a yaw in a colour of their own; of alpha the active one's is drawn."""
     shown = watch(experiment="prism", frames=40)
@@ -137,6 +141,7 @@ def test_a_branch_is_a_second_line_of_the_pose_and_alpha_is_of_the_one_that_is_s
     shown.until(lambda: (shown.glyph("alpha") or {}).get("colour") == colours[second], "alpha is the second branch's")
 
 
+@pytest.mark.plots
 def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> None:
     """At 1280 px all plots begin and end at the same x, and the numbers of the frame stay in sight."""
     shown = watch(experiment="head", parameters={"image_width_px": 160}, frames=12)
@@ -169,6 +174,7 @@ def test_what_hardly_changes_looks_flat(bare: Any) -> None:
     assert bare.evaluate(LIMITS, [[12.0, 87.0], 1.0]) == [10.0, 90.0]
 
 
+@pytest.mark.plots
 def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
     """The figures beside it leave room for what a plot is of, those of a growing face included."""
     values = {"image_width_px": 160, "face_model": "growing"}
@@ -180,6 +186,7 @@ def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
     assert [title.inner_text() for title in titles.all() if title.evaluate(CUT_OFF)] == []
 
 
+@pytest.mark.plots
 def test_at_800_they_are_one_row(watch: Watch) -> None:
     """The plots of a pose fold into one row of sparklines, which scrolls sideways while the page does not."""
     shown = watch(experiment="prism", frames=20)
@@ -192,6 +199,7 @@ def test_at_800_they_are_one_row(watch: Watch) -> None:
     assert min(on_screen(shown, place)["width"] for place in page.locator(".panel").all()) >= 120
 
 
+@pytest.mark.plots
 def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Server) -> None:
     """The page says that there is no face and since when, and when it is back that it was found again."""
     shown = watch(
@@ -243,6 +251,7 @@ def clip() -> bytes:
     return file.getvalue()
 
 
+@pytest.mark.plots
 def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watch, server: Server, clip: bytes) -> None:
     """What nobody knows is said to be unknown; the loss is told all the same, and one can go back to before it."""
     target = simulated(60)[0].target

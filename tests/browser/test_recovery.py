@@ -1,14 +1,15 @@
 """Things that break: the connection, the server, the worker. The page says so and goes on by itself where it can."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.browser.conftest import WITHOUT_PLOTS
 from tests.browser.host import Server, until
 from tests.browser.test_sweep import SMALL, SweepPage
-from tests.browser.views import PARTICLES, Gallery, SessionPage
+from tests.browser.views import PARTICLES, Gallery, SessionPage, View
+from tests.conftest import FRUGAL
 
 Watch = Callable[..., SessionPage]
 
@@ -52,48 +53,43 @@ def test_a_broken_link_says_what_it_must_hold(page: Any) -> None:
     assert "must hold an experiment" in page.inner_text(".notice")
 
 
-@pytest.fixture
-def own_server(tmp_path: Path) -> Any:
-    server = Server(tmp_path)
-    yield server
-    server.stop()
-
-
-def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) -> None:
+def test_a_restarted_server_is_found_again(server: Server, chromium: Any) -> None:
     """While the server is away a thin bar says so; afterwards the session is where it was, without a reload.
 
     So it is in the scene and in a flat view, whose canvas keeps its picture in the meantime, and so do maps of a sweep.
     """
-    sweep = own_server.post("sweeps", SMALL)
-    until(lambda: own_server.get(f"sweeps/{sweep['id']}")["state"] == "done", "the sweep is complete")
-    session = own_server.start_session()
-    own_server.seek(session["id"], 20)
-    context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=own_server.url)
+    sweep = server.post("sweeps", SMALL)
+    until(lambda: server.get(f"sweeps/{sweep['id']}")["state"] == "done", "the sweep is complete")
+    session = server.start_session()
+    server.seek(session["id"], 20)
+    context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=server.url)
     context.set_default_timeout(60_000)
+    for script in (FRUGAL, WITHOUT_PLOTS):
+        context.add_init_script(script)
     page, other, third = context.new_page(), context.new_page(), context.new_page()
     third.goto(sweep["page"])
     maps = SweepPage(third)
     maps.until(lambda: third.locator(".map").count() == 2, "the maps are there")
     maps.complete()
     page.goto(f"{session['page']}?view=scene")
-    shown = SessionPage(page, own_server).ready()
+    shown = SessionPage(page, server).ready()
     shown.stands_at(20)
     other.goto(f"{session['page']}?view=flat")
-    flat = SessionPage(other, own_server)
+    flat = SessionPage(other, server)
     painted = "document.querySelector('.flat-canvas')?.dataset.frame"
     flat.until(lambda: other.evaluate(painted) == "20", "the frame is painted")
-    errors = own_server.column(shown.id, "error")
+    errors = server.column(shown.id, "error")
     for each in (page, other, third):
         each.evaluate("window.notReloaded = true")
 
-    own_server.stop()
+    server.stop()
     for each in (page, other):
         each.locator(".bar-lost").wait_for()
         shown.until(each.locator(".play").is_disabled, "the play button cannot be pressed")
     assert other.evaluate(painted) == "20"
     maps.until(third.locator("[data-part=disconnected]").is_visible, "the page says that it reconnects")
     assert third.locator(".map").count() == 2
-    own_server.start()
+    server.start()
     maps.until(third.locator("[data-part=disconnected]").is_hidden, "the page is connected again")
     maps.complete()
     for each in (page, other):
@@ -110,7 +106,7 @@ def test_a_restarted_server_is_found_again(own_server: Server, chromium: Any) ->
     flat.press("ArrowRight")
     shown.stands_at(21)
     flat.until(lambda: other.evaluate(painted) == "21", "the next frame is painted")
-    assert own_server.column(shown.id, "error")[:21] == errors
+    assert server.column(shown.id, "error")[:21] == errors
     assert all(each.evaluate("window.notReloaded") for each in (page, other, third))
     context.close()
 
@@ -120,7 +116,8 @@ def test_without_a_session_nothing_can_be_pressed(page: Any, complaints: Any) ->
     complaints.expected = ("the server responded with a status of 404",)
     page.goto("/session/0123456789abcdef")
     page.locator(".notice").wait_for()
-    assert page.locator(".transport .group button:enabled").count() == 0
+    enabled = page.locator(".transport .group button:enabled")
+    View(page).until(lambda: enabled.count() == 0, "the transport is switched off")
     assert page.locator(".top button:enabled", has_text="Save").count() == 0
     assert page.locator(".play").inner_text() == "Play"
     page.wait_for_timeout(1_500)

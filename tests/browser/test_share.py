@@ -3,12 +3,16 @@
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
+from tests.conftest import FRUGAL
 
 Watch = Callable[..., SessionPage]
 
 
+@pytest.mark.plots
 def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, chromium: Any) -> None:
     """Seed, tracker, timeline and position travel in the link; a stranger's browser computes the same errors."""
     shown = watch(tracker="condensation", parameters={"occlusion_width_px": 55})
@@ -21,8 +25,9 @@ def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, 
     errors = server.column(shown.id, "error")
 
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
+    context.add_init_script(FRUGAL)
     other = context.new_page()
-    other.goto(link.replace("#", "?view=scene#"))
+    other.goto(link.replace("#", "?view=flat#"))
     again = SessionPage(other, server).ready()
     again.stands_at(40)
     assert again.id != shown.id
@@ -33,6 +38,7 @@ def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, 
     context.close()
 
 
+@pytest.mark.plots
 def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     """Position, branches, bookmarks and curves come back."""
     shown = watch()

@@ -1,10 +1,13 @@
 """A body's shape in the browser: from the gallery, and from a table of tracks that somebody brings."""
 
+import pytest
+
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 from tests.tracks import table
 
 
+@pytest.mark.plots
 def test_a_shape_is_found_while_one_watches(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery, the shape error falls, and the plots and the world of the shape are there."""
     page = gallery.page
@@ -23,7 +26,7 @@ def test_a_table_of_tracks_is_brought_in(gallery: Gallery, server: Server) -> No
     go = page.locator("button:has-text('Track it')")
     go.wait_for()
     assert "prism.csv, 26 frames of tracks" in page.inner_text(".target header")
-    assert page.locator("#target-experiment").count() == 0
+    page.locator("#target-experiment").select_option("structure")
     assert page.locator("#target-truth").count() == 0
     page.locator("img.target-picture").wait_for()
     go.click()

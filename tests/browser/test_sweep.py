@@ -41,7 +41,9 @@ class SweepPage(View):
 
     def centre(self, method: str, i: int, j: int) -> tuple[float, float]:
         """Where the middle of a cell is in the map's canvas, px."""
-        grid = self.page.locator(f"[data-map='{method}'] .map-plot").evaluate("(plot) => ({ ...plot.dataset })")
+        plot = self.page.locator(f"[data-map='{method}'] .map-plot")
+        self.until(lambda: plot.get_attribute("data-left") is not None, "the map is drawn")
+        grid = plot.evaluate("(plot) => ({ ...plot.dataset })")
         left, top, wide, high, up = (float(grid[name]) for name in ("left", "top", "wide", "high", "up"))
         return left + (i + 0.5) * wide, top + (up - j - 0.5) * high
 
@@ -75,7 +77,7 @@ def sweep(complete: dict[str, Any], page: Any) -> SweepPage:
     """The page of a small sweep that is complete."""
     page.goto(complete["page"])
     shown = SweepPage(page)
-    shown.until(lambda: page.locator(".map canvas").count() == 2, "the maps are there")
+    shown.until(lambda: page.locator(".map-plot[data-left]").count() == 2, "the maps are drawn")
     shown.complete()
     return shown
 
@@ -197,7 +199,7 @@ def test_a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> Non
     shown = sweep.colours("h-spf")
     sweep.until(lambda: "show=measure" in page.url and "of=inside_share" in page.url, "the address names it")
     page.reload()
-    sweep.until(lambda: page.locator(".map canvas").count() == 2, "the maps are there")
+    sweep.until(lambda: page.locator(".map-plot[data-left]").count() == 2, "the maps are drawn")
     sweep.until(lambda: sweep.colours("h-spf") == shown, "the link shows the same")
     page.select_option("select[aria-label='Which measure']", "median_error_px")
     sweep.until(lambda: "px" in page.inner_text(".sweep-legend"), "the scale has its unit")

@@ -16,6 +16,12 @@ SUM = """(() => {
     for (let i = 0; i < data.length; i += 1) sum = (31 * sum + data[i]) % 4294967291;
     return sum;
 })()"""
+# Whether some frames of the display change nothing.
+STEADY = f"""(async () => {{
+    const before = {SUM};
+    for (let i = 0; i < 4; i += 1) await new Promise(requestAnimationFrame);
+    return before === {SUM};
+}})()"""
 # Whether two elements of the page overlap.
 OVERLAP = """([one, other]) => {
     const [a, b] = [one, other].map((it) => document.querySelector(it).getBoundingClientRect());
@@ -43,7 +49,8 @@ class WorldPage(SessionPage):
         return int(self.page.evaluate(SUM))
 
     def changes(self, work: Callable[[], object]) -> None:
-        """Do something, and wait until another picture is shown."""
+        """Do something, and wait until another picture is shown; what is still to be painted comes before it."""
+        self.until(lambda: self.page.evaluate(STEADY), "nothing is painted any more")
         before = self.shown
         work()
         self.until(lambda: self.shown != before, "the world looks otherwise")
@@ -104,6 +111,8 @@ def test_a_world_is_turned_by_hand(view: WorldPage, server: Server) -> None:
 def test_a_world_goes_on_with_the_run(view: WorldPage, server: Server) -> None:
     """It is painted with the picture, and layers hold in it, too."""
     view.changes(lambda: server.seek(view.id, 30))
+    picture = view.page.locator(".flat-canvas")
+    view.until(lambda: picture.get_attribute("data-frame") == "30", "the frame is painted")
     view.page.get_by_text("What to draw").click()
     view.changes(view.page.get_by_label("Axes", exact=True).uncheck)
     view.changes(view.page.get_by_label("Axes", exact=True).check)

@@ -50,6 +50,7 @@ PAINTED = "document.querySelector('.flat-canvas')?.dataset.frame !== undefined"
 
 # Lines drawn by BokehJS, by name, with how many points each holds.
 LINES = """(() => {
+    if (window.withoutPlots) throw new Error('this page draws no plots: mark the test with `plots`');
     const lines = {};
     for (const view of window.Bokeh?.index ?? []) {
         for (const renderer of view.model.renderers ?? []) {
@@ -62,6 +63,7 @@ LINES = """(() => {
 
 # The data of a glyph by its name: column -> values. Beside it `colour`, that of its line.
 GLYPH = """(name) => {
+    if (window.withoutPlots) throw new Error('this page draws no plots: mark the test with `plots`');
     for (const view of window.Bokeh?.index ?? []) {
         for (const renderer of view.model.renderers ?? []) {
             if (renderer.name !== name || !renderer.visible) continue;
@@ -203,10 +205,12 @@ class SessionPage(View):
         self.page.keyboard.press(key)
 
     def play_to_the_end(self) -> None:
+        """Play as fast as it goes; what plays by itself goes on."""
         last = self.session["frames"] - 1
         self.page.locator("select[aria-label=Speed]").select_option("0")
         self.until(lambda: self.session["speed"] == 0, "the speed is the highest")
-        self.page.click(".play")
+        if not self.session["playing"] and self.session["position"] < last:
+            self.page.click(".play")
         self.stands_at(last)
 
     def branch(self, tracker: str) -> None:

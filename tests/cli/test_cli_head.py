@@ -193,9 +193,9 @@ def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("experiment", "name", "words"),
     [
-        ("head", "face.stl", "--export of head writes .glb, .obj, .ply, .json, .csv, got 'face.stl'"),
+        ("head", "face.stl", "--export of head writes .glb, .obj, .ply, .json, .csv, .learned.json, got 'face.stl'"),
         ("head", "face", "got 'face'"),
-        ("ball", "face.obj", "--export of ball writes nothing"),
+        ("ball", "face.obj", "--export of ball writes .learned.json"),
         ("head", "nowhere/face.obj", "there is no folder"),
     ],
 )

@@ -53,10 +53,10 @@ def test_points_of_a_frontal_face_are_found(person: int, simulated: object) -> N
 
 
 def test_refinement_helps(simulated: object) -> None:
-    """Looking for what the points stand for nearby halves their errors over a dozen people."""
+    """Looking for what the points stand for nearby halves their errors over half a dozen people."""
     chosen = [FEATURES.index(name) for name in ("nose", "leye", "reye", "llc", "rlc", "lmou", "rmou")]
     errors = {True: [], False: []}
-    for person in range(1, 13):
+    for person in range(1, 7):
         grey, truth = simulated(person=person)
         for refine, found in errors.items():
             found.append(np.hypot(*(detect(grey, refine=refine).points_px - truth).T)[chosen])

@@ -36,20 +36,31 @@ def test_a_run_that_begins_as_a_preset_is_told_from_others() -> None:
         assert BALL.preset_of(preset.tracker, preset.seed, values, defaults) is preset
         assert BALL.preset_of(preset.tracker, preset.seed + 1, values, defaults) is None
     assert BALL.preset_of("h-spf", 0, {**defaults, "sample_count": 41}, defaults) is None
-    assert BALL.subjects(None) == ("occlusion_width_px", "distracter_radius_px", "sample_count")
+    general = ("occlusion_width_px", "distracter_radius_px", "sample_count", "ball_path", "period_s")
+    assert BALL.subjects(None) == general
 
 
-PRISM, HEAD = find("prism"), find("head")
+PRISM, HEAD, HISTOGRAM = find("prism"), find("head"), find("histogram")
+
+SLOW = pytest.mark.slow
+QUICK = {
+    next(it.name for it in HISTOGRAM.presets if it.title.startswith(word)) for word in ("works", "worse", "breaks")
+}
+"""One of each kind of a window's presets, of which each takes a second."""
 
 
 @pytest.mark.parametrize(
     ("experiment", "preset"),
     [
         *(pytest.param(PRISM, preset, id=f"prism-{preset.name}") for preset in PRISM.presets),
-        *(pytest.param(HEAD, preset, id=f"head-{preset.name}", marks=pytest.mark.slow) for preset in HEAD.presets),
+        *(
+            pytest.param(HISTOGRAM, it, id=f"histogram-{it.name}", marks=[SLOW] * (it.name not in QUICK))
+            for it in HISTOGRAM.presets
+        ),
+        *(pytest.param(HEAD, preset, id=f"head-{preset.name}", marks=SLOW) for preset in HEAD.presets),
     ],
 )
-def test_presets_of_the_poses_do_what_they_say(experiment: Experiment, preset: Preset) -> None:
+def test_presets_of_poses_and_windows_do_what_they_say(experiment: Experiment, preset: Preset) -> None:
     """What works ends in success, what breaks does not, and what is worse has a larger error than what works."""
     best, _ = finished(experiment, experiment.presets[0].name)
     error, success = finished(experiment, preset.name)
@@ -88,3 +99,23 @@ def test_presets_of_the_signal_do_what_they_say() -> None:
     assert errors["works"] < 1.25 * errors["kalman"]
     assert errors["few"] > 1.25 * errors["kalman"]
     assert errors["dimensions"] > 1.25 * errors["kalman"]
+
+
+FISH = find("fish")
+
+
+@pytest.mark.parametrize("preset", FISH.presets, ids=lambda preset: preset.name)
+def test_presets_of_the_fish_do_what_they_say(preset: Preset) -> None:
+    """What works is inside the fish in every frame, what breaks is not, and what is worse turns head to tail."""
+    run = Run(
+        FISH,
+        FISH.simulate(),
+        tracker=preset.tracker,
+        seed=preset.seed,
+        frames=48,
+        timeline=(Change(0, preset.parameters),),
+    )
+    run.finish()
+    turned = max(row.number("heading_error") for row in run.diagnostics) > 150
+    assert turned == preset.title.startswith("worse")
+    assert run.summary().verdict.success == (not preset.title.startswith("breaks"))

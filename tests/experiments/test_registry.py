@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.experiment import INTERFACE
 from pftrack.experiments import EXPERIMENTS, find
-from tests.installing import install, python
+from tests.installing import commands, install, python
 
 GOOD = f"""
 from dataclasses import replace
@@ -49,7 +49,7 @@ def test_nothing_is_imported_before_it_is_asked_for(place: Path) -> None:
         "assert find('sine') is EXPERIMENTS['sine'] is find('sine')\n"
         "assert imported() == ['pftrack.experiments.sine.experiment'], imported()\n"
         "assert not [n for n in sys.modules if n.startswith(('a_', 'broken_'))]\n"
-        "assert list(EXPERIMENTS)[:2] == ['ball', 'head'] and imported() == ['pftrack.experiments.sine.experiment']"
+        "assert next(iter(EXPERIMENTS)) == 'ball' and imported() == ['pftrack.experiments.sine.experiment']"
     )
     done = python(place, "-c", program)
     assert done.returncode == 0, done.stderr
@@ -79,14 +79,14 @@ def test_what_can_be_used_is_let_in_and_all_else_is_reported(place: Path) -> Non
 
 def test_commands_work_beside_broken_packages(place: Path) -> None:
     """`list` shows what there is and says what is left out; naming what is broken says why, in one line."""
-    listed = python(place, "-m", "pftrack", "list", "--json")
-    assert [entry["id"] for entry in json.loads(listed.stdout)] == [*EXPERIMENTS.own, "own"]
-    assert "The experiment late of broken-6 1.0 cannot be used" in listed.stderr
-    run = python(place, "-m", "pftrack", "run", "own", "--frames", "5", "--json")
-    assert json.loads(run.stdout)["experiment"] == "own", run.stderr
-    refused = python(place, "-m", "pftrack", "show", "no-import")
-    assert refused.returncode == 2
-    assert refused.stderr == (
+    listed, run, refused = commands(
+        place, ["list", "--json"], ["run", "own", "--frames", "5", "--json"], ["show", "no-import"]
+    )
+    assert [entry["id"] for entry in json.loads(listed.out)] == [*EXPERIMENTS.own, "own"]
+    assert "The experiment late of broken-6 1.0 cannot be used" in listed.err
+    assert json.loads(run.out)["experiment"] == "own", run.err
+    assert refused.status == 2
+    assert refused.err == (
         "pftrack: the experiment no-import of broken-0 1.0 cannot be used: importing it raises ModuleNotFoundError: "
         "No module named 'surely_not_installed'\n"
     )
@@ -113,5 +113,5 @@ def test_the_registry_is_a_mapping() -> None:
     assert "nothing" not in EXPERIMENTS
     assert EXPERIMENTS.get("nothing") is None
     assert all(experiment.id == name for name, experiment in EXPERIMENTS.items())
-    with pytest.raises(LookupError, match="there is no experiment 'nothing'; there are ball, head, prism"):
+    with pytest.raises(LookupError, match="there is no experiment 'nothing'; there are ball, histogram, fish"):
         find("nothing")

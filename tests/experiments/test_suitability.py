@@ -275,3 +275,33 @@ def test_it_predicts_failure_on_real_clips() -> None:
     if not CLIPS.exists():
         pytest.skip("the sample clips are not beside this checkout")
     check_prediction([followed(*target) for target in recorded()], 0.9)
+
+
+HISTOGRAM = find("histogram")
+
+
+def by_window(sequence: FrameSequence, box: Box) -> Suitability:
+    """Return how suitable the target in a box is for the trackers by colour histograms."""
+    assert HISTOGRAM.on_video is not None
+    assert HISTOGRAM.suits is not None
+    setup = HISTOGRAM.on_video(sequence, box)
+    assert setup.footage is not None
+    return HISTOGRAM.suits(sequence, setup.footage, setup.parameters)
+
+
+def test_a_window_is_compared_with_those_around_it() -> None:
+    """A red disc on grey separates well by its window too, with a map that is brightest there."""
+    found = by_window(painted((200, 50, 50), (110, 110, 110)), DISC)
+    assert found.grade == "well"
+    assert found.likelihood is not None
+    step = 120 / len(found.likelihood)
+    assert np.unravel_index(int(found.likelihood.argmax()), found.likelihood.shape) == pytest.approx(
+        (60 / step, 80 / step), abs=1.0
+    )
+
+
+def test_a_window_of_the_grounds_colours_is_told() -> None:
+    """A box on plain ground separates not at all, and no other way of counting helps."""
+    found = by_window(painted((200, 50, 50), (110, 110, 110)), Box.of(10, 10, 31, 31))
+    assert found.grade == "not at all"
+    assert found.advice[0].startswith("no other way of counting separates better")

@@ -45,6 +45,25 @@ def test_particles_agree_with_the_extended_filter() -> None:
     assert np.allclose(survivors.mean(axis=0), ours.mean, atol=np.deg2rad(0.2))
 
 
+def test_angles_may_walk_together() -> None:
+    """A learned covariance takes the place of the step of each angle, by both filters; a diagonal one is the same."""
+    prior = Gaussian(np.array([0.1, -0.2, 0.05]), 1e-3 * np.eye(3))
+    seen = measured(np.array([0.12, -0.22, 0.04]))
+    alone = affine_pose.extended(prior, seen, NOISE, REFERENCE, SD)
+    same = affine_pose.extended(prior, seen, NOISE, REFERENCE, 99.0, SD**2 * np.eye(3))
+    assert np.allclose(same.mean, alone.mean, atol=1e-12)
+    walk = SD**2 * np.array([[1, 0.9, 0], [0.9, 1, 0], [0, 0, 0.1]])
+    wider = Gaussian(prior.mean, prior.covariance + walk)
+    exact = affine_pose.extended(prior, seen, NOISE, REFERENCE, 99.0, walk)
+    by_hand = affine_pose.extended(wider, seen, NOISE, REFERENCE, 0.0)
+    assert np.array_equal(exact.mean, by_hand.mean)
+    rng = Stream(0, 1, Purpose.TRACK)
+    particles = prior.sample(rng, 200_000)
+    ours, _ = affine_pose.particle(particles, seen, NOISE, REFERENCE, 99.0, rng, 1000, walk)
+    assert np.allclose(ours.mean, exact.mean, atol=np.deg2rad(0.1))
+    assert np.allclose(ours.standard_deviations, exact.standard_deviations, rtol=0.1)
+
+
 def test_entries_come_by_rows() -> None:
     """The first three entries of both rows and their covariances, which do not mix."""
     mean, covariance = np.arange(16.0).reshape(2, 8), np.stack([np.eye(8), 2 * np.eye(8)])

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.geometry.rotation import angles, derivatives, rotation, wrapped
+from pftrack.angles import wrapped
+from pftrack.geometry.rotation import angles, derivatives, rotation
 
 ANGLE = st.floats(-np.pi, np.pi)
 TILT = st.floats(-1.5, 1.5)
@@ -58,17 +59,3 @@ def test_signs_are_those_of_a_head() -> None:
     assert (single(0, small) @ nose)[1] > 0
     assert (single(1, small) @ nose)[0] < 0
     assert (single(2, small) @ crown)[0] > 0
-
-
-@given(st.floats(-50, 50))
-def test_wrapped_angles_are_the_same_angles(angle: float) -> None:
-    """A wrapped angle lies in (-pi, pi] and differs by whole turns."""
-    within = float(wrapped(angle))
-    assert -np.pi < within <= np.pi
-    assert (within - angle) / (2 * np.pi) == pytest.approx(round((within - angle) / (2 * np.pi)), abs=1e-9)
-
-
-def test_half_a_turn_is_positive() -> None:
-    """Of the two names of half a turn the positive one is used."""
-    assert wrapped([np.pi, -np.pi]).tolist() == [np.pi, np.pi]
-    assert wrapped(np.nextafter(np.pi, 4.0)) == np.pi  # which rounding would take a whole turn back

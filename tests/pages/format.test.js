@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { bytes, count, duration, measureValue, moment, number, parameterValue, quantity, speed } from "../../frontend_static/shared/format.js";
+import { bytes, count, duration, measureValue, moment, number, parameterValue, quantity, smallestSpan, speed } from "../../frontend_static/shared/format.js";
 import { share2, short } from "../../frontend_static/sweep/look.js";
 import { progressWords } from "../../frontend_static/shared/progress.js";
 
@@ -17,6 +17,11 @@ describe("numbers as a person reads them", () => {
     assert.equal(quantity(1.23456, ""), "1.235");
     assert.equal(quantity(300, "frames"), "300");
     assert.equal(quantity(null, "frames"), "–");
+  });
+
+  it("that count things are whole, and so are the axes of their plots", () => {
+    assert.deepEqual([60, 1165, 1, 0].map((value) => quantity(value, "")), ["60", "1165", "1.000", "0.000"]);
+    assert.deepEqual([smallestSpan("", 1165), smallestSpan("", 1), smallestSpan(""), smallestSpan("px")], [1, 0.01, 0.01, 1]);
   });
 
   it("of bytes climb through the units and keep three digits", () => {

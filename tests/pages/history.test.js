@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { History, curve, isGone } from "../../frontend_static/session/history.js";
-import { frequencies, isKnown, numberOf, samplers, samplesOf, valueOf } from "../../frontend_static/session/series.js";
+import { eventsOf, frequencies, isKnown, numberOf, samplers, samplesOf, valueOf } from "../../frontend_static/session/series.js";
 
 const row = (frame, more = {}) => ({ frame, estimate: [frame, 0], ...more });
 const filled = (length, more = () => ({})) => {
@@ -108,6 +108,8 @@ describe("declared series", () => {
   const session = {
     series: [
       { name: "ess", role: "ess" },
+      { name: "split", title: "split", role: "event", colours: ["prediction"] },
+      { name: "gone", title: "refuted", role: "event", colours: [] },
       { name: "drawn", role: "share", components: ["prediction", "observation"], colours: ["prediction"] },
     ],
   };
@@ -119,6 +121,13 @@ describe("declared series", () => {
     assert.equal(numberOf(session, "ess", row(0)), null);
     assert.equal(samplesOf(session, row(0)), null);
     assert.deepEqual(samplers(session), [{ name: "prediction", colour: "prediction" }, { name: "observation", colour: "muted" }]);
+  });
+
+  it("say what happened in a frame, and in which lane that is shown", () => {
+    const gone = { name: "gone", title: "refuted", colour: "ink", lane: 1 };
+    assert.deepEqual(eventsOf(session, row(0, { series: { split: 0, gone: 2 } })), [gone]);
+    assert.deepEqual(eventsOf(session, row(0, { series: { split: 1, gone: 1 } })).map(({ lane }) => lane), [0, 1]);
+    assert.deepEqual(eventsOf(session, undefined), []);
   });
 
   it("are measured from the first known value on", () => {

@@ -30,6 +30,12 @@ describe("the marks of a timeline", () => {
     assert.deepEqual(marks({ ...session, declarations, timeline }).map(({ lines }) => lines), [["Restart", "Begin with"], ["Begin with: none"]]);
   });
 
+  it("leave out what is only drawn, where nothing else changes", () => {
+    const declarations = [{ name: "shown", title: "Shown", kind: "integer", role: "drawing" }];
+    const timeline = [{ frame: 5, values: { shown: 2 }, before: { shown: 1 } }, { frame: 6, values: { shown: 1, depth: 2 }, before: { shown: 2 } }];
+    assert.deepEqual(marks({ ...session, declarations, timeline }).map(({ frame }) => frame), [6]);
+  });
+
   it("know a tracker by its title, else by its name, else not at all", () => {
     assert.equal(trackerTitle(session, "a"), "Method A");
     assert.equal(trackerTitle(session, "z"), "z");

@@ -34,7 +34,8 @@ def endings(server: ForkServer) -> dict[str, str]:
             assert (parent, group, deaf) == (other.recv()[1], os.getpgid(0), True)
             if how == "killed":
                 os.kill(process, signal.SIGKILL)
-            connection.send(how)
+            else:
+                connection.send(how)
             if how != "hang":
                 assert connection.poll(30)  # its end is closed
             said[how] = server.end(2 * number)

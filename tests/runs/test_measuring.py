@@ -13,6 +13,7 @@ from pftrack import once
 from pftrack.experiment import Experiment
 from pftrack.experiments import find
 from pftrack.measures import Measure
+from pftrack.runs.diagnostics import diagnose
 from pftrack.runs.run import Run
 from pftrack.series import Series
 
@@ -89,3 +90,12 @@ def test_a_measure_that_fails_is_absent(frames: Callable[..., Any], caplog: pyte
         assert run.measures() == run.summary().measures == expected.measures
     assert run.summary().verdict == expected.verdict
     assert len(caplog.records) <= 1
+
+
+def test_what_a_source_says_by_numpy_can_be_written() -> None:
+    """Whether a target is hidden is often a comparison of NumPy's numbers; a row of it is JSON all the same."""
+    step = finished(find("ball"), frames=1).current
+    assert step.frame.target is not None
+    target = replace(step.frame.target, hidden=np.bool_(1))
+    row = diagnose(replace(step.frame, target=target), step.state, (0.0, False), 1.0)
+    assert json.loads(json.dumps(row.as_dict()))["hidden"] is True

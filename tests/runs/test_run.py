@@ -1,10 +1,13 @@
 """Runs: the same numbers whichever way one comes."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pftrack.experiment import Step
 from pftrack.experiments import find
 from pftrack.parameters import ParameterError
 from pftrack.runs.keyframes import Keyframes
@@ -72,11 +75,16 @@ def test_change_at_odds_with_one_to_come_is_refused_whole() -> None:
     assert run.parameters_at(1).gamma_min_px == 4
 
 
+@cache
+def steps_of_a_run_straight_through() -> list[Step]:
+    return list(ball(timeline=CHANGES))
+
+
 @settings(max_examples=25)
 @given(frames=st.lists(st.integers(0, 44), min_size=1, max_size=6))
 def test_seeking_anywhere_gives_the_same_states(frames: list[int]) -> None:
     """Whatever way one seeks, forward and back, each frame's state is that of a run straight through."""
-    straight = {step.diagnostics.frame: step for step in ball(timeline=CHANGES)}
+    straight = steps_of_a_run_straight_through()
     run = ball(timeline=CHANGES)
     for frame in frames:
         step = run.seek(frame)
@@ -130,6 +138,24 @@ def test_the_past_is_the_past() -> None:
     assert run.timeline.changes == ()
 
 
+def test_what_is_only_drawn_changes_in_the_past_and_at_the_end() -> None:
+    """It changes no number, so nothing has to be computed again; what is to change later stays."""
+    fish = find("fish")
+    run = Run(fish, fish.simulate(), frames=4)
+    run.finish()
+    before = run.estimates_sha256
+    run.change({"shown_mode": 2})
+    run.seek(1)
+    run.change({"shown_mode": 4})
+    assert run.timeline.changes == (Change(2, {"shown_mode": 4}), Change(3, {"shown_mode": 2}))
+    assert run.estimates_sha256 == before
+    with pytest.raises(PastError, match="branch"):
+        run.change({"shown_mode": 1, "sample_count": 100})
+    again = Run(fish, fish.simulate(), frames=4, timeline=run.timeline.changes)
+    again.finish()
+    assert again.estimates_sha256 == before
+
+
 def test_bad_changes_change_nothing() -> None:
     """A refused change leaves timeline and parameters as they were."""
     run = ball()
@@ -181,7 +207,7 @@ def test_trackers_take_over_from_each_other() -> None:
     run = ball(timeline=timeline)
     for step in run:
         assert np.isfinite(step.state.estimate).all()
-    assert run.tracker_at(44) == names[0]
+    assert run.tracker_at(3 * (2 * len(names) - 1) + 1) == names[0]
 
 
 def test_success_counts_lost_frames() -> None:

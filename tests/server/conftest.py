@@ -13,9 +13,12 @@ from PIL import Image
 from server.settings import Settings
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.queue import Queues
+from tests.browser.host import Server as ServerProcess
+from tests.installing import install
 from tests.server.apart import run
 from tests.server.confined import children, descriptors
 from tests.server.host import Server, begin, running
+from tests.server.misbehaving import FAILING, SCRIBBLING
 from tests.waiting import wait_for
 
 # Plain tracebacks: structlog's own, with all locals, take seconds for an exception in an app.
@@ -44,6 +47,17 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """One server for all tests that do not need one of their own."""
     with running(Settings(data_dir=tmp_path_factory.mktemp("data"))) as shared:
         yield shared
+
+
+@pytest.fixture(scope="session")
+def beside_misbehaving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
+    """A server in a process of its own, beside a package whose experiment does not run, and one that draws nonsense."""
+    place = tmp_path_factory.mktemp("installed")
+    install(place, "a-failing-one", FAILING, "failing = a_failing_one:EXPERIMENT")
+    install(place, "a-scribbling-one", SCRIBBLING, "scribbling = a_scribbling_one:EXPERIMENT")
+    server = ServerProcess(tmp_path_factory.mktemp("served"), installed=place)
+    yield server
+    server.stop()
 
 
 @pytest.fixture

@@ -18,6 +18,8 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> N
     offered = {one["name"]: one for one in session["exports"]}
     assert set(offered) == {one.name for one in find("head").exports}
     steer(client, session["id"], "seek", frame=3)
+    learned = client.get(f"/api/v1/sessions/{session['id']}/exports/{offered.pop('learned')['name']}")
+    assert "at least 15 frames with a frame known before them" in error_of(learned, 409)["message"]
     for name, one in offered.items():
         answer = client.get(f"/api/v1/sessions/{session['id']}/exports/{name}")
         assert answer.status_code == 200
@@ -32,9 +34,39 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> N
     assert said["frames"] == 3
 
 
+def test_what_cannot_be_made_of_these_frames_is_told(client: httpx.Client) -> None:
+    """A learned motion needs more frames than the first: it is refused with the reason, and the session goes on."""
+    session = begin(client)
+    address = f"/api/v1/sessions/{session['id']}/exports/learned"
+    said = error_of(client.get(address), 409)["message"]
+    assert "xpected at least 10 frames with two frames known before them, got 0" in said
+    steer(client, session["id"], "seek", frame=40)
+    learned = find("ball").guidance.learned(client.get(address).text)
+    assert (learned.tracks, learned.experiment) == (1, "ball")
+
+
+def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
+    """A file is taken up in a session as a parameter is, whose numbers are the library's; a wrong one is refused."""
+    session = begin(client, tracker="guided")
+    address = f"/api/v1/sessions/{session['id']}"
+    steer(client, session["id"], "seek", frame=40)
+    text = client.get(f"{address}/exports/learned").text
+    wrong = client.patch(f"{address}/parameters", json={"learned": text.replace('"ball"', '"fish"')})
+    assert "it was learned in 'fish', and this is 'ball'" in error_of(wrong, 422)["message"]
+    assert client.patch(f"{address}/parameters", json={"learned": text}).status_code == 200
+    steer(client, session["id"], "restart")
+    steer(client, session["id"], "seek", frame=12)
+    ball = find("ball")
+    changes = (Change(0, {"learned": text}),)
+    run = Run(ball, ball.simulate(), tracker="guided", seed=session["recipe"].get("seed", 0), timeline=changes)
+    run.seek(12)
+    columns = client.get(f"{address}/diagnostics").json()
+    assert columns["columns"]["estimate"][12] == list(run.current.diagnostics.estimate)
+
+
 def test_what_is_not_offered_is_not_there(client: httpx.Client) -> None:
     """An unknown name, and an experiment without exports, are told with a sentence."""
-    session = begin(client)
+    session = begin(client, experiment="sine")
     assert session["exports"] == []
     answer = client.get(f"/api/v1/sessions/{session['id']}/exports/face-obj")
     assert error_of(answer, 404)["message"] == "The session has no such export."

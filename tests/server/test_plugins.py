@@ -1,7 +1,6 @@
 """A package whose experiment does not run, or draws nonsense, harms nobody but those who begin it."""
 
 import json
-from collections.abc import Iterator
 
 import httpx
 import pytest
@@ -9,42 +8,11 @@ from websockets.sync.client import connect
 
 from server.flat.codec import decode
 from tests.browser.host import Server
-from tests.installing import install
-
-FAILING = """
-from dataclasses import replace
-from pftrack.experiments import find
-
-def simulate():
-    raise RuntimeError("no scene in this house")
-
-EXPERIMENT = replace(find("sine"), id="failing", simulate=simulate, interface=2)
-"""
-
-SCRIBBLING = """
-import math
-from dataclasses import replace
-from pftrack.experiments import find
-
-SINE = find("sine")
-
-def draw(step, past, other=None):
-    drawn = SINE.draw(step, past, other)
-    width = math.nan if step.diagnostics.frame >= 2 else 2.0
-    return replace(drawn, primitives={**drawn.primitives, "now": replace(drawn.primitives["now"], width=width)})
-
-EXPERIMENT = replace(SINE, id="scribbling", draw=draw, interface=2)
-"""
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    place = tmp_path_factory.mktemp("installed")
-    install(place, "a-failing-one", FAILING, "failing = a_failing_one:EXPERIMENT")
-    install(place, "a-scribbling-one", SCRIBBLING, "scribbling = a_scribbling_one:EXPERIMENT")
-    server = Server(tmp_path_factory.mktemp("served"), installed=place)
-    yield server
-    server.stop()
+@pytest.fixture
+def server(beside_misbehaving: Server) -> Server:
+    return beside_misbehaving
 
 
 def test_workers_start_beside_an_experiment_that_does_not_run(server: Server) -> None:

@@ -1,5 +1,6 @@
 """A server listens on one port: its own, where everybody is asked who they are."""
 
+import os
 import stat
 import threading
 from collections.abc import Iterator
@@ -27,10 +28,8 @@ SWEEP = {
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    server = Server(tmp_path_factory.mktemp("ports"))
-    yield server
-    server.stop()
+def served(beside_misbehaving: Server) -> Server:
+    return beside_misbehaving
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +41,15 @@ def watched(served: Server) -> Iterator[str]:
     with connect(address, subprotocols=[PROTOCOL], max_size=None, proxy=None) as browser:
         browser.recv(timeout=30)
         until(lambda: served.get(f"sweeps/{sweep}")["done"] > 0, "the sweep is computed", 60)
+        # It rests meanwhile, with all that it has opened: it would keep every processor busy for as long as that lasts.
+        sweeping = [each for each in processes(served) if os.getpgid(each.pid) != os.getpgid(served.pid or 0)]
+        assert len(sweeping) >= 2
+        for each in sweeping:
+            each.suspend()
         yield address
+        for each in sweeping:
+            each.resume()
+    served.delete(f"sweeps/{sweep}")
 
 
 def processes(served: Server) -> list[psutil.Process]:

@@ -1,13 +1,14 @@
 """What the forkserver has ready is shared by all workers, and stays so."""
 
 import gc
-import json
-import subprocess
-import sys
+from collections.abc import Generator
 from typing import Any
 
 import psutil
 
+from pftrack.compiled import FUNCTIONS
+from pftrack.experiments import EXPERIMENTS
+from pftrack.warming.coverage import cases, run_case
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.queue import Queues
 from server.worker.worker import NICENESS
@@ -21,26 +22,20 @@ def test_a_workers_garbage_collector_leaves_what_is_shared_alone() -> None:
     assert frozen > 100_000
 
 
-LOADING = """
-import json
-import server.worker.preload
-from pftrack.compiled import FUNCTIONS
-from pftrack.experiments import EXPERIMENTS
-from pftrack.warming.coverage import cases, run_case
-
-loaded = {it: len(it.signatures) for it in FUNCTIONS}
-for name in EXPERIMENTS.own:
-    for tracker, values in cases(EXPERIMENTS[name]):
-        run_case(EXPERIMENTS[name], tracker, values)
-more = [str(it) for it in FUNCTIONS if len(it.signatures) > loaded.get(it, 0)]
-print(json.dumps([sum(map(bool, loaded.values())), more]))
-"""
+def loaded_on_the_way() -> Generator[tuple[int, int], None, tuple[int, list[str]]]:
+    """How many compiled functions a process has at first, and which it loads while it runs every case."""
+    loaded = {it: len(it.signatures) for it in FUNCTIONS}
+    for number, name in enumerate(EXPERIMENTS.own):
+        yield number, len(EXPERIMENTS.own)
+        for tracker, values in cases(EXPERIMENTS[name]):
+            run_case(EXPERIMENTS[name], tracker, values)
+    more = [str(it) for it in FUNCTIONS if len(it.signatures) > loaded.get(it, 0)]
+    return sum(map(bool, loaded.values())), more
 
 
 def test_a_worker_loads_nothing_that_is_compiled() -> None:
     """Its parent has loaded all of it, by the few cases that are enough for that."""
-    done = subprocess.run([sys.executable, "-c", LOADING], capture_output=True, text=True, check=True)
-    count, more = json.loads(done.stdout)
+    count, more = run(ChildTasks(Queues()).run_long(loaded_on_the_way, cpu_seconds=300, on_step=lambda *_: None))
     assert count > 50
     assert more == []
 

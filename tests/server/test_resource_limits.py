@@ -1,14 +1,19 @@
 """Limits that a shell has set: each is named when it hits."""
 
+import resource
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import httpx
+import pytest
 
+from server.sessions.worker_handle import _cause
 from tests.server.command import ROOT, link, serving
 from tests.server.host import error_of
 from tests.server.test_refusals import long_folder
+from tests.server.test_run_tree import config
 from tests.server.test_uploads import send
 
 MEBIBYTE = 1024 * 1024
@@ -32,9 +37,15 @@ def test_a_low_soft_limit_is_raised() -> None:
     assert said(program) == (0, "600\n")
 
 
-def test_long_files(tmp_path: Path) -> None:
-    """A file that is longer than the shell allows is refused with the name of the limit, told at the start, too."""
-    first = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({MEBIBYTE}, {MEBIBYTE}))"
+def test_long_files_and_a_long_temporary_directory(tmp_path: Path) -> None:
+    """A file that is longer than the shell allows is refused with the name of the limit, told at the start, too.
+
+    The server starts where the temporary directory has a name that is too long for a Unix socket.
+    """
+    first = (
+        f"import os, resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({MEBIBYTE}, {MEBIBYTE}));"
+        f"os.environ['TMPDIR'] = {str(long_folder(tmp_path))!r}"
+    )
     with (
         serving(f"port=0, data_dir=Path({str(tmp_path)!r})", first) as process,
         httpx.Client(base_url=link(process), timeout=60) as client,
@@ -45,16 +56,6 @@ def test_long_files(tmp_path: Path) -> None:
         process.kill()
         assert process.stderr is not None
         assert "files of at most 1 MiB (ulimit -f)" in process.stderr.read()
-
-
-def test_a_long_temporary_directory(tmp_path: Path) -> None:
-    """The server starts where the temporary directory has a name that is too long for a Unix socket."""
-    first = f"import os; os.environ['TMPDIR'] = {str(long_folder(tmp_path))!r}"
-    with (
-        serving(f"port=0, data_dir=Path({str(tmp_path)!r})", first) as process,
-        httpx.Client(base_url=link(process), timeout=60) as client,
-    ):
-        assert client.get("/healthz").status_code == httpx.codes.OK
 
 
 def test_processor_time_of_the_server() -> None:
@@ -69,14 +70,10 @@ def test_processor_time_of_the_server() -> None:
     assert "6 s of processor time that its shell allows (ulimit -t)" in words
 
 
-def test_processor_time_of_a_session() -> None:
+def test_processor_time_of_a_session(monkeypatch: pytest.MonkeyPatch) -> None:
     """A worker that has less time than the settings say is told of the shell's limit."""
-    program = (
-        "import resource, signal; resource.setrlimit(resource.RLIMIT_CPU, (60, 60));"
-        "from server.sessions.worker_handle import _cause; from tests.server.test_run_tree import config;"
-        "print(_cause(-signal.SIGXCPU, config()))"
-    )
-    _, words = said(program)
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (60, 60))
+    words = _cause(-signal.SIGXCPU, config())
     assert "60 s of processor time that the server's shell allows (ulimit -t)" in words
 
 

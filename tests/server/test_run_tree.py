@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pftrack.drawing import Text
 from pftrack.experiments import EXPERIMENTS
 from pftrack.parameters import ParameterError
 from pftrack.runs.recipe import Recipe
@@ -57,6 +58,26 @@ class TestWorkbench:
             assert shown.target == experiment.target
             told = json.loads(shown.model_dump_json())
             assert told["plots"] == json.loads(json.dumps([dataclasses.asdict(plot) for plot in experiment.plots]))
+
+    def test_what_is_only_drawn_changes_in_the_frame_that_is_shown(self) -> None:
+        """A ghost that is dragged along a learned mode moves while the run stands; the estimate does not."""
+        tree = RunTree(config(experiment="fish", tracker="guided", frames=4))
+        forward(tree, 2)
+
+        def label() -> str:
+            written = tree.drawing().worlds[0].primitives["label"]
+            assert isinstance(written, Text)
+            return written.text
+
+        tree.change({"mode_sways": False, "along_mode": -4.0, "shown_mode": 3}, "b1")
+        far = label()
+        tree.change({"along_mode": 0.0}, "b1")
+        assert (far, label()) == ("turn +32°, bend -45°", "turn +0°, bend +0°")
+        tree.run.seek(1)
+        tree.change({"along_mode": 4.0}, "b1")
+        assert (tree.active, label()) == (config().branch, "turn -32°, bend +44°")
+        assert tree.redraws({"along_mode": 1.0})
+        assert not tree.redraws({"sample_count": 100})
 
     def test_changes_in_one_frame_are_one(self) -> None:
         """Several changes before the same frame are one change on the timeline."""

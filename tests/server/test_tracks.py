@@ -67,10 +67,7 @@ def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict
     ("text", "words"),
     [
         ("frame,point,left,top\n0,1,2,3\n", "the table has the columns frame, point, left, top; expected frame, point"),
-        (
-            "frame,point,x,y\n" + "".join(f"{f},{n},{f + n},{n}\n" for f in (0, 1) for n in (0, 1, 2)),
-            "at least 4 points",
-        ),
+        ("frame,point,x,y\n0,1,2,3\n", "at least 2 frames in which points are seen"),
         ("frame,point,x,y\n0,1,left,3\n", "line 2 of the table: expected a number, got 'left'"),
         ("a,b,c\n1,2,3\n", "the file is a text"),
     ],
@@ -79,6 +76,22 @@ def test_a_table_that_is_none_is_refused_in_a_sentence(client: httpx.Client, tex
     """The sentence says what the file has and what is expected."""
     message = error_of(send(client, ("tracks.csv", text.encode())), 422)["message"]
     assert words in message[0].lower() + message[1:]
+
+
+def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
+    """A table of one point becomes a session that follows it, gaps included; for a shape it has too few."""
+    rows = "".join(f"{3 * n},{'' if n == 5 else n * n / 9}\n" for n in range(20))
+    path = send(client, ("mouse.csv", ("x,y\n" + rows).encode())).json()
+    refused = error_of(client.post("/api/v1/sessions", json=wish(path)), 422)["message"]
+    assert "must be the tracks of 4 to 100 points" in refused
+    answer = client.post("/api/v1/sessions", json=wish(path, "trajectories"))
+    assert answer.status_code == 201, answer.text
+    session = answer.json()["id"]
+    steer(client, session, "seek", frame=19)
+    rows = client.get(f"/api/v1/sessions/{session}/exports/paths").text.splitlines()
+    assert (len(rows), rows[0].split(",")[:4]) == (21, ["frame", "track", "x", "y"])
+    assert rows[6].startswith("5,1,,,")
+    client.delete(f"/api/v1/sessions/{session}")
 
 
 def test_experiments_say_what_they_take(client: httpx.Client) -> None:

@@ -107,3 +107,17 @@ def test_other_reading_of_the_scene() -> None:
     assert image.shape == (480, 640)
     assert image[240, 520]
     assert image[210, [200, 320, 440]].all()
+
+
+def test_a_bouncing_ball_flies_evenly_between_four_walls() -> None:
+    """Its speed is the same in all frames but those of a bounce; it stays within its walls, in the picture."""
+    parameters = scene(ball_path="bounces", period_s=3, amplitude_px=100)
+    source = BallSource(0, parameters)
+    places = np.array([source.frame(t, History(((0, parameters),))).target.position for t in range(400)])
+    assert places[0, 0] == 60
+    assert (np.abs(places - [160, 120]) <= 100 + 1e-9).all()
+    turns = np.abs(np.diff(places, 2, axis=0)).max(axis=1) > 1e-9
+    assert 10 < turns.sum() < 40
+    assert np.abs(np.diff(places, axis=0)).max(axis=0) == pytest.approx([400 / 90, 0.618 * 400 / 90])
+    low = scene(ball_path="bounces", image_height_px=60, amplitude_px=100)
+    assert np.ptp([BallSource(0, low).frame(t, History(((0, low),))).target.position[1] for t in range(60)]) <= 50

@@ -1,10 +1,10 @@
-"""Folders of pictures and animated GIFs."""
+"""Folders of pictures."""
 
 import dataclasses
 import io
 import struct
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -313,87 +313,6 @@ def test_one_picture_is_no_sequence(folder: Path) -> None:
         open_sequence(folder / "frame 1.png")
 
 
-# ---------------------------------------------------------------- animated GIFs
-
-
-def gif(frames: Sequence[Image.Image], durations_ms: Sequence[int], disposal: int = 0) -> bytes:
-    return saved(
-        frames[0], "GIF", save_all=True, append_images=frames[1:], duration=list(durations_ms), loop=0,
-        disposal=disposal,
-    )  # fmt: skip
-
-
-@pytest.fixture
-def animation() -> list[Image.Image]:
-    """A square that moves over stripes, of few colours."""
-    frames = []
-    for number in range(8):
-        pixels = np.zeros((40, 60, 3), np.uint8)
-        pixels[::4] = (0, 90, 180)
-        pixels[10:20, 5 * number : 5 * number + 10] = (220, 40, 40)
-        frames.append(Image.fromarray(pixels).quantize(8))
-    return frames
-
-
-@pytest.mark.parametrize("disposal", [0, 1, 2])
-def test_a_gif_is_composed_as_another_library_composes_it(
-    tmp_path: Path, animation: list[Image.Image], disposal: int
-) -> None:
-    """The partial frames of an animated GIF are laid over one another; Pillow, on its own, gives the same pictures."""
-    path = tmp_path / "a.gif"
-    path.write_bytes(gif(animation, [50] * 8, disposal))
-    sequence = open_sequence(path)
-    assert (sequence.index.kind, sequence.frame_count, sequence.size) == ("gif", 8, (60, 40))
-    with Image.open(path) as image:
-        for index in (7, 2, 5, 0):
-            image.seek(index)
-            np.testing.assert_array_equal(sequence.picture(index), np.asarray(image.convert("RGB")))
-
-
-def test_a_gif_tells_its_times(tmp_path: Path, animation: list[Image.Image]) -> None:
-    """A GIF's frames are shown at the times that it tells, and a varying rate is said."""
-    path = tmp_path / "a.gif"
-    path.write_bytes(gif(animation, [100, 50, 200, 100, 30, 30, 100, 100]))
-    sequence = open_sequence(path)
-    np.testing.assert_allclose(sequence.times_s, [0, 0.1, 0.15, 0.35, 0.45, 0.48, 0.51, 0.61])
-    assert sequence.index.warnings[0].startswith("the frame rate varies between 5 and 33.3 Hz")
-
-
-def test_a_transparent_gif_lies_on_white(tmp_path: Path) -> None:
-    """What no frame of a GIF has painted shows white."""
-    image = Image.new("P", (16, 16), 1)
-    image.putpalette([200, 0, 0, 0, 0, 0])
-    image.paste(0, (0, 0, 8, 16))
-    path = tmp_path / "a.gif"
-    path.write_bytes(saved(image, "GIF", transparency=1))
-    picture = open_sequence(path).picture(0)
-    assert picture[0, [0, 15]].tolist() == [[200, 0, 0], [255, 255, 255]]
-
-
-@pytest.mark.parametrize(
-    ("side", "sentence"),
-    [(7000, "have 7000 x 7000 = 49,000,000 pixels; at most"), (65_535, "have no size that can be read")],
-)
-def test_a_gif_of_giant_declared_size_is_refused(
-    tmp_path: Path, animation: list[Image.Image], side: int, sentence: str
-) -> None:
-    """A GIF that announces a giant screen is refused by its header."""
-    content = bytearray(gif(animation, [50] * 8))
-    content[6:10] = side.to_bytes(2, "little") * 2
-    path = tmp_path / "a.gif"
-    path.write_bytes(content)
-    with pytest.raises(SourceError, match=sentence):
-        open_sequence(path)
-
-
-def test_a_gif_cut_short_gives_what_decodes(tmp_path: Path, animation: list[Image.Image]) -> None:
-    """Of a GIF whose end is missing the frames that decode are there."""
-    content = gif(animation, [50] * 8)
-    path = tmp_path / "a.gif"
-    path.write_bytes(content[: len(content) * 2 // 3])
-    assert 2 <= open_sequence(path).frame_count < 8
-
-
 # ---------------------------------------------------------------- the real ones
 
 
@@ -404,14 +323,3 @@ def test_the_real_hand_is_read(real_clips: Path) -> None:
     assert sequence.picture(0)[0, 0].tolist() == [0, 0, 0]
     changed = dataclasses.replace(sequence.index, sha256="0" * 64)
     assert open_sequence(real_clips / "hand_silhouette" / "img", index=changed).sha256 == sequence.sha256
-
-
-def test_the_real_animation_is_read(real_clips: Path) -> None:
-    """The GIF of a turning head has 23 frames, as Pillow has."""
-    path = real_clips / "face_turning" / "head_turn_short.gif"
-    sequence = open_sequence(path)
-    assert (sequence.frame_count, sequence.size) == (23, (480, 270))
-    with Image.open(path) as image:
-        for index in (0, 22, 11):
-            image.seek(index)
-            np.testing.assert_array_equal(sequence.picture(index), np.asarray(image.convert("RGB")))

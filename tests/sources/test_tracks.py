@@ -12,7 +12,7 @@ from pftrack.sources.formats import SourceError
 from pftrack.sources.sequence import Limits, open_sequence
 from pftrack.sources.source import History
 from pftrack.sources.tracks.bodies import named, normalised
-from pftrack.sources.tracks.recorded import RecordedTracks
+from pftrack.sources.tracks.recorded import RecordedTracks, body_of
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, written
 
@@ -69,6 +69,23 @@ def test_the_wide_form() -> None:
     np.testing.assert_array_equal(table.variances, read(LONG).variances)
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["frame,track,x,y\n9,m,5,6\n7,m,1,2\n8,m,,4\n", "frame,x,y\n7,1,2\n9,5,6\n", "X;Y\n1,0;2\n;4\n5;6\n"],
+    ids=["frames that fall", "a frame left out", "no frames"],
+)
+def test_the_path_of_one_point(text: str, tmp_path: Path) -> None:
+    """Lines come in any order; without a column of points there is one, without frames each line is the next."""
+    table = read(text)
+    np.testing.assert_array_equal(table.positions[:, 0], [(1, 2), (np.nan, np.nan), (5, 6)])
+    path = tmp_path / "mouse.csv"
+    path.write_text(text)
+    sequence = open_sequence(path)
+    assert isinstance(sequence, TrackSequence)
+    np.testing.assert_allclose(sequence.positions[0, 0] / sequence.scale + sequence.origin, (1, 2))
+    assert sequence.first_frame == table.first
+
+
 def test_what_is_not_seen() -> None:
     """Empty cells, NaN and infinite variances are points not seen; one that never is is left out, and said."""
     for cells in ("8,a,,,4,9", "8,a,nan,3,4,9", "8,a,1,2,inf,9", "8,a,1,2,,"):
@@ -80,12 +97,23 @@ def test_what_is_not_seen() -> None:
     assert table.warnings[0] == "Never seen and left out: e."
 
 
+@pytest.mark.parametrize("name", ["track", "track_id", "particle", "id"])
+def test_programs_name_points_in_other_words(name: str) -> None:
+    """Where lines have an identity beside the one of their track, the track's counts."""
+    named = LONG.replace("point", name, 1)
+    assert read(named).names == ("a", "b", "c", "d")
+    if name != "id":
+        header, *lines = named.splitlines()
+        numbered = [f"{header},id", *(f"{line},{number}" for number, line in enumerate(lines))]
+        assert read("\n".join(numbered)).names == ("a", "b", "c", "d")
+
+
 def test_without_variances_all_count_alike() -> None:
     """One square pixel is taken, and a covariance is not used; both are said."""
     plain = LONG.replace(",var_x,var_y", "").replace(",4,9", "")
     table = read(plain)
     assert (table.variances[0] == 1.0).all()
-    assert table.warnings[0] == "There are no variances in the table; 1 px² is taken for every position."
+    assert table.warnings[0] == "There are no variances in the table; all positions count alike."
     table = read(LONG.replace("var_y", "spread"))
     assert (table.variances[0] == 1.0).all()
     assert table.warnings[0].startswith("There are no variances in the table")
@@ -102,10 +130,16 @@ def test_without_variances_all_count_alike() -> None:
         ),
         (LONG.replace(",d,", ",a,", 1), "line 5 of the table lists point a in frame 5 for the second time"),
         (
-            "\n".join(line for line in LONG.splitlines() if ",d," not in line),
-            "at least 4 points that are seen, and 2 frames in which some are; the table has 3 points in 3 frames",
+            LONG.replace("point", "body", 1),
+            "line 3 of the table lists frame 5 for the second time; a table of several ",
         ),
-        ("\n".join(LONG.splitlines()[:5]), "the table has 4 points in 1 frames"),
+        ("\n".join(LONG.splitlines()[:5]), "expected at least 2 frames in which points are seen, got 1 in the table"),
+        ("x,y\n1,2\n", "expected at least 2 frames in which points are seen, got 1 in the table"),
+        ("x,y\n" + "1,2\n" * 101, "the table has more than 100 frames of point 1"),
+        (
+            LONG.replace("frame,", "picture,"),
+            "the table has the columns picture, point, x_px, y_px, var_x, var_y; expected",
+        ),
         (
             LONG.replace("5,a", "-1,a"),
             "line 2 of the table: the frame must be a whole number from 0 to 10,000,000, got '-1'",
@@ -191,7 +225,7 @@ def test_recorded_tracks_begin_at_the_chosen_frame(tmp_path: Path) -> None:
     path.write_text(LONG)
     sequence = open_sequence(path)
     assert isinstance(sequence, TrackSequence)
-    source = RecordedTracks(sequence, 1)
+    source = RecordedTracks(sequence, body_of(sequence), 1)
     measured = source.frame(0, History(((0, Parameters()),))).measurements
     assert measured is not None
     assert source.frame_count == 3

@@ -77,10 +77,14 @@ def test_an_impossible_axis_is_refused(text: str, reason: str) -> None:
 
 
 def test_every_parameter_can_be_an_axis() -> None:
-    """Every declared parameter of every experiment takes an axis that holds its default."""
+    """Every declared parameter of every experiment takes an axis that holds its default, but for files."""
     for name in ("ball", "sine"):
         experiment = find(name)
         for declaration in declarations(type(experiment.simulate().parameters)):
+            if declaration.kind == "file":
+                with pytest.raises(SweepError, match="is a file, which all runs of a sweep have alike"):
+                    parse_axis(experiment, f"{declaration.name}=text")
+                continue
             axis = parse_axis(experiment, f"{declaration.name}={declaration.default}")
             assert axis.values == (declaration.default,), declaration.name
 

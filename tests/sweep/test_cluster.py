@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import psutil
@@ -14,7 +15,8 @@ import pytest
 from pftrack.sweep import Plan, Progress, Result, SweepError, begin, carry_out, resume
 from pftrack.sweep.chunks import Chunks
 
-pytest.importorskip("distributed")
+# Looked for and not imported, which takes a second: each worker of pytest would do so to collect these tests.
+pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="needs the package distributed")
 
 QUIET = {**os.environ, "DASK_DISTRIBUTED__LOGGING__DISTRIBUTED": "critical"}
 START_S = 30
@@ -49,10 +51,10 @@ class Cluster:
             process.wait()
 
 
-@pytest.fixture
-def cluster(request: pytest.FixtureRequest) -> Iterator[Cluster]:
-    """A cluster of one worker, or of as many as a test says."""
-    made = Cluster(getattr(request, "param", 1))
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Cluster]:
+    """A cluster of two workers, of which the tests here lose one after the other."""
+    made = Cluster(workers=2)
     yield made
     made.end()
 
@@ -85,7 +87,6 @@ def begun(plan: Plan, out: Path) -> Path:
     return out
 
 
-@pytest.mark.parametrize("cluster", [2], indirect=True, ids=["two workers"])
 def test_a_cluster_comes_to_the_same_rows_though_a_worker_is_lost(
     cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path
 ) -> None:

@@ -15,10 +15,10 @@ from pftrack.frame import Frame, Target
 from pftrack.parameters import revise
 from pftrack.process import environment
 from pftrack.random import Purpose, Stream
-from pftrack.trackers.ball.likelihood import Likelihood
 from pftrack.trackers.ball.motion import dynamics
 from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.ball.step import loop_trackers
+from pftrack.trackers.sampling.likelihood import Likelihood
 
 SIZE = (160, 120)
 ROWS, COLUMNS = np.mgrid[: SIZE[1], : SIZE[0]]

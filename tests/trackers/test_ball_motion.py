@@ -18,9 +18,10 @@ from pftrack.resampling import RESAMPLERS
 from pftrack.sources.overlay import paint_disc
 from pftrack.trackers.ball import common, motion
 from pftrack.trackers.ball.likelihood import CHROMATICITY, colour_model
-from pftrack.trackers.ball.parameters import BallTrackerParameters, LoopParameters
+from pftrack.trackers.ball.parameters import MODELLED, BallTrackerParameters, LoopParameters
 from pftrack.trackers.ball.step import TRACKERS
 from pftrack.trackers.point_state import PointState
+from pftrack.trackers.sampling.common import particles_of
 
 SIZE = (160, 120)
 MIDDLE = np.array([80.0, 60.0])
@@ -102,7 +103,7 @@ def test_a_learned_model_has_the_process_noise_that_is_set() -> None:
     )
 
 
-@pytest.mark.parametrize("tracker", TRACKERS)
+@pytest.mark.parametrize("tracker", MODELLED)
 def test_every_tracker_predicts_by_what_was_learned(tracker: str) -> None:
     """In a picture that says nothing the estimate is the learned model's prediction, not that of the first one."""
     given = parameters(learn_dynamics=True, sample_count=2000)
@@ -114,7 +115,7 @@ def test_every_tracker_predicts_by_what_was_learned(tracker: str) -> None:
     assert after.estimate - state.estimate == pytest.approx([15.0, -10.0], abs=0.5)
 
 
-@pytest.mark.parametrize("tracker", TRACKERS)
+@pytest.mark.parametrize("tracker", MODELLED)
 def test_what_is_learned_is_the_estimate(tracker: str) -> None:
     """After a step the learner is the one of the frame before with this frame's estimate and deviation taken in."""
     given = parameters(learn_dynamics=True, warm_up_frames=2, forgetting=0.9, learning_ridge=1e-3)
@@ -163,13 +164,13 @@ def test_particles_after_a_gaussian_are_its_samples() -> None:
     root = np.random.default_rng(0).normal(size=(4, 4))
     state = PointState(Gaussian(np.array([60.0, 50.0, 58.0, 49.0]), root @ root.T), 2)
     given, rng = parameters(sample_count=60_000), Stream(3, 7, Purpose.TRACK)
-    particles = common.particles_of(state, given, rng)
+    particles = particles_of(state, given, rng)
     assert particles.mean == pytest.approx(state.posterior.mean, abs=0.05)
     assert particles.covariance == pytest.approx(state.posterior.covariance, abs=0.15)
     assert np.ptp(particles.log_weights) == 0
     rng.random(5)
-    assert np.array_equal(common.particles_of(state, given, rng).states, particles.states)
-    elsewhere = common.particles_of(state, given, Stream(4, 7, Purpose.TRACK))
+    assert np.array_equal(particles_of(state, given, rng).states, particles.states)
+    elsewhere = particles_of(state, given, Stream(4, 7, Purpose.TRACK))
     assert not np.array_equal(elsewhere.states, particles.states)
 
 

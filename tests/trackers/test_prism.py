@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pftrack.experiments import find
 from pftrack.frame import Frame, Measurements
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.parameters import Value, revise
+from pftrack.parameters import ParameterError, Value, revise
 from pftrack.random import Purpose, Stream
+from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismSource
 from pftrack.sources.source import History
 from pftrack.trackers import prism
@@ -225,3 +227,21 @@ def test_the_camera_may_change_in_mid_run(method: Method) -> None:
             assert (state.belief.place_mm is not None) == (upper == "perspective")
         assert state.translation_mm == pytest.approx([0, 0, 80], abs=3)
     assert state.estimate == pytest.approx([0, 0.12, 0], abs=0.08)
+
+
+def test_a_pose_may_turn_as_was_learned() -> None:
+    """Turns learned from a run guide the pose of another; what was learned in another experiment is refused."""
+    experiment = find("prism")
+    run = Run(experiment, experiment.simulate(), frames=40)
+    run.finish()
+    assert experiment.guidance is not None
+    learned = experiment.guidance.learn([experiment.guidance.states(run.diagnostics)])
+    turns = np.diff([row.estimate for row in run.diagnostics], axis=0) * np.pi / 180
+    assert learned.diffusion("fixed").covariance == pytest.approx(np.cov(turns.T))
+    guided = Run(experiment, experiment.simulate(), frames=40, timeline=(Change(0, {"learned": learned.text}),))
+    guided.finish()
+    assert guided.estimates_sha256 != run.estimates_sha256
+    assert guided.summary().verdict.mean_error < 1.2 * run.summary().verdict.mean_error
+    head = learned.text.replace('"prism"', '"head"')
+    with pytest.raises(ParameterError, match="it was learned in 'head', and this is 'prism'"):
+        Run(experiment, experiment.simulate(), timeline=(Change(0, {"learned": head}),))

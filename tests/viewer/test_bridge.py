@@ -1,6 +1,5 @@
 """The bridge forwards faithfully, refuses what is not wanted, and leaves nothing behind."""
 
-import asyncio
 import gc
 import socket
 import sys
@@ -17,6 +16,7 @@ from websockets.typing import Subprotocol
 
 from server.viewer.bridge import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
 from server.viewer.viser_adapter import is_welcome
+from tests.server.apart import run
 from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing
 from tests.waiting import wait_for
 
@@ -154,7 +154,7 @@ def test_a_browser_that_left_before_it_was_let_in_is_no_error() -> None:
     """A scene takes a moment to be made; one who does not wait for it is not logged as a file that cannot be read."""
     websocket: Any = Gone()
     endpoint: Any = Open()
-    asyncio.run(bridge(websocket, endpoint))
+    run(bridge(websocket, endpoint))
 
 
 def test_a_scene_that_ends_closes_its_browsers(session: Session, site: Site) -> None:

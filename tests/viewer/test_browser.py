@@ -13,6 +13,7 @@ import pytest
 
 from pftrack.drawing import Mesh
 from server.schemas.panel import InForce
+from tests.conftest import FEW_PIXELS
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing
 from tests.waiting import wait_for
@@ -35,6 +36,7 @@ def opened(chromium: Any, watched: tuple[Session, Site]) -> Iterator[tuple[Any, 
     session.show(drawing(), 0)
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
+    page.add_init_script(FEW_PIXELS)
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(f"http://127.0.0.1:{site.port}/")

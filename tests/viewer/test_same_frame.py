@@ -16,6 +16,7 @@ import pytest
 from PIL import Image
 
 from pftrack.drawing import Drawing, Picture, Points
+from tests.conftest import FEW_PIXELS
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site
 
@@ -83,6 +84,7 @@ def playing(session: Session) -> Iterator[None]:
 def test_picture_and_particles_are_of_one_frame(session: Session, site: Site, chromium: Any, playing: None) -> None:
     """Every screenshot of a playing run shows one frame, and the run goes on from one to the next."""
     page = chromium.new_page(viewport={"width": 930, "height": 560})
+    page.add_init_script(FEW_PIXELS)
     page.goto(f"http://127.0.0.1:{site.port}/viz/one/")
     until(page, f"{CORNERS} !== null && !!document.querySelector('.pf-caption')", seconds=60.0)
     page.wait_for_timeout(2_000)
@@ -121,6 +123,7 @@ def test_a_frame_is_taken_up_without_waiting_for_the_last_one_to_be_drawn(
 
     show(50)
     page = chromium.new_page(viewport={"width": 930, "height": 560})
+    page.add_init_script(FEW_PIXELS)
     page.add_init_script(STOPPABLE)
     page.goto(f"http://127.0.0.1:{site.port}/viz/one/")
     until(page, f"{BRIGHTNESS} === 50", seconds=60.0)

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
-from pftrack.trackers.ball.loop import loop_with
+from pftrack.trackers.sampling.loop import loop_with
 from pftrack.warming import Progress, Warming, memory
 from pftrack.warming.schedule import Schedule
 

@@ -22,7 +22,7 @@ export interface Source {
 export interface Glyph {
   line_color: string | null;
   line_width: number;
-  /** Of areas alone. */
+  /** Of areas and markers alone. */
   fill_color?: string | null;
 }
 
@@ -30,7 +30,7 @@ export interface Renderer {
   glyph: Glyph;
   data_source: Source;
   visible: boolean;
-  level: "underlay" | "glyph" | "guide";
+  level: "underlay" | "glyph" | "guide" | "overlay";
   tags: string[];
 }
 
@@ -62,15 +62,16 @@ export interface Span {
 
 /** How a glyph looks, and what it is known by. */
 export interface Look {
-  fill_alpha?: number;
-  fill_color?: string;
+  fill_alpha?: number | Field;
+  fill_color?: string | null;
   level?: Renderer["level"];
-  line_alpha?: Field;
+  line_alpha?: number | Field;
   line_color?: string | null;
   line_dash?: "dashed" | number[];
   line_join?: "round";
   line_width?: number;
   name?: string;
+  size?: number;
   tags?: string[];
 }
 
@@ -87,9 +88,11 @@ export interface FigureModel {
   ygrid: Grid;
   ygrids: Grid[];
   add_layout(layout: Span): void;
+  on_event(name: "tap", heard: (event: { x: number; y: number }) => void): void;
   line(x: Field, y: Field, look: Drawn): Renderer;
   multi_line(xs: Field, ys: Field, look: Drawn): Renderer;
   quad(look: Drawn & { left: Field; right: Field; top: Field; bottom: Field }): Renderer;
+  scatter(x: Field, y: Field, look: Drawn): Renderer;
   segment(x0: Field, y0: Field, x1: Field, y1: Field, look: Drawn): Renderer;
   varea(x: Field, y1: Field, y2: Field, look: Drawn): Renderer;
   vstrip(x0: Field, x1: Field, look: Drawn): Renderer;

@@ -65,7 +65,10 @@ export async function plots(root, view) {
   }
   if (signal.aborted) return;
   const axis = new Bokeh.Range1d({ start: 0, end: 1 });
-  for (const { plot } of panels) plot.build(Bokeh, axis);
+  for (const { plot, place } of panels) {
+    plot.build(Bokeh, axis);
+    plot.listen(place, view);
+  }
   await show(Bokeh, panels, signal);
   if (!signal.aborted) keepDrawn(root, view, axis, panels);
 }

@@ -13,6 +13,7 @@ import { rowOf } from "./sheet.js";
 /** @import { Line } from "./curves.js" */
 /** @import { RowName, Sheet } from "./sheet.js" */
 
+/** @typedef {{lanes: number, of: (row: Row|undefined) => {colour: string, lane: number}[]}} Events What happened in a frame; colours by token. */
 /** @typedef {{label: string, shares: (row: Row|undefined) => {colour: string, share: number}[]}} Mixture Of samplers; colours by token. */
 
 /**
@@ -26,6 +27,7 @@ import { rowOf } from "./sheet.js";
  * @property {number} smallest The least that an axis spans.
  * @property {Curve} weight The share of the particles that carries the weight.
  * @property {Mixture} mixture
+ * @property {Events} events
  * @property {string} gone What the row of bands is called, by what is known: "hidden", "lost" or both.
  */
 
@@ -51,6 +53,7 @@ export function paint(sheet, content) {
   curves(sheet, others, own, { row: "sigma", value: curve.sigma, most: sigmaTop, width: 1.4 });
   for (const { steps } of content.thresholds) threshold(sheet, steps, sigmaTop);
   strips(sheet, own.history, content);
+  ticks(sheet, own.history, content.events);
   marks(sheet, content.marks);
   flags(sheet, content.bookmarks);
 }
@@ -136,6 +139,25 @@ function strips(sheet, history, { weight, mixture }) {
       context.fillStyle = ink[colour];
       context.fillRect(left, bottom - share * height, width, share * height);
       bottom -= share * height;
+    }
+  }
+}
+
+/**
+ * A tick for all that happened in a frame, each kind in a lane of its own.
+ *
+ * @param {Sheet} sheet
+ * @param {History} history
+ * @param {Events} events
+ */
+function ticks(sheet, history, { lanes, of }) {
+  const { context, axis, ink } = sheet;
+  const [, y, height] = rowOf(sheet, "events");
+  const width = Math.max(2, Math.min(5, axis.width / (axis.frames - 1)));
+  for (let frame = 0; frame < history.length; frame += 1) {
+    for (const { colour, lane } of of(history.at(frame))) {
+      context.fillStyle = ink[colour];
+      context.fillRect(axis.x(frame) - width / 2, y + (lane * height) / lanes, width, height / lanes);
     }
   }
 }

@@ -8,7 +8,7 @@ import { smallestSpan } from "../../shared/format.js";
 import { onTheme, tokens } from "../../shared/theme.js";
 import { coalesce, later, throttle } from "../../shared/timing.js";
 import { marks } from "../timeline.js";
-import { samplers } from "../series.js";
+import { eventsOf, ofRole, samplers } from "../series.js";
 import { paint, playhead } from "./paint.js";
 import { Axis, HEIGHT, rowOf, rowsWithout } from "./sheet.js";
 import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./words.js";
@@ -163,7 +163,8 @@ export class Scrubber {
 
   /** @param {SessionPublic} session */
   #inks(session) {
-    this.#ink ??= tokens(...INKS, ...samplers(session).map(({ colour }) => colour));
+    const declared = [...samplers(session).map(({ colour }) => colour), ...ofRole(session, "event").flatMap(({ colours }) => colours)];
+    this.#ink ??= tokens(...INKS, ...declared);
     return this.#ink;
   }
 
@@ -185,6 +186,7 @@ export class Scrubber {
       smallest: smallestSpan(session.unit),
       weight: weightOf(session),
       mixture: mixtureOf(session),
+      events: { lanes: ofRole(session, "event").length, of: (row) => eventsOf(session, row) },
       gone: goneOf(store.history),
     };
   }

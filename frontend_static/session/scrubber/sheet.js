@@ -1,6 +1,6 @@
 /** What the scrubber is painted on: rows over one axis of frames. */
 
-/** @typedef {"flags"|"error"|"sigma"|"ess"|"proposal"|"bands"|"changes"} RowName */
+/** @typedef {"flags"|"error"|"sigma"|"ess"|"proposal"|"events"|"bands"|"changes"} RowName */
 
 /**
  * Where it is painted.
@@ -21,6 +21,7 @@ const KINDS = /** @type {const} */ ({
   sigma: ["sigma", 24, 4],
   ess: ["ESS", 6, 4],
   proposal: ["proposal", 8, 4],
+  events: ["events", 14, 4],
   bands: ["hidden, lost", 10, 2],
   changes: ["changes", 16, 2],
 });

@@ -2,7 +2,7 @@
 
 import { quantity } from "../../shared/format.js";
 import { curve } from "../history.js";
-import { numberOf, ofRole, samplers, samplesOf } from "../series.js";
+import { eventsOf, numberOf, ofRole, samplers, samplesOf } from "../series.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
 /** @import { Curve, History } from "../history.js" */
@@ -13,6 +13,7 @@ import { numberOf, ofRole, samplers, samplesOf } from "../series.js";
 const STRIPS = /** @type {const} */ ([
   { row: "ess", role: "ess" },
   { row: "proposal", role: "share" },
+  { row: "events", role: "event" },
 ]);
 
 /**
@@ -32,6 +33,7 @@ export function describe({ known: session, history }, frame) {
   if (row.searching) told.push(`no ${session.target}`);
   else if (row.lost) told.push("lost");
   else if (row.hidden) told.push("hidden");
+  told.push(...eventsOf(session, row).map(({ title }) => title));
   return told;
 }
 

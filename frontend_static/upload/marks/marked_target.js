@@ -37,12 +37,18 @@ export class MarkedTarget {
     this.#take(experiment.marks[0]?.kind);
   }
 
+  /** Whether the recording may go without a mark. */
+  get #isOptional() {
+    return this.#experiment.unmarked.includes(this.#upload.kind);
+  }
+
   /** What a session is told of the target, or null while there is nothing to tell. */
   get footage() {
     const start = this.#frame;
     if (this.#editor === null) return { start };
     const { mark } = this.#editor;
-    return mark && { mark, start };
+    if (mark !== null) return { mark, start };
+    return this.#isOptional ? { start } : null;
   }
 
   /**
@@ -91,7 +97,8 @@ export class MarkedTarget {
       return;
     }
     this.#editor = markEditor(description, target, this.#on.changed);
-    const words = h("p", { class: "hint" }, description.instruction, " ", this.#experiment.advice);
+    const leave = this.#isOptional && " Leave them as they are if all of the recording is the target.";
+    const words = h("p", { class: "hint" }, description.instruction, " ", this.#experiment.advice, leave);
     fill(this.#root, marks.length > 1 && this.#choice(kind), words, this.#editor.element);
     this.show(this.#frame);
     this.#editor.offer();

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pftrack.experiments.surroundings import BETTER_BY, frames_of_a_second, remark
 from pftrack.likelihoods import chromaticity
 from pftrack.likelihoods.chromaticity import ColourModel
 from pftrack.likelihoods.separation import Box as Place
@@ -19,23 +20,14 @@ from pftrack.trackers.ball.likelihood import colour_model
 
 __all__ = ["suits"]
 
-LOOKS = 9
-"""Pictures that are looked at, the first included, evenly over a second."""
-
 USUAL_LEVEL = 0.02
 """Background level that a recording begins with."""
-
-BETTER_BY = 0.15
-"""What would help is said if it helps at least this much."""
 
 PARTS, PART = 5, 0.5
 """Smaller boxes that are tried: so many places along each side, and what share of a side they have."""
 
 FINE_PX, WIDE_PX = 48, 960
 """Pixels that are looked at along the shorter side of a target, and along the longer one of a picture, at most."""
-
-MUCH = 0.1
-"""Share of the rest of a picture that is worth a word if it has the target's colour."""
 
 
 def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitability:  # noqa: ANN401 - on either model
@@ -56,7 +48,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     found = replace(view.separation(model, level), alike=alike)
     value = found.contrast
     advice, better = _advice(view, parameters, value) if value < WELL else ((), None)
-    return Suitability(value, _remark(value, found), advice, better, likelihood)
+    return Suitability(value, remark(value, found), advice, better, likelihood)
 
 
 class _View:
@@ -72,8 +64,7 @@ class _View:
         self._every = _every(round(min(box[2:])), FINE_PX)
         rows, columns = surroundings(sequence.size[::-1], box)
         self._corner = columns.start, rows.start
-        last = min(start + round(sequence.frame_rate_hz), sequence.frame_count - 1)
-        numbers = sorted({int(number) for number in np.linspace(start, last, LOOKS)} | {start})
+        numbers = frames_of_a_second(sequence, start)
         pictures = (sequence.picture(number)[rows, columns] for number in numbers)
         # Copied, so that the whole pictures need not be kept.
         self._first, *self._later = [picture[:: self._every, :: self._every].copy() for picture in pictures]
@@ -126,22 +117,6 @@ def _every(size: int, most: int) -> int:
 def _scaled(box: Place, every: int) -> Place:
     x, y, w, h = box
     return x / every, y / every, w / every, h / every
-
-
-def _remark(value: float, found: Separation) -> str:
-    """Say what was found: how likely the surroundings are, and whether the rest of the picture looks alike."""
-    share = f"{100 * found.around / found.on:.0f} %" if found.on > 0.0 else "100 %"
-    if value >= WELL:
-        said = f"separates well: what is around the target is {share} as likely as the target itself"
-    elif value > 0.0:
-        grade = Suitability(value, "").grade
-        said = f"separates {grade}: what is around the target is {share} as likely as the target itself"
-        said += ", expect losses" if grade == "poorly" else ", so that nothing holds the tracker to it"
-    else:
-        said = "separates not at all: what is around the target is as likely as the target itself, or more"
-    if found.alike >= MUCH:
-        said += f"; {100 * found.alike:.0f} % of the rest of the picture looks like it"
-    return said
 
 
 def _advice(view: _View, parameters: Any, value: float) -> tuple[tuple[str, ...], Box | None]:  # noqa: ANN401 - on either model

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.angles import wrapped
 from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.head.exports import EXPORTS
@@ -41,7 +42,6 @@ from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.frame import Target
 from pftrack.geometry.face_model import FEATURES, TITLES
 from pftrack.geometry.gaze import gaze
-from pftrack.geometry.rotation import wrapped
 from pftrack.layer import Key, Layer
 from pftrack.measures import POSE_MEASURES
 from pftrack.references import BANDO, Citation
@@ -308,7 +308,8 @@ EXPERIMENT = Experiment(
         Layer("camera"),
     ),
     worlds=(HEAD_WORLD,),
-    exports=EXPORTS,
+    exports=(*EXPORTS, SimulatedHeadParameters.guidance.export),
+    guidance=SimulatedHeadParameters.guidance,
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,

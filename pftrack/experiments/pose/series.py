@@ -11,9 +11,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.angles import wrapped
 from pftrack.frame import Frame
 from pftrack.geometry.gaze import gaze
-from pftrack.geometry.rotation import wrapped
 from pftrack.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 from pftrack.series import Series, SeriesValue
 from pftrack.trackers.pose.state import PoseState

@@ -232,6 +232,8 @@ EXPERIMENT = Experiment(
     series=pose_series(NAMES),
     measure=pose_measure,
     target="prism",
+    exports=(TrackedPrismParameters.guidance.export,),
+    guidance=TrackedPrismParameters.guidance,
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
     # Where the affine camera's error and the corners' noise decide which prediction is worth more.

@@ -25,11 +25,12 @@ from pftrack.references import BANDO, TOMASI, Citation
 from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Footage
 from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.tracks.recorded import RecordedTracks
+from pftrack.sources.tracks.recorded import RecordedTracks, body_of
 from pftrack.sources.tracks.scene import FRAMES, TracksSceneParameters, TracksSource
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.sources.truth import Truth
+from pftrack.structure.tracks import FEWEST_POINTS
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.state import StructureState
 from pftrack.trackers.structure.step import TRACKERS
@@ -38,6 +39,9 @@ __all__ = ["EXPERIMENT", "SimulatedTracksParameters"]
 
 EQUATION = "Bando, Adaptive sampling method for real-time state estimation in the real world, 2007"
 """Whose the shape error is, eq. 4.19."""
+
+MOST_POINTS = 100
+"""Whose common covariance is found in a frame's time."""
 
 FOUND_PERCENT = 5.0
 """Up to this shape error a shape counts as found."""
@@ -59,14 +63,18 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     """Wire a table of tracks, of which nothing needs to be marked and no truth is known.
 
     Raises:
-        ParameterError: They are no tracks, there is a mark, or the start is not within them.
+        ParameterError: They are no tracks, or of too few or too many points; or there is a mark, or the start is not
+            within them.
     """
     del truth
     if not isinstance(sequence, TrackSequence):
         raise ParameterError("footage", sequence.index.kind, "tracks of a body's points")
     if mark is not None:
         raise ParameterError("mark", mark.kind, "left out: all points are followed")
-    source = RecordedTracks(sequence, start)
+    if not FEWEST_POINTS <= len(sequence.names) <= MOST_POINTS:
+        bound = f"the tracks of {FEWEST_POINTS} to {MOST_POINTS} points, of which a shape can be made"
+        raise ParameterError("footage", len(sequence.names), bound)
+    source = RecordedTracks(sequence, body_of(sequence), start)
     footage = Footage.of(sequence, None, start)
     return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), footage, success=WITHIN.name)
 

@@ -12,9 +12,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.angles import wrapped
 from pftrack.frame import Frame
 from pftrack.geometry.face_model import fit_similarity, mean_model, person
-from pftrack.geometry.rotation import wrapped
 from pftrack.parameters import revise
 from pftrack.random import Purpose, Stream
 from pftrack.sources.head import HeadSceneParameters, HeadSource

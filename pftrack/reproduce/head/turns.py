@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.angles import wrapped
 from pftrack.experiments import find
 from pftrack.geometry.gaze import theta_of
-from pftrack.geometry.rotation import rotation, wrapped
+from pftrack.geometry.rotation import rotation
 from pftrack.matrices import product
 from pftrack.parameters import Value, revise
 from pftrack.random import Purpose, Stream

@@ -16,9 +16,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.angles import wrapped
 from pftrack.filters import affine_pose
 from pftrack.gaussian import Gaussian
-from pftrack.geometry.rotation import rotation, wrapped
+from pftrack.geometry.rotation import rotation
 from pftrack.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool

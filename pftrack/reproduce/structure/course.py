@@ -6,8 +6,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.angles import wrapped
 from pftrack.geometry.face_model import mean_model
-from pftrack.geometry.rotation import angles, wrapped
+from pftrack.geometry.rotation import angles
 from pftrack.structure import growing, online_variational, recursive, variational
 from pftrack.structure.alignment import aligned, residuals, shape_error
 from pftrack.structure.cameras import frontal, settled

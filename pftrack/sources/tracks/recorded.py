@@ -10,11 +10,22 @@ from pftrack.sources.tracks.bodies import named
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.target import BodyTarget
 
-__all__ = ["RecordedTracks"]
+__all__ = ["RecordedTracks", "body_of"]
 
 FAR = 10.0
 """The focal length that is assumed, in longer sides of the picture: with a long one a body is seen without perspective,
 and little is wrong whatever the camera was."""
+
+
+def body_of(sequence: TrackSequence) -> BodyTarget:
+    """Return what is known of a body beforehand: how many points it has, and its shape if they have a face's names."""
+    return BodyTarget(
+        np.zeros(3 * len(sequence.names)),
+        hidden=None,
+        shape=named(sequence.names),
+        principal_px=np.array(sequence.size) / 2.0,
+        focal_px=FAR * max(sequence.size),
+    )
 
 
 class RecordedTracks:
@@ -24,14 +35,14 @@ class RecordedTracks:
         size: Width and height of the picture, px.
         frame_rate_hz: Frames a second.
         frame_count: Frames from the chosen one to the end.
-        start: What is known beforehand: how many points there are.
+        start: What is known beforehand.
         noisy: The frames do not depend on the seed.
     """
 
     noisy = False
 
-    def __init__(self, sequence: TrackSequence, first: int = 0) -> None:
-        """Wire tracks up from the frame `first` of the sequence on.
+    def __init__(self, sequence: TrackSequence, start: Target, first: int = 0) -> None:
+        """Wire tracks up from the frame `first` of the sequence on, with what is known of them beforehand.
 
         Raises:
             ParameterError: That is not within the sequence.
@@ -40,14 +51,7 @@ class RecordedTracks:
         self._sequence, self._first = sequence, first
         self.size, self.frame_rate_hz = sequence.size, sequence.frame_rate_hz
         self.frame_count: int | None = sequence.frame_count - first
-        shape = named(sequence.names)
-        self.start: Target = BodyTarget(
-            np.zeros(3 * len(sequence.names)),
-            hidden=None,
-            shape=shape,
-            principal_px=np.array(sequence.size) / 2.0,
-            focal_px=FAR * max(sequence.size),
-        )
+        self.start = start
 
     def frame(self, index: int, history: History[Parameters]) -> Frame:
         """Return the tracks of a frame; the same arguments give the same frame, to the bit."""

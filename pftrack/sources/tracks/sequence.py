@@ -35,7 +35,16 @@ PAPER, DOT_RGB, DOT_PX = 255, (86, 180, 233), 4.0
 
 
 class TrackSequence:
-    """Tracks of a file, in px of a picture that holds what is seen of them."""
+    """Tracks of a file, in px of a picture that holds what is seen of them.
+
+    Attributes:
+        names: Of the points.
+        positions: (T, n, 2) px, NaN where a point was not seen.
+        variances: (T, n, 2) px^2, infinite there.
+        scale: px of the picture for a unit of the file.
+        origin: (2,) where the picture's corner is, in the file's unit.
+        first_frame: Number in the file of the first frame.
+    """
 
     square = True
 
@@ -54,10 +63,11 @@ class TrackSequence:
         self.name, self.sha256 = name, sha256
         self.names: Sequence[str] = table.names
         self.size, scale, origin = _framed(table.positions, table.variances)
+        self.scale, self.origin, self.first_frame = scale, origin, table.first
         self.positions: NDArray[np.float64] = scale * (table.positions - origin)
         variances = scale * scale * table.variances
         self.variances: NDArray[np.float64] = np.maximum(variances, LEAST_VARIANCE_PX2)
-        scaled = [] if scale == 1.0 else [f"The positions were scaled by {scale:.3g} to fit into a picture."]
+        scaled = [] if scale == 1.0 else [_scaling(self.size, scale, origin)]
         if (variances < LEAST_VARIANCE_PX2).any():
             scaled.append(f"Variances below {LEAST_VARIANCE_PX2:g} px² of the picture were raised to that.")
         for array in (self.positions, self.variances):
@@ -87,6 +97,15 @@ class TrackSequence:
 
     def close(self) -> None:
         """Let go of nothing: the file was read whole."""
+
+
+def _scaling(size: tuple[int, int], scale: float, origin: NDArray[np.float64]) -> str:
+    """Return what a person has to know to find a position of the file in the picture."""
+    across, down = (0.0 - origin).tolist()
+    return (
+        f"The positions were scaled by {scale:.3g} to fit into a picture of {size[0]} x {size[1]} px: a point of the "
+        f"file is at {scale:.6g} (x {across:+.4g}, y {down:+.4g}). Marks and lengths are in px of that picture."
+    )
 
 
 def _framed(

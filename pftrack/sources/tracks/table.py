@@ -7,7 +7,7 @@ The long form has a line for each point in each frame, with the columns
 `frame` counts from any whole number, `point` is a name or a number. Instead of the variances, px^2, there may be
 standard deviations, `sd_x, sd_y` or one `sd`, px; without either all are taken as 1. The wide form has a line for each
 frame and columns `NAME_x, NAME_y, NAME_var_x, NAME_var_y` (or `NAME_sd_x`, ...) for each point. Further columns are
-ignored.
+ignored. A path of one point may leave out `point`, and `frame`, too: then each line is the next frame.
 
 A point that has no line in a frame, or whose position or variance is empty, NaN or infinite, was not seen there.
 """
@@ -22,19 +22,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.sources.formats import TRACKS_COLUMNS, SourceError, decoded, delimiter_of
-from pftrack.structure.tracks import FEWEST_POINTS, FEWEST_VIEWS
 
 __all__ = ["LARGEST_FILE_BYTES", "MOST_POINTS", "TrackTable", "read_tracks", "written"]
 
 LARGEST_FILE_BYTES = 12 * 1024 * 1024
-MOST_POINTS = 100
+MOST_POINTS = 400
+FEWEST_FRAMES = 2
+ONLY = "1"
+"""Name of the point of a table that names none."""
 FURTHEST_PX = 1e6
 LARGEST_FRAME = 10_000_000
 WORDS = ", ".join(TRACKS_COLUMNS)
 
 SYNONYMS: Mapping[str, tuple[str, ...]] = {
     "frame": ("frame",),
-    "point": ("point", "id"),
+    "point": ("point", "track", "track_id", "particle", "id"),
     "x": ("x_px", "x", "u"),
     "y": ("y_px", "y", "v"),
     "var_x": ("var_x", "var_x_px2"),
@@ -92,7 +94,9 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
         header = [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in next(lines, [])]
         # Looked up by name, and the first of several: in a list that takes minutes where there are many columns.
         columns = {name: place for place, name in reversed(tuple(enumerate(header)))}
-        form = _wide if _column(columns, "point") is None else _long
+        plain = _places(columns, "") is not None
+        point = _column(columns, "point")
+        form = _long if plain or point is not None else _wide
         rows = form(header, columns, lines, delimiter)
         found: dict[str, dict[int, tuple[float, float, float, float]]] = {}
         for line, frame, name, values in rows:
@@ -100,15 +104,19 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
                 raise SourceError(f"the table has more than the {MOST_POINTS} points that are allowed")
             track = found.setdefault(name, {})
             if frame in track:
-                raise SourceError(f"line {line} of the table lists point {name} in frame {frame} for the second time")
+                raise SourceError(_listed_twice(line, None if form is _long and point is None else name, frame))
             track[frame] = values
+            if len(track) > most_frames:
+                raise SourceError(
+                    f"the table has more than {most_frames:,} frames of point {name}; so many are allowed"
+                )
     except csv.Error as error:
         raise SourceError(f"the table cannot be read ({error}); expected the columns {WORDS}") from None
     warnings = []
     if any(name in header for name in COVARIANCE):
         warnings.append("The covariances of x and y are not used, only the variances.")
     if not all(any(name.endswith(words) for name in header) for words in SPREADS):
-        warnings.append("There are no variances in the table; 1 px² is taken for every position.")
+        warnings.append("There are no variances in the table; all positions count alike.")
     return _table(found, most_frames, warnings)
 
 
@@ -124,10 +132,9 @@ def _table(
     if never:
         warnings.append(f"Never seen and left out: {', '.join(never[:8])}{', ...' if len(never) > 8 else ''}.")
     frames = sorted({frame for track in seen.values() for frame in track})
-    if len(names) < FEWEST_POINTS or len(frames) < FEWEST_VIEWS:
+    if len(frames) < FEWEST_FRAMES:
         raise SourceError(
-            f"expected at least {FEWEST_POINTS} points that are seen, and {FEWEST_VIEWS} frames in which some are; the "
-            f"table has {len(names)} points in {len(frames)} frames"
+            f"expected at least {FEWEST_FRAMES} frames in which points are seen, got {len(frames)} in the table"
         )
     length = frames[-1] - frames[0] + 1
     if length > most_frames:
@@ -143,6 +150,16 @@ def _table(
     return TrackTable(names, positions, variances, frames[0], tuple(warnings))
 
 
+def _listed_twice(line: int, name: str | None, frame: int) -> str:
+    """Say what is wrong with a line that lists the point of this name, None where no column names it, once more."""
+    if name is not None:
+        return f"line {line} of the table lists point {name} in frame {frame} for the second time"
+    return (
+        f"line {line} of the table lists frame {frame} for the second time; a table of several points needs a column "
+        f"that says which, named {' or '.join(SYNONYMS['point'])}"
+    )
+
+
 Row = tuple[int, int, str, tuple[float, float, float, float]]
 
 
@@ -151,13 +168,14 @@ def _long(
 ) -> Iterator[Row]:
     places = _places(columns, "")
     frame, point = _column(columns, "frame"), _column(columns, "point")
-    if places is None or frame is None or point is None:
+    if places is None or (frame is None and point is not None):
         raise SourceError(f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}")
-    for line, cells in _filled(header, lines):
-        name = cells[point].strip()[:40]
+    for number, (line, cells) in enumerate(_filled(header, lines)):
+        name = ONLY if point is None else cells[point].strip()[:40]
         if not name:
             raise SourceError(f"line {line} of the table names no point")
-        yield line, _frame(line, cells[frame]), name, _values(line, cells, places, delimiter)
+        index = number if frame is None else _frame(line, cells[frame])
+        yield line, index, name, _values(line, cells, places, delimiter)
 
 
 def _wide(

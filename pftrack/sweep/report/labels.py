@@ -17,10 +17,16 @@ def label(study: Study, axis: Axis) -> str:
     return f"{declaration.title}, {declaration.unit}" if declaration.unit else declaration.title
 
 
+LONGEST_SHOWN = 60
+"""Characters of a value."""
+
+
 def shown(value: Value) -> str:
     """Return a value as a tick or a table shows it."""
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, str) and len(value) > LONGEST_SHOWN:
+        return "a file of one's own"  # nothing else is as long
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

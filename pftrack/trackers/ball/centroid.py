@@ -10,11 +10,13 @@ from pftrack.random import Stream
 from pftrack.resampling import RESAMPLERS
 from pftrack.trackers import reports
 from pftrack.trackers.ball import motion
-from pftrack.trackers.ball.common import lineage_of, measure_particles, particles_of, picture_of, size_of, start
+from pftrack.trackers.ball.common import lineage_of, start
 from pftrack.trackers.ball.likelihood import colour_model
 from pftrack.trackers.ball.motion import TRACKED, learned, with_learner
 from pftrack.trackers.ball.parameters import BallTrackerParameters
 from pftrack.trackers.point_state import PointState
+from pftrack.trackers.sampling.common import particles_of, picture_of, size_of
+from pftrack.trackers.sampling.samplers import measure_particles
 from pftrack.trackers.tracker import Tracker
 
 __all__ = ["KALMAN", "UNSCENTED"]

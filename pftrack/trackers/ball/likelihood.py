@@ -1,50 +1,17 @@
-"""What the loop weighs particles by: any compiled likelihood of pictures, with its parameters packed for compiled code.
+"""What the loop weighs particles of a ball by: the colour of the pixel under them."""
 
-A family of trackers that follows something else than a colour reuses loop and samplers with a `Likelihood` of its own:
-
-    class Histogram(NamedTuple):
-        reference: NDArray[np.float64]
-
-    @compiled
-    def log_likelihood(image_rgb, states, histogram): ...
-
-    LIKELIHOOD = Likelihood(log_likelihood, lambda parameters: Histogram(...))
-    TRACKERS = loop_trackers(LIKELIHOOD)
-"""
-
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.compiled import compiled
 from pftrack.likelihoods.chromaticity import ColourModel, log_kernel
-from pftrack.trackers.ball.loop import LogLikelihood, loop_with
 from pftrack.trackers.ball.parameters import ColourParameters
+from pftrack.trackers.sampling.likelihood import Likelihood
 
-__all__ = ["CHROMATICITY", "Colour", "Likelihood", "colour_model"]
-
-
-@dataclass(frozen=True)
-class Likelihood:
-    """p(z | x) of a picture.
-
-    Attributes:
-        log_likelihood: (picture, states (N, d), packed parameters) -> (N,); compiled.
-        packed: Parameters of the tracker -> a named tuple of what the function needs of them.
-        loop: The loop that weighs by it.
-    """
-
-    log_likelihood: LogLikelihood
-    packed: Callable[[Any], tuple[Any, ...]]
-    loop: Any = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        """Build the loop; it is compiled when it runs first."""
-        object.__setattr__(self, "loop", loop_with(self.log_likelihood))
+__all__ = ["CHROMATICITY", "Colour", "colour_model"]
 
 
 class Colour(NamedTuple):

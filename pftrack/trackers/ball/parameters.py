@@ -4,104 +4,55 @@ They are declared in parts, so that another family of trackers takes those that 
 else than a colour, through the same loop, takes `LoopParameters`. A model has the fields of its last base first.
 """
 
-from typing import Literal, Self
+from typing import Literal
 
-from pydantic import model_validator
+from pydantic import field_validator
 
-from pftrack.filters.auxiliary import WeightRule
-from pftrack.parameters import ParameterError, Parameters, parameter
-from pftrack.trackers.parameters import loss_share, particle_count, resampling_threshold
+from pftrack.parameters import Parameters, parameter
+from pftrack.trackers.ball.learned import GUIDANCE
+from pftrack.trackers.parameters import (
+    LEARNED_MOTION,
+    correlated_changes,
+    diffusion_scale,
+    learned_motion,
+    loss_share,
+    particle_count,
+)
+from pftrack.trackers.sampling.parameters import (
+    SAMPLING,
+    Resampling,
+    SamplingParameters,
+    SwitchingParameters,
+    resampling,
+)
 
 __all__ = [
     "BallTrackerParameters",
     "ColourParameters",
+    "DrawingParameters",
+    "GuidedParameters",
     "LearningParameters",
     "LoopParameters",
     "MotionParameters",
-    "SamplingParameters",
     "ScoringParameters",
-    "SwitchingParameters",
 ]
 
-PARTICLE = ("condensation", "apf", "upf", "pc-pf", "h-spf", "s-spf")
-OBSERVING = ("apf", "h-spf", "s-spf")
+PARTICLE = ("condensation", "apf", "upf", "pc-pf", "h-spf", "s-spf", "guided")
 MEASURING = ("kalman", "upf")
+MODELLED = ("h-spf", "s-spf", "condensation", "apf", "upf", "pc-pf", "kalman")
+"""Those that move by the motion model below, rather than as was learned from recorded runs."""
+GUIDED = ("guided",)
 
-SAMPLING = "Sampling"
-SWITCHING = "Switching thresholds"
 MODEL = "Motion model"
 COLOUR = "Colour model"
 SCORING = "Scoring"
 
 
-class SamplingParameters(Parameters):
-    """How particles are drawn."""
+class DrawingParameters(SamplingParameters):
+    """How particles are drawn, which one of the centroid's trackers has as well."""
 
     sample_count: int = particle_count(800, group=SAMPLING, trackers=PARTICLE)
-    apf_weights: WeightRule = parameter(
-        "sharpened",
-        "Observation weights",
-        "Weight of a particle whose parent was chosen by the observation: sharpened as in the document (not a valid "
-        "importance sampler), corrected by Pitt and Shephard's rule, or corrected with the balance heuristic.",
-        group=SAMPLING,
-        trackers=OBSERVING,
-    )
-    resampling: Literal["systematic", "stratified", "residual", "multinomial"] = parameter(
-        "systematic", "Resampling", "How parents are drawn.", group=SAMPLING, trackers=PARTICLE
-    )
-    resampling_threshold: float = resampling_threshold(
-        group=SAMPLING, trackers=("condensation", "pc-pf", "h-spf", "s-spf")
-    )
-
-
-class SwitchingParameters(Parameters):
-    """When another sampler, or another process noise, is used."""
-
-    gamma_px: float = parameter(
-        5,
-        "Threshold gamma",
-        "A posterior standard deviation above this switches to the observation sampler, or to the large process noise.",
-        unit="px",
-        ge=0,
-        le=1000,
-        step=0.5,
-        group=SWITCHING,
-        trackers=("h-spf", "pc-pf"),
-        role="threshold",
-        threshold_of="sigma",
-    )
-    gamma_min_px: float = parameter(
-        4,
-        "Lower threshold",
-        "Up to this posterior standard deviation no particle is drawn by observation.",
-        unit="px",
-        ge=0,
-        le=1000,
-        step=0.5,
-        group=SWITCHING,
-        trackers=("s-spf",),
-        role="threshold",
-        threshold_of="sigma",
-    )
-    gamma_max_px: float = parameter(
-        20,
-        "Upper threshold",
-        "From this posterior standard deviation on all particles are drawn by observation.",
-        unit="px",
-        ge=0,
-        le=1000,
-        step=0.5,
-        group=SWITCHING,
-        trackers=("s-spf",),
-        role="threshold",
-        threshold_of="sigma",
-    )
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if self.gamma_min_px > self.gamma_max_px:
-            raise ParameterError("gamma_min_px", self.gamma_min_px, f"at most gamma_max_px ({self.gamma_max_px:g} px)")
-        return self
+    resampling: Resampling = resampling(PARTICLE)
 
 
 class MotionParameters(Parameters):
@@ -116,6 +67,7 @@ class MotionParameters(Parameters):
         le=200,
         step=0.1,
         group=MODEL,
+        trackers=MODELLED,
     )
     large_process_noise_px: float = parameter(
         5,
@@ -136,6 +88,7 @@ class MotionParameters(Parameters):
         le=1,
         step=0.05,
         group=MODEL,
+        trackers=MODELLED,
     )
     assumed_period_frames: float = parameter(
         0,
@@ -147,6 +100,7 @@ class MotionParameters(Parameters):
         le=10_000,
         step=1,
         group=MODEL,
+        trackers=MODELLED,
     )
     initial_sd_px: float = parameter(
         1,
@@ -165,7 +119,11 @@ class LearningParameters(Parameters):
     """How the motion is learned, and the path looked back at."""
 
     learn_dynamics: bool = parameter(
-        False, "Learn the motion", "Estimate the motion model while tracking, by online EM.", group="Learning"
+        False,
+        "Learn the motion",
+        "Estimate the motion model while tracking, by online EM.",
+        group="Learning",
+        trackers=MODELLED,
     )
     forgetting: float = parameter(
         0.99,
@@ -175,6 +133,7 @@ class LearningParameters(Parameters):
         le=1,
         step=0.005,
         group="Learning",
+        trackers=MODELLED,
     )
     warm_up_frames: int = parameter(
         15,
@@ -185,6 +144,7 @@ class LearningParameters(Parameters):
         le=1000,
         step=1,
         group="Learning",
+        trackers=MODELLED,
     )
     learning_ridge: float = parameter(
         1e-4,
@@ -194,6 +154,7 @@ class LearningParameters(Parameters):
         le=1,
         step=1e-4,
         group="Learning",
+        trackers=MODELLED,
     )
     largest_spectral_radius: float = parameter(
         1.02,
@@ -203,6 +164,7 @@ class LearningParameters(Parameters):
         le=2,
         step=0.01,
         group="Learning",
+        trackers=MODELLED,
     )
     smoothing_lag_frames: int = parameter(
         0,
@@ -276,9 +238,30 @@ class ScoringParameters(Parameters):
     lost_share: float = loss_share(0.25, group=SCORING)
 
 
-class LoopParameters(LearningParameters, MotionParameters, SwitchingParameters, SamplingParameters):
+class LoopParameters(LearningParameters, MotionParameters, SwitchingParameters, DrawingParameters):
     """What the trackers of the loop need, whatever they weigh particles by."""
 
 
-class BallTrackerParameters(ScoringParameters, ColourParameters, LoopParameters):
+class GuidedParameters(Parameters):
+    """How the motion was learned from recorded runs."""
+
+    learned: str = learned_motion(trackers=GUIDED)
+    guided_frame: Literal["fixed", "motion"] = parameter(
+        "fixed",
+        "Frame of the diffusion",
+        "Whether accelerations are drawn along the axes of the picture, or along and across the ball's last motion.",
+        group=LEARNED_MOTION,
+        trackers=GUIDED,
+    )
+    diffusion_scale: float = diffusion_scale(trackers=GUIDED)
+    correlated_changes: bool = correlated_changes(trackers=GUIDED)
+
+    @field_validator("learned")
+    @classmethod
+    def _fits(cls, text: str) -> str:
+        GUIDANCE.learned(text)
+        return text
+
+
+class BallTrackerParameters(GuidedParameters, ScoringParameters, ColourParameters, LoopParameters):
     """Everything that can be turned on the trackers of a ball."""

@@ -14,6 +14,7 @@ from pftrack.trackers.pose.parameters import (
     PoseTrackerParameters,
     joint_particles,
     particles_per_feature,
+    pose_guidance,
 )
 
 __all__ = ["HeadTrackerParameters"]
@@ -24,6 +25,8 @@ GROWTH = "Growing face model"
 
 class HeadTrackerParameters(PoseTrackerParameters):
     """The trackers of a solid's points, with templates as what the points look like."""
+
+    guidance = pose_guidance("head")
 
     sample_count: int = particles_per_feature(len(FEATURE_NAMES))
     joint_sample_count: int = joint_particles(5000, "; the document's 25,000 take a tenth of a second a frame")

@@ -238,6 +238,7 @@ def _affine(solid: Solid, parameters: PoseTrackerParameters) -> AffineLayer:
         float(np.deg2rad(parameters.pose_noise_deg)),
         parameters.pose_estimator,
         parameters.pose_sample_count,
+        parameters.walk,
     )
 
 

@@ -1,11 +1,17 @@
 """What can be turned on the trackers of a solid's points: two layers, and how far each is trusted."""
 
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import field_validator
+
+from pftrack.guidance import Guidance
+from pftrack.learning.charts import Chart
 from pftrack.parameters import Parameters, parameter
 from pftrack.trackers.parameters import loss_share
 
-__all__ = ["PoseTrackerParameters", "joint_particles", "particles_per_feature"]
+__all__ = ["PoseTrackerParameters", "joint_particles", "particles_per_feature", "pose_guidance"]
 
 FEATURES, MIXTURE, UPPER, SCORING = "Features", "Which prediction to trust", "Pose", "Scoring"
 LAYERED = ("pf-asd", "alpha-1", "alpha-0")
@@ -42,8 +48,19 @@ def joint_particles(count: int, remark: str = "") -> Any:  # noqa: ANN401 - as o
     )
 
 
+def pose_guidance(experiment: str) -> Guidance:
+    """Return how the runs of an experiment on a pose are learned from: by the angles, in which nothing is a place."""
+    return Guidance(experiment, Chart(angles=("theta_x", "theta_y", "theta_z")), "", scale=float(np.rad2deg(1.0)))
+
+
 class PoseTrackerParameters(Parameters):
-    """Everything that trackers of a solid's points have in common."""
+    """Everything that trackers of a solid's points have in common.
+
+    Attributes:
+        guidance: How the runs of the experiment are learned from.
+    """
+
+    guidance: ClassVar[Guidance] = pose_guidance("")
 
     sample_count: int = particles_per_feature(1)
     feature_noise_px: float = parameter(
@@ -142,6 +159,14 @@ class PoseTrackerParameters(Parameters):
         step=0.05,
         group=UPPER,
     )
+    learned: str = parameter(
+        "",
+        "Learned turns",
+        "How far the angles turn in a frame, and which of them together, beside the affine camera: a file that pftrack "
+        "learn or the Files menu has written. It takes the place of the pose noise.",
+        accept=".json",
+        group=UPPER,
+    )
     camera_noise: float = parameter(
         1,
         "Camera noise",
@@ -170,6 +195,18 @@ class PoseTrackerParameters(Parameters):
         group=SCORING,
     )
     lost_share: float = loss_share(0.1, group=SCORING)
+
+    @field_validator("learned")
+    @classmethod
+    def _fits(cls, text: str) -> str:
+        if text:
+            cls.guidance.learned(text)
+        return text
+
+    @property
+    def walk(self) -> NDArray[np.float64] | None:
+        """(3, 3) covariance of the turns in a frame, rad^2, if it was learned."""
+        return self.guidance.learned(self.learned).diffusion("fixed").covariance if self.learned else None
 
     @property
     def pose_change(self) -> float:

@@ -106,7 +106,7 @@ export class ValuePlot extends CurvePlot {
   /** @param {Store} store */
   draw(store) {
     super.draw(store);
-    this.figure.enclose(this.lines.extent, smallestSpan(this.declared.unit));
+    this.figure.enclose(this.lines.extent, smallestSpan(this.declared.unit, this.lines.most));
   }
 }
 

@@ -6,6 +6,7 @@ import { FeaturesPlot } from "./features.js";
 import { FrequencyPlot } from "./frequency.js";
 import { HypothesesPlot } from "./hypotheses.js";
 import { SamplersPlot } from "./samplers.js";
+import { TreePlot } from "./tree.js";
 
 export const KINDS = {
   error: ErrorPlot,
@@ -18,4 +19,5 @@ export const KINDS = {
   features: FeaturesPlot,
   frequency: FrequencyPlot,
   hypotheses: HypothesesPlot,
+  tree: TreePlot,
 };

@@ -6,6 +6,7 @@ import { Figure } from "../figure.js";
 
 /** @import { Plot as Declared, SessionPublic } from "../../../shared/messages.js" */
 /** @import { Curve, History } from "../../history.js" */
+/** @import { Mounted } from "../../mount.js" */
 /** @import { Store } from "../../store.js" */
 /** @import { BokehApi, Range } from "../bokeh_api.js" */
 /** @import { Ink, Ticks } from "../figure.js" */
@@ -96,6 +97,16 @@ export class Plot {
    */
   dress(ink, sparkline) {
     this.figure.dress(ink, sparkline);
+  }
+
+  /**
+   * Take what a person does in the figure, where that means something.
+   *
+   * @param {HTMLElement} place Of the figure.
+   * @param {Mounted} view
+   */
+  listen(place, view) {
+    void [place, view];
   }
 
   /** @param {Store} store */

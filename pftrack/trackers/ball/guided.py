@@ -1,0 +1,71 @@
+"""A tracker of a ball whose particles move as the ball did in recorded runs (`pftrack.learning`).
+
+It is Condensation but for the diffusion: in place of one process noise for both axes, accelerations are drawn from the
+learned covariance, in the frame of the picture or in that of the ball's last motion. A ball has no heading, so what the
+document learns of a fish's shape is missing here, and what is left is the spread of its accelerations.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pftrack.filters import bootstrap
+from pftrack.frame import Frame
+from pftrack.gaussian import Gaussian
+from pftrack.learning.guided import GuidedDynamics
+from pftrack.likelihoods import chromaticity
+from pftrack.random import Stream
+from pftrack.resampling import RESAMPLERS
+from pftrack.trackers import reports
+from pftrack.trackers.ball.common import lineage_of, start
+from pftrack.trackers.ball.learned import GUIDANCE
+from pftrack.trackers.ball.likelihood import colour_model
+from pftrack.trackers.ball.motion import TRACKED
+from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.point_state import PointState
+from pftrack.trackers.sampling.common import particles_of, picture_of
+from pftrack.trackers.sampling.samplers import measure_particles
+from pftrack.trackers.tracker import Tracker
+
+__all__ = ["GUIDED"]
+
+
+def step_guided(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
+    """Draw every particle by the learned diffusion."""
+    image, model = picture_of(frame), colour_model(parameters)
+    particles = particles_of(state, parameters, rng)
+    diffusion = GUIDANCE.learned(parameters.learned).diffusion(
+        parameters.guided_frame, scale=parameters.diffusion_scale, correlated=parameters.correlated_changes
+    )
+    places, before = particles.states[:, :TRACKED], particles.states[:, TRACKED:]
+    posterior = bootstrap.step(
+        replace(particles, states=np.hstack([places, places - before])),
+        GuidedDynamics(diffusion, GUIDANCE.chart, parameters.guided_frame),
+        lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
+        rng,
+        count=parameters.sample_count,
+        resample=RESAMPLERS[parameters.resampling],
+    )
+    drawn = posterior.particles
+    states = np.asfortranarray(np.hstack([drawn.states[:, :TRACKED], places[drawn.ancestors]]))
+    drawn = replace(drawn, states=states)
+    return PointState(
+        Gaussian(*drawn.moments),
+        TRACKED,
+        drawn,
+        log_evidence=posterior.log_evidence,
+        resampled=posterior.resampled,
+        alert=False,
+        lineage=lineage_of(state, particles, drawn, parameters),
+    )
+
+
+GUIDED = Tracker(
+    "guided",
+    "Guided diffusion",
+    "Draws every particle by prediction, with accelerations as they were learned from recorded runs.",
+    start,
+    step_guided,
+    series=reports.CLOUD,
+    measure=measure_particles,
+)
