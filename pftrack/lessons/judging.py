@@ -1,0 +1,86 @@
+"""How a prediction is judged: how far off it was, and in words why."""
+
+import math
+from dataclasses import dataclass
+
+from pftrack.lessons.lesson import Answer, Given, Mistake, Question
+from pftrack.parameters import ParameterError
+
+__all__ = ["Verdict", "judge"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What is said of a prediction.
+
+    Attributes:
+        right: Whether it is within the question's tolerance.
+        given: The prediction.
+        exact: The right answer.
+        measured: What the lesson measured in its place, if it did.
+        off: By how much a number was off; None of a choice.
+        words: The verdict and its reason, in sentences.
+    """
+
+    right: bool
+    given: Given
+    exact: Given
+    measured: float | None
+    off: float | None
+    words: tuple[str, ...]
+
+
+def judge(question: Question, answer: Answer, given: Given) -> Verdict:
+    """Judge a prediction.
+
+    Args:
+        question: What was asked.
+        answer: The right answer.
+        given: The prediction: a number, or the name of a choice.
+
+    Raises:
+        ParameterError: It is no answer to this question.
+    """
+    value = _read(question, given)
+    if isinstance(value, str) or isinstance(answer.exact, str):
+        right, off = value == answer.exact, None
+    else:
+        off = value - answer.exact
+        right = abs(off) <= question.tolerance * (1 + 1e-12)
+    mistake = None if right else next((each for each in question.mistakes if _fits(each, value, question)), None)
+    said = (_how_far(question, value, answer, right), answer.words, mistake.words if mistake else "", question.words)
+    return Verdict(right, value, answer.exact, answer.measured, off, tuple(words for words in said if words))
+
+
+def _read(question: Question, given: object) -> Given:
+    if question.kind == "choice":
+        choices = question.choices or {}
+        if not isinstance(given, str) or given not in choices:
+            raise ParameterError("answer", given, f"one of {', '.join(choices)}")
+        return given
+    low, high = question.bounds
+    unit = f" {question.unit}" if question.unit else ""
+    allowed = f"a number between {low:g} and {high:g}{unit}"
+    if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
+        raise ParameterError("answer", given, allowed)
+    if not low <= given <= high:
+        raise ParameterError("answer", given, allowed)
+    return float(given)
+
+
+def _fits(mistake: Mistake, value: Given, question: Question) -> bool:
+    if isinstance(value, str) or isinstance(mistake.given, str):
+        return value == mistake.given
+    low, high = mistake.given if isinstance(mistake.given, tuple) else (mistake.given, mistake.given)
+    return low - question.tolerance <= value <= high + question.tolerance
+
+
+def _how_far(question: Question, value: Given, answer: Answer, right: bool) -> str:
+    if isinstance(value, str) or isinstance(answer.exact, str):
+        words = (question.choices or {}).get(str(answer.exact), answer.exact)
+        return "Right." if right else f"Not so: {words}."
+    unit = f" {question.unit}" if question.unit else ""
+    if right:
+        return f"Right: it is {answer.exact:.4g}{unit}."
+    off = abs(value - answer.exact)
+    return f"You said {value:.4g}{unit}; it is {answer.exact:.4g}{unit}, which is {off:.3g}{unit} off."
