@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 
 HOMES = {
     "pftrack/experiments/": "the experiments themselves",
+    "pftrack/lessons/course/": "lessons that show where in an experiment their idea is used",
     "pftrack/trackers/": "a package for each family of trackers",
     "pftrack/reproduce/": "the published results of single experiments",
     "pftrack/sources/fish/": "a scene",
@@ -50,6 +51,7 @@ HOMONYMS = {
 PLACES = {
     ("pftrack/marks/body.py", "head"): "the front end of a body",
     ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
+    ("pftrack/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
     ("pftrack/measures.py", "face"): "the title of a publication",
     ("pftrack/faults.py", "faces"): "the triangles of a mesh",
     ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",
