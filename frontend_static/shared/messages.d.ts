@@ -173,7 +173,7 @@ export interface Declaration {
   title: string;
   description: string;
   unit: string;
-  kind: "integer" | "number" | "boolean" | "choice" | "colour" | "action" | "file";
+  kind: "integer" | "number" | "boolean" | "choice" | "colour" | "action" | "file" | "sequence";
   default: boolean | number | string;
   minimum: number | null;
   maximum: number | null;
@@ -186,6 +186,7 @@ export interface Declaration {
   threshold_of: string;
   sets: number;
   accept: string;
+  sequence: Record<string, string>;
 }
 
 /** All that an editor of one kind of mark has to know. */

@@ -14,7 +14,16 @@ from difflib import get_close_matches
 from math import inf
 
 from pftrack.experiments import Experiment
-from pftrack.parameters import LONGEST_FILE, Declaration, ParameterError, Value, allowed, declarations, parse
+from pftrack.parameters import (
+    LONGEST_FILE,
+    LONGEST_SEQUENCE,
+    Declaration,
+    ParameterError,
+    Value,
+    allowed,
+    declarations,
+    parse,
+)
 from pftrack.sweep.errors import SweepError
 
 __all__ = ["MOST_RUNS", "TRACKER", "Axis", "checked", "declared", "parse_axis"]
@@ -126,6 +135,8 @@ def value_of(declaration: Declaration, value: object) -> Value:
         case "colour", str() if re.fullmatch("#[0-9a-fA-F]{6}", value):
             return value
         case "file", str() if len(value) <= LONGEST_FILE:
+            return value
+        case "sequence", str() if len(value) <= LONGEST_SEQUENCE and set(value) <= set(declaration.sequence):
             return value
         case ("integer" | "number") as kind, int() | float() if not isinstance(value, bool):
             low = -inf if declaration.minimum is None else declaration.minimum

@@ -92,6 +92,8 @@ def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> 
             return (server.gui.add_button(label, hint=hint),)
         case "file":  # files come by the page, which checks who sends them
             return ()
+        case "sequence":
+            return (server.gui.add_text(label, shown, hint=hint),)
         case _:
             return _make_number(server.gui, declaration, control, shown)
 
