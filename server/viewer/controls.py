@@ -78,24 +78,29 @@ class Control:
 
 
 def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> tuple[Handle, ...]:
-    control = control_of(declaration, value)
-    label, hint = control.label, control.hint
-    shown = _to_handle(declaration, value)
+    control, shown = control_of(declaration, value), _to_handle(declaration, value)
     match declaration.kind:
-        case "boolean":
-            return (server.gui.add_checkbox(label, shown, hint=hint),)
-        case "choice":
-            return (server.gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint),)
-        case "colour":
-            return (server.gui.add_rgb(label, shown, hint=hint),)
-        case "action":
-            return (server.gui.add_button(label, hint=hint),)
+        case "integer" | "number":
+            return _make_number(server.gui, declaration, control, shown)
         case "file":  # files come by the page, which checks who sends them
             return ()
-        case "sequence":
-            return (server.gui.add_text(label, shown, hint=hint),)
         case _:
-            return _make_number(server.gui, declaration, control, shown)
+            return (_make_one(server.gui, declaration, control, shown),)
+
+
+def _make_one(gui: viser.GuiApi, declaration: Declaration, control: ControlPublic, shown: Handle) -> Handle:
+    label, hint = control.label, control.hint
+    match declaration.kind:
+        case "boolean":
+            return gui.add_checkbox(label, shown, hint=hint)
+        case "choice":
+            return gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint)
+        case "colour":
+            return gui.add_rgb(label, shown, hint=hint)
+        case "action":
+            return gui.add_button(label, hint=hint)
+        case _:
+            return gui.add_text(label, shown, hint=hint)
 
 
 def _make_number(

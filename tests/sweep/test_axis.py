@@ -110,8 +110,14 @@ def test_a_sequence_is_one_value_of_an_axis() -> None:
     """Its letters are taken as they stand; others, and too many, are refused with the steps that there are."""
     declaration = Declaration.model_validate(
         {
-            **{"name": "steps", "title": "Steps", "description": "What is done.", "unit": "", "kind": "sequence"},
-            **{"default": "", "maximum": 60, "sequence": {"p": "Predict", "m": "Measure"}},
+            "name": "steps",
+            "title": "Steps",
+            "description": "What is done.",
+            "unit": "",
+            "kind": "sequence",
+            "default": "",
+            "maximum": 60,
+            "sequence": {"p": "Predict", "m": "Measure"},
         }
     )
     assert value_of(declaration, "ppm") == "ppm"
