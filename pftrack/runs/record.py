@@ -19,12 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pftrack import __version__, machine, series
+from pftrack import __version__, machine
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
 from pftrack.files import part_of, settle
 from pftrack.parameters import ParameterError
 from pftrack.runs import migrate
+from pftrack.runs.columns import columns_of
 from pftrack.runs.recipe import EARLIER, Footage, Recipe
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import FrameSequence
@@ -129,7 +130,7 @@ def save(run: Run, path: Path, *, states: bool = False, footage_path: str | None
     try:
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr("run.json", describe(run, path=footage_path).model_dump_json(indent=1))
-            archive.writestr("diagnostics.npz", _packed(_columns(run)))
+            archive.writestr("diagnostics.npz", _packed(columns_of(run)))
             if states:
                 # They are compressed within; a second time would gain nothing and take as long again.
                 archive.writestr("states.npz", _packed(_states(run)), zipfile.ZIP_STORED)
@@ -267,25 +268,6 @@ def _truth(kind: TruthKind | None, rows: Mapping[int, tuple[float, ...]]) -> Tru
         if not form.allows(values):
             raise ParameterError(f"footage.truth.{frame}", values, f"a {form.one} of {form.unit}")
     return kind.table(rows) if rows else None
-
-
-def _columns(run: Run) -> dict[str, np.ndarray[Any, Any]]:
-    rows = [row.as_dict() for row in run.diagnostics]
-    columns = {name: _column([row[name] for row in rows]) for name in rows[0] if name != "series"}
-    for declared in run.experiment.declared():
-        values = [row.series.get(declared.name) for row in run.diagnostics]
-        if any(value is not None for value in values):
-            columns |= {f"series_{name}": column for name, column in series.columns(declared, values).items()}
-    return columns
-
-
-def _column(values: list[Any]) -> np.ndarray[Any, Any]:
-    """Return one value a frame as an array; numbers that are missing become NaN."""
-    if any(isinstance(value, str) for value in values):
-        return np.array(values, dtype=np.str_)
-    width = max((len(value) for value in values if isinstance(value, list | tuple)), default=0)
-    missing = [np.nan] * width if width else np.nan
-    return np.array([missing if value is None else value for value in values], dtype=np.float64)
 
 
 def _states(run: Run) -> dict[str, np.ndarray[Any, Any]]:

@@ -20,7 +20,7 @@ from pftrack.sources.overlay import GROUP as OCCLUSION
 from pftrack.sources.overlay import occlusion_width
 from pftrack.sources.source import History
 
-__all__ = ["LawnSceneParameters", "LawnSource", "visible_share"]
+__all__ = ["LawnSceneParameters", "LawnSource", "look_alike_place", "visible_share"]
 
 GROUP = "Scene"
 SIZE = 320, 240
@@ -132,7 +132,10 @@ class LawnSource:
         """Return the scene at an instant; the same arguments give the same frame, to the bit."""
         parameters = history.at(index)
         return Frame(
-            index, index / FRAME_RATE_HZ, image_rgb=_picture(index, parameters), target=_target(index, parameters)
+            index,
+            index / FRAME_RATE_HZ,
+            image_rgb=_picture(index, _scene(parameters)),
+            target=_target(index, parameters),
         )
 
 
@@ -141,6 +144,11 @@ def visible_share(index: int, parameters: LawnSceneParameters) -> float:
     (u, v), (left, right) = _place(index), _column(parameters)
     shown = _ellipse(u, v)[0] > 0.0
     return float((np.count_nonzero(shown[:, :left]) + np.count_nonzero(shown[:, right:])) / np.count_nonzero(shown))
+
+
+def look_alike_place(index: int) -> tuple[float, float]:
+    """Return where the middle of the look-alike is, px."""
+    return 250.0 - 2.4 * index, float(138.0 - 6.0 * np.sin(2.0 * np.pi * index / 70.0))
 
 
 def _place(index: int) -> tuple[float, float]:
@@ -162,11 +170,17 @@ def _column(parameters: LawnSceneParameters) -> tuple[int, int]:
     return first, last
 
 
+@lru_cache(maxsize=64)
+def _scene(parameters: LawnSceneParameters) -> LawnSceneParameters:
+    """Return what a picture depends on alone, so that trackers with other parameters see the same one."""
+    return LawnSceneParameters(**{name: getattr(parameters, name) for name in LawnSceneParameters.model_fields})
+
+
 @lru_cache(maxsize=256)
 def _picture(index: int, parameters: LawnSceneParameters) -> NDArray[np.uint8]:
     """Draw a frame; two runs of a scene stay in the cache."""
     image = _lawn(parameters.scene_number).copy()
-    _paint(image, 250.0 - 2.4 * index, 138.0 - 6.0 * np.sin(2.0 * np.pi * index / 70.0), parameters.look_alike_red)
+    _paint(image, *look_alike_place(index), parameters.look_alike_red)
     _paint(image, *_place(index), 0.5)
     left, right = _column(parameters)
     image[:, left:right] = _standing(parameters.scene_number, parameters.column_colours)[:, left:right]

@@ -1,0 +1,42 @@
+"""Lesson 12: its question about a run, and its checks."""
+
+import numpy as np
+import pytest
+
+from pftrack.lessons.course.colour import LESSON
+from pftrack.lessons.judging import judge
+from pftrack.lessons.lesson import Check, Scenario
+from pftrack.lessons.running import answer_of, asked
+from pftrack.runs.record import make
+
+
+@pytest.mark.parametrize("check", LESSON.checks, ids=lambda check: check.name)
+def test_check(check: Check) -> None:
+    """Each check of the specification passes, scene 0 and 30 runs."""
+    assert check.run().passed
+
+
+def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
+    """The run that is asked about is the scenario's own but for lambda."""
+    assert isinstance(LESSON.body, Scenario)
+    shown, about = (make(recipe).parameters_at(0) for recipe in (LESSON.body.recipe, asked(LESSON)))
+    assert (shown.sharpness, about.sharpness) == (20, 200)
+    assert shown.model_copy(update={"sharpness": 200}) == about
+
+
+def test_the_answer_is_where_the_column_hides_the_target() -> None:
+    """It is lost for good while it is hidden; that is judged right, and usual mistakes are explained."""
+    answer = answer_of(LESSON)
+    assert 87 <= float(answer.exact) <= 96
+    assert judge(LESSON.question, answer, answer.exact).right
+    for said, words in ((120, "sharper"), (47, "look-alike"), (76, "begins to cover"), (107, "comes out"), (5, "few")):
+        verdict = judge(LESSON.question, answer, said)
+        assert not verdict.right
+        assert any(words in sentence for sentence in verdict.words)
+
+
+def test_an_answer_counts_the_frames_that_there_are() -> None:
+    """A run that holds its target is never lost, and one that never held it was lost from the start."""
+    held = {"lost": np.array([0.0, 1.0, 0.0]), "hidden": np.zeros(3)}
+    assert LESSON.question.answer(held).exact == 3
+    assert LESSON.question.answer({**held, "lost": np.ones(3)}).exact == 0
