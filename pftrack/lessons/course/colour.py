@@ -21,13 +21,13 @@ SCENE, RUNS = 0, 30
 """On which the checks are made."""
 
 IDEA = """
-Everything at once. The state is the middle of a window and its velocity. The colours within are counted; $\\rho$ says how
-like the target's they are, 1 if they are the same. A particle weighs
+Everything at once. The state is the middle of a window and its velocity. The colours within are counted; $\\rho$ says
+how like the target's they are, 1 if they are the same. A particle weighs
 
 $$p(z \\mid x) = e^{-\\lambda (1 - \\rho)}$$
 
-This likelihood is designed, not derived: $\\lambda$ says how far one frame is trusted. If it is small, the cloud spreads;
-if large, it settles on whatever looks best, be it lawn while the target is hidden. The velocity carries it past the
+This likelihood is designed, not derived: $\\lambda$ says how far a frame is trusted. If small, the cloud spreads; if
+large, it settles on whatever looks best, be it lawn while the target is hidden. The velocity carries it past the
 look-alike and behind the column.
 """
 
