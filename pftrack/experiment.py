@@ -281,6 +281,7 @@ class Experiment:
         example_sweep: A sweep to begin with; where there is none, its first two numbers are varied.
         exports: Files that it offers of what is believed in a frame.
         guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
+        family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -322,6 +323,7 @@ class Experiment:
     exports: tuple[Export, ...] = ()
     guidance: Guidance | None = None
     warm_frames: int = 2
+    family: str = "Others"
     interface: int = 0
 
     def __post_init__(self) -> None:

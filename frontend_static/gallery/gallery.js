@@ -6,6 +6,7 @@ import { REFERENCES } from "../shared/citations.js";
 import { experimentCard, skeletonCard } from "./cards.js";
 import { followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { fill, h, part, setText } from "../shared/dom.js";
+import { navigation } from "../shared/navigation.js";
 import { pluginProblems, runList, sessionList } from "./lists.js";
 import { sweepList } from "../sweep/list.js";
 import { TargetForm } from "../upload/target.js";
@@ -21,6 +22,7 @@ let experiments = null;
 /** @type {TargetForm|null} */
 let form = null;
 
+navigation("experiments");
 part("tools").append(h("a", { class: "link", href: REFERENCES }, "References"), themeButton());
 new DropZone(part("drop"), {
   uploaded: (upload) => {

@@ -3,6 +3,7 @@
 import { api, messageOf } from "../shared/api.js";
 import { citationList } from "../shared/citations.js";
 import { fill, h, part } from "../shared/dom.js";
+import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
@@ -10,6 +11,7 @@ import { later } from "../shared/timing.js";
 const SKELETON_AFTER_MS = 200;
 const root = part("references");
 
+navigation(null);
 part("tools").append(themeButton());
 begin();
 

@@ -4,6 +4,7 @@ import { aboutDialog } from "./about.js";
 import { api } from "../shared/api.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
+import { navigation } from "../shared/navigation.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
 import { toast } from "../shared/toast.js";
@@ -82,6 +83,7 @@ function header() {
     about,
     h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
   );
+  navigation(null);
   store.on(["session", "branches", "position", "connection"], () => {
     const { session } = store;
     if (session === null) return;

@@ -237,6 +237,8 @@ export interface EstimateRequest {
 export interface ExperimentDetail {
   id: string;
   title: string;
+  /** What kind of thing it estimates; those of one family stand together */
+  family: string;
   question: string;
   /** What it comes from, the main one first */
   references: CitationPublic[];
@@ -275,6 +277,8 @@ export interface ExperimentDetail {
 export interface ExperimentPublic {
   id: string;
   title: string;
+  /** What kind of thing it estimates; those of one family stand together */
+  family: string;
   question: string;
   /** What it comes from, the main one first */
   references: CitationPublic[];

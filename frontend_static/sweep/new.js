@@ -2,6 +2,7 @@
 
 import { api, messageOf } from "../shared/api.js";
 import { fill, h, part } from "../shared/dom.js";
+import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { decode } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
@@ -14,6 +15,7 @@ import { PlanForm } from "./plan_form.js";
 const SKELETON_AFTER_MS = 200;
 const root = part("plan");
 
+navigation(null);
 part("tools").append(themeButton());
 begin();
 

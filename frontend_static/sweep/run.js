@@ -2,11 +2,13 @@
 
 import { messageOf } from "../shared/api.js";
 import { fill, h, part } from "../shared/dom.js";
+import { navigation } from "../shared/navigation.js";
 import { sweeps } from "./api.js";
 
 const [, sweep, , run] = location.pathname.split("/").filter(Boolean).map(decodeURIComponent);
 const root = part("wait");
 
+navigation(null);
 fill(
   root,
   h(

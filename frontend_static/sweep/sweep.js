@@ -3,6 +3,7 @@
 import { messageOf, statusOf } from "../shared/api.js";
 import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
+import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { Stream } from "../shared/stream.js";
 import { themeButton } from "../shared/theme.js";
@@ -23,6 +24,7 @@ const store = new SweepStore(viewOf(new URLSearchParams(location.search)));
 /** @type {Stream<SweepMessage>|null} */
 let stream = null;
 
+navigation(null);
 part("tools").append(themeButton());
 bar(part("bar"), store);
 choices(part("choices"), store);

@@ -121,6 +121,7 @@ def _about(experiment: "Experiment") -> dict[str, object]:
     return {
         "id": experiment.id,
         "title": experiment.title,
+        "family": experiment.family,
         "question": experiment.question,
         "references": [citation.as_dict() for citation in experiment.references],
         "description": experiment.description,

@@ -60,7 +60,7 @@ def _is_registered(experiment: Experiment) -> None:
 
 
 def _says_what_it_is(experiment: Experiment) -> None:
-    for name in ("title", "description", "target"):
+    for name in ("title", "family", "description", "target"):
         demand(getattr(experiment, name), f"the experiment's {name} must say something, got an empty text")
     demand(experiment.references, "the experiment's references must say where it comes from, got none")
     _demand_end(experiment.question, "?", "the experiment's question")

@@ -72,6 +72,7 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
     return {
         "id": experiment.id,
         "title": experiment.title,
+        "family": experiment.family,
         "question": experiment.question,
         "references": [citation.as_dict() for citation in experiment.references],
         "description": experiment.description,

@@ -38,6 +38,7 @@ class ExperimentPublic(BaseModel):
 
     id: str
     title: str
+    family: str = Field(description="What kind of thing it estimates; those of one family stand together")
     question: str
     references: list[CitationPublic] = Field(description="What it comes from, the main one first")
     description: str

@@ -184,6 +184,7 @@ def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - on
 EXPERIMENT = Experiment(
     id="ball",
     title="Ball behind an occluder",
+    family="Places in a picture",
     question="How wide may the pillar be before the tracker is lost?",
     references=(Citation(BANDO, "chapter 3: switching particle filters"), Citation(BANDO_2006)),
     description=(

@@ -165,6 +165,7 @@ def _wrapped(angle: float) -> float:
 EXPERIMENT = Experiment(
     id="fish",
     title="Fish that bends",
+    family="Places in a picture",
     question="How many particles does it take to follow a goldfish through a sharp turn?",
     references=(Citation(MITSUGAMI),),
     description=(

@@ -106,6 +106,7 @@ def _too_far(tips: NDArray[np.float64], target: HandTarget) -> bool:
 EXPERIMENT = Experiment(
     id="hand",
     title="Pose of a hand",
+    family="Poses of bodies",
     question="What does a hand do whose silhouette is all that one sees?",
     references=(Citation(SHIMADA, "chapter 2"),),
     description=(

@@ -186,6 +186,7 @@ def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - on
 EXPERIMENT = Experiment(
     id="head",
     title="Pose of a head",
+    family="Poses of bodies",
     question="Which way does the driver look, and can one be sure when half of the face is hidden?",
     references=(Citation(BANDO, "chapter 4, section 4: head pose of a driver in a car"),),
     description=(

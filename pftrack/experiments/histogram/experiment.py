@@ -116,6 +116,7 @@ LIKENESS = Plot(
 EXPERIMENT = Experiment(
     id="histogram",
     title="A window by its colours",
+    family="Places in a picture",
     question="Does a cloud of guesses carry a target past its look-alike and behind a column?",
     references=(Citation(KAGAMI), Citation(PEREZ)),
     description=(

@@ -99,6 +99,7 @@ def _lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - o
 EXPERIMENT = Experiment(
     id="linkage",
     title="Linkage seen by one camera",
+    family="Poses of bodies",
     question="How much of a chain's lengths and depth can one camera tell, by what its joints can do?",
     references=(Citation(SHIMADA, "chapters 3 to 5"),),
     description=(

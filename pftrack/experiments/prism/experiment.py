@@ -139,6 +139,7 @@ def _lost(errors: NDArray[np.float64], sizes: NDArray[np.float64], parameters: T
 EXPERIMENT = Experiment(
     id="prism",
     title="Turning prism",
+    family="Poses of bodies",
     question="When a corner hides, should the tracker trust the solid or the corner's own past?",
     references=(Citation(BANDO, "chapter 4, sections 1 to 3: adaptive sampling distribution"),),
     description=(

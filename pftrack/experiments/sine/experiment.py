@@ -109,6 +109,7 @@ def _mean_distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) 
 EXPERIMENT = Experiment(
     id="sine",
     title="A signal in noise",
+    family="Signals in noise",
     question="How many particles does it take to come near the exact answer?",
     references=(Citation(BANDO, "chapter 2: Kalman filter and particle filter"),),
     description=(

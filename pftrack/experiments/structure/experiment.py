@@ -204,6 +204,7 @@ PLOTS = (
 EXPERIMENT = Experiment(
     id="structure",
     title="Shape from motion",
+    family="Shapes from motion",
     question="How much must a body turn, and be seen, before its shape is known?",
     references=(Citation(BANDO, "chapter 4, section 5: factorization with noise, batch and online"), Citation(TOMASI)),
     description=(

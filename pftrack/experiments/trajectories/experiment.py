@@ -147,6 +147,7 @@ def _lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - o
 EXPERIMENT = Experiment(
     id="trajectories",
     title="Feature trajectories",
+    family="Places in a picture",
     question="Which law of the noise lets a filter ignore a track that has jumped?",
     references=(Citation(ICHIMURA), Citation(KITAGAWA)),
     description=(
