@@ -1,0 +1,50 @@
+"""How predictions are judged."""
+
+import math
+
+import pytest
+
+from pftrack.lessons.judging import judge
+from pftrack.lessons.lesson import Answer, Mistake, Question
+from pftrack.parameters import ParameterError
+
+HALVED = Question(
+    "By what factor does the error fall?",
+    "number",
+    lambda *_: Answer(2.0),
+    "The error goes with one over the root of N.",
+    tolerance=0.1,
+    bounds=(0, 100),
+    mistakes=(Mistake(4.0, "Four times the particles are not four times the accuracy."),),
+)
+COLOUR = Question(
+    "Which is it?", "choice", lambda *_: Answer("b"), "So it is.", choices={"a": "the first", "b": "the second"}
+)
+
+
+@pytest.mark.parametrize(("given", "right"), [(2, True), (2.1, True), (1.9, True), (2.11, False), (-0.0, False)])
+def test_a_number_is_right_within_the_tolerance(given: float, right: bool) -> None:
+    """The bounds of the tolerance belong to it; how far off a number is has a sign."""
+    verdict = judge(HALVED, Answer(2.0), given)
+    assert verdict.right is right
+    assert verdict.off == pytest.approx(given - 2)
+    assert verdict.words[-1] == HALVED.words
+
+
+def test_a_usual_mistake_is_explained() -> None:
+    """Who makes it reads why; who makes another does not."""
+    assert HALVED.mistakes[0].words in judge(HALVED, Answer(2.0), 4.0).words
+    assert HALVED.mistakes[0].words not in judge(HALVED, Answer(2.0), 9.0).words
+
+
+def test_a_choice_is_told_by_its_words() -> None:
+    """A wrong choice is answered with the words of the right one, not with its name."""
+    assert judge(COLOUR, Answer("b"), "b").words[0] == "Right."
+    assert "the second" in judge(COLOUR, Answer("b"), "a").words[0]
+
+
+@pytest.mark.parametrize("given", ["two", None, True, math.nan, math.inf, 101, -1])
+def test_what_is_no_answer_is_refused_with_what_is(given: object) -> None:
+    """The refusal names what is allowed."""
+    with pytest.raises(ParameterError, match="between 0 and 100"):
+        judge(HALVED, Answer(2.0), given)  # type: ignore[arg-type]  # what a client may send
