@@ -1,7 +1,7 @@
 """Write the types of what server and pages say to each other for the pages' type checker.
 
-The server's pydantic models are the only definition. `python -m tools.message_types` writes them as TypeScript
-interfaces; a test fails when the file is older than the models.
+The pydantic models of the server, and those of the figures of lessons, are the only definition. `python -m
+tools.message_types` writes them as TypeScript interfaces; a test fails when a file is older than the models.
 """
 
 import importlib
@@ -14,12 +14,13 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
 
 import server.schemas
+from pftrack.lessons.figure import Figure
 from server.stream.duplex import GONE
 
-__all__ = ["PLACE", "generate"]
+__all__ = ["files"]
 
-PLACE = Path(__file__).parents[1] / "frontend_static" / "shared" / "messages.d.ts"
-HEAD = "// Generated from the server's models by `python -m tools.message_types`; changes here are lost.\n"
+PAGES = Path(__file__).parents[1] / "frontend_static"
+HEAD = "// Generated from {} by `python -m tools.message_types`; changes here are lost.\n"
 SCALARS = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
 
 Schema = dict[str, Any]
@@ -33,18 +34,36 @@ class _Told(GenerateJsonSchema):
         return self.mode == "serialization" or super().field_is_required(field, total)
 
 
-def generate() -> str:
-    """Return the text of the file with an interface for each model, and a union of each stream's messages."""
+def files() -> dict[Path, str]:
+    """Return the text of each generated file."""
+    return {PAGES / "shared" / "messages.d.ts": _messages(), PAGES / "learn" / "figure" / "types.d.ts": _figures()}
+
+
+def _messages() -> str:
+    """Return an interface for each of the server's models, and a union of each stream's messages."""
     models = sorted(_models(), key=lambda model: (model.__module__, model.__name__))
-    modes: list[tuple[type[BaseModel], JsonSchemaMode]]
-    modes = [(model, "validation" if _is_request(model) else "serialization") for model in models]
-    _, schema = models_json_schema(modes, ref_template="{model}", schema_generator=_Told)
+    texts, names = _interfaces([(model, "validation" if _is_request(model) else "serialization") for model in models])
+    return HEAD.format("the server's models") + "\n" + "\n".join([*texts, *_unions(models, names), _gone()])
+
+
+def _figures() -> str:
+    """Return an interface for a lesson's figure and each of its parts, and a union of all kinds of trace."""
+    texts, names = _interfaces([(Figure, "serialization")])
+    panel = Figure.model_json_schema(mode="serialization")["$defs"]["Panel"]
+    kinds = _type(panel["properties"]["traces"]["items"], {f"#/$defs/{name}": name for name in names})
+    union = f"/** What is drawn in a panel. */\nexport type Trace = {kinds};\n"
+    return HEAD.format("pftrack/lessons/figure.py") + "\n" + "\n".join([*texts, union])
+
+
+def _interfaces(models: list[tuple[type[BaseModel], JsonSchemaMode]]) -> tuple[list[str], set[str]]:
+    """Return an interface for each model and all that it consists of, and their names."""
+    _, schema = models_json_schema(models, ref_template="{model}", schema_generator=_Told)
     names = {key: _name(key) for key in schema["$defs"]}
     texts = [
         _interface(names[key], body, names)
         for key, body in sorted(schema["$defs"].items(), key=lambda it: names[it[0]])
     ]
-    return HEAD + "\n" + "\n".join([*texts, *_unions(models, set(names.values())), _gone()])
+    return texts, set(names.values())
 
 
 def _models() -> Iterator[type[BaseModel]]:
@@ -109,9 +128,10 @@ def _type(schema: Schema, names: dict[str, str]) -> str:
         return names[schema["$ref"]]
     if values := schema.get("enum", [schema["const"]] if "const" in schema else None):
         return " | ".join(f'"{value}"' if isinstance(value, str) else str(value).lower() for value in values)
-    if options := schema.get("anyOf", schema.get("oneOf")):
-        return " | ".join(dict.fromkeys(_type(option, names) for option in options))
     kind = schema.get("type")
+    kinds = [{**schema, "type": each} for each in kind] if isinstance(kind, list) else None
+    if options := schema.get("anyOf", schema.get("oneOf", kinds)):
+        return " | ".join(dict.fromkeys(_type(option, names) for option in options))
     if kind == "array":
         return _array(schema, names)
     if kind == "object":
@@ -128,4 +148,5 @@ def _array(schema: Schema, names: dict[str, str]) -> str:
 
 
 if __name__ == "__main__":
-    PLACE.write_text(generate(), encoding="utf-8")
+    for path, text in files().items():
+        path.write_text(text, encoding="utf-8")

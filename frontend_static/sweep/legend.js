@@ -2,7 +2,7 @@
 
 import { fill, h } from "../shared/dom.js";
 import { onTheme } from "../shared/theme.js";
-import { css, diverging, gradient, verdict, viridis } from "./colours.js";
+import { css, diverging, gradient, verdict, viridis } from "../shared/colours.js";
 import { differenceEnd, errorEnd, measureEnd, short } from "./look.js";
 
 /** @import { CellsPublic } from "../shared/messages.js" */

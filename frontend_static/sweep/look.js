@@ -1,6 +1,6 @@
 /** What a cell looks like, and what is said of it, in each of the ways to see a sweep. */
 
-import { SIGNS, diverging, verdict, viridis } from "./colours.js";
+import { SIGNS, diverging, verdict, viridis } from "../shared/colours.js";
 
 /** @import { CellsPublic, ComparisonPublic, MapPublic, MeasurePublic } from "../shared/messages.js" */
 /** @import { Look } from "./map_paint.js" */

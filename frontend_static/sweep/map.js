@@ -12,7 +12,7 @@ import { clamp } from "./strokes.js";
 
 /** @import { Axes, Cell } from "./grid.js" */
 /** @import { Look } from "./map_paint.js" */
-/** @import { Place } from "./tooltip.js" */
+/** @import { Place } from "../shared/tooltip.js" */
 
 /**
  * Who hears of what is pointed at and chosen.

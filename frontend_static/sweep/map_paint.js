@@ -1,6 +1,6 @@
 /** Painting a heat map: its cells, its scales, and the rings around cells. */
 
-import { css, inkOn } from "./colours.js";
+import { css, inkOn } from "../shared/colours.js";
 import { LEFT, TOP } from "./grid.js";
 import { hatch, short, sparse, titled } from "./strokes.js";
 

@@ -6,7 +6,7 @@ import { coalesce } from "../shared/timing.js";
 import { describe } from "./cell_words.js";
 import { comparisonLook, methodLook } from "./look.js";
 import { HeatMap } from "./map.js";
-import { Tooltip } from "./tooltip.js";
+import { Tooltip } from "../shared/tooltip.js";
 
 /** @import { CellsPublic, MapPublic } from "../shared/messages.js" */
 /** @import { SweepStore } from "./store.js" */

@@ -146,7 +146,7 @@ def test_by_keyboard(sweep: SweepPage, page: Any) -> None:
     page.locator("[data-map='h-spf'] .map-plot").focus()
     for key in ("Tab", "Shift+Tab", "ArrowRight", "ArrowUp"):
         page.keyboard.press(key)
-    tip = page.locator(".map-tip")
+    tip = page.locator(".tooltip")
     tip.wait_for()
     said = ("Occluder width 55 px", "Look-alike radius 20 px", "5 runs")
     sweep.until(lambda: all(words in tip.inner_text() for words in said), "the cell is told of")

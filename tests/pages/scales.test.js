@@ -3,7 +3,7 @@ import { before, describe, it } from "node:test";
 
 import { Axis, GUTTER } from "../../frontend_static/session/scrubber/sheet.js";
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
-import { css, diverging, inkOn, viridis } from "../../frontend_static/sweep/colours.js";
+import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/colours.js";
 import { differenceEnd, errorEnd, measureEnd, methodLook } from "../../frontend_static/sweep/look.js";
 import { clamp, sparse } from "../../frontend_static/sweep/strokes.js";
 

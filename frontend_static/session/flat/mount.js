@@ -13,12 +13,12 @@ import { Layers } from "./layers.js";
 import { nameAt } from "./names.js";
 import { paint } from "./paint.js";
 import { Pictures } from "./pictures.js";
-import { watchRoom } from "./room.js";
+import { watchRoom } from "../../shared/room.js";
 import { receiveDrawings } from "./stream.js";
 import { WorldView } from "./world_view.js";
 
 /** @import { Drawing, WorldDrawing } from "./decode.js" */
-/** @import { Room } from "./room.js" */
+/** @import { Room } from "../../shared/room.js" */
 
 /**
  * @typedef {object} Options

@@ -8,7 +8,7 @@ import { icon } from "../../shared/icons.js";
 import { coalesce } from "../../shared/timing.js";
 import { paint } from "./paint.js";
 import { projected, projection, ruler } from "./projection.js";
-import { watchRoom } from "./room.js";
+import { watchRoom } from "../../shared/room.js";
 
 /** @import { Viewpoint } from "../../shared/messages.js" */
 /** @import { WorldDrawing } from "./decode.js" */

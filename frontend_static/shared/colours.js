@@ -3,10 +3,10 @@
  * outcome of a test. Whoever cannot tell red from green reads all of them.
  */
 
-import { DIVERGING, VERDICTS, VIRIDIS } from "../shared/palette.js";
-import { isDark } from "../shared/theme.js";
+import { DIVERGING, VERDICTS, VIRIDIS } from "./palette.js";
+import { isDark } from "./theme.js";
 
-/** @typedef {import("../shared/palette.js").Colour} Colour */
+/** @typedef {import("./palette.js").Colour} Colour */
 
 /** What stands for the outcome of a test where there is no room for words. */
 export const SIGNS = /** @type {const} */ ({ first: "1", second: "2", none: "=", untested: "·" });

@@ -1,8 +1,8 @@
-/** What is said of a cell, beside it. */
+/** What is said of whatever is pointed at, beside it. */
 
-import { fill, h } from "../shared/dom.js";
+import { fill, h } from "./dom.js";
 
-/** @import { Child } from "../shared/elements.js" */
+/** @import { Child } from "./elements.js" */
 
 /** @typedef {{x: number, y: number, below: number}} Place In the window, px: the middle of an upper edge, and the lower edge. */
 
@@ -10,7 +10,7 @@ const AWAY_PX = 10;
 const MARGIN_PX = 8;
 
 export class Tooltip {
-  element = h("div", { class: "map-tip", role: "status", hidden: true });
+  element = h("div", { class: "tooltip", role: "status", hidden: true });
 
   hide() {
     this.element.hidden = true;

@@ -1,0 +1,203 @@
+/**
+ * The figure of a lesson: panels in rows, drawn from what the server computed. Curves, points and pictures are painted on a
+ * canvas, which takes 20,000 points in a few milliseconds; text and whatever can be turned are elements of the page, which
+ * can be read, focused and enlarged.
+ */
+
+import { fill, h } from "../../shared/dom.js";
+import { watchRoom } from "../../shared/room.js";
+import { onTheme, tokens } from "../../shared/theme.js";
+import { Tooltip } from "../../shared/tooltip.js";
+import { isEqual, isSame } from "./box.js";
+import { INKS } from "./ink.js";
+import { PanelView } from "./panel.js";
+import { decode } from "./pictures.js";
+
+/** @import { Mark } from "./marks.js" */
+/** @import { Style } from "./panel.js" */
+/** @import { Figure, Panel } from "./types.js" */
+
+/** @typedef {{title: string, unit: string, minimum: number|null, maximum: number|null, step: number|null}} Declared */
+
+/**
+ * Who hears of what a person does with the figure.
+ *
+ * @typedef {object} Listener
+ * @property {(parameter: string, value: number) => void} turn A handle was moved.
+ * @property {(panel: string, x: number, y: number) => void} [place] What was asked for was placed there.
+ * @property {(parameter: string) => Declared|undefined} [declared] What is known of a handle's parameter; its axis says
+ *     what this does not.
+ */
+
+/** Below this width, in units of the size of the letters, panels of a row stand below each other. */
+const NARROW = 46;
+const SMALLER = 13 / 16;
+
+export class LessonFigure {
+  #shared;
+  #root = h("div", { class: "lesson-figure" });
+  /** As wide as the letters of the page are high, so that a change of theirs is seen. */
+  #letter = h("span", { class: "figure-letter", "aria-hidden": "true" });
+  /** @type {Map<string, PanelView>} */
+  #views = new Map();
+  /** @type {Figure|null} */
+  #figure = null;
+  /** @type {Style|null} */
+  #style = null;
+  #made = "";
+  #asked = 0;
+  #locked = false;
+  /** @type {{panel: string, along: "x"|"y"}|null} */
+  #ask = null;
+  /** @type {Mark|null} */
+  #mark = null;
+
+  /**
+   * @param {HTMLElement} place Gives the figure its size.
+   * @param {Listener} on
+   * @param {AbortSignal} signal Takes it away.
+   */
+  constructor(place, on, signal) {
+    const tip = new Tooltip();
+    this.#shared = { on, signal, tip };
+    fill(place, this.#root, this.#letter);
+    document.body.append(tip.element);
+    watchRoom(place, () => this.#draw(), signal);
+    watchRoom(this.#letter, () => this.#dress(), signal);
+    onTheme(() => this.#dress(), signal);
+    signal.addEventListener("abort", () => {
+      tip.element.remove();
+      this.#root.remove();
+      this.#letter.remove();
+    });
+  }
+
+  /**
+   * Show a figure in place of the one before; at once, but where a picture has to be decoded first.
+   *
+   * @param {Figure} figure
+   * @param {{locked: boolean}} options Whether nothing can be turned.
+   * @returns {Promise<void>} Painted, or overtaken by a newer one.
+   */
+  async show(figure, { locked }) {
+    this.#asked += 1;
+    const number = this.#asked;
+    const pictures = decode(figure);
+    if (pictures !== null) await pictures;
+    if (number !== this.#asked || this.#shared.signal.aborted) return;
+    this.#figure = figure;
+    this.#locked = locked;
+    this.#draw();
+  }
+
+  /**
+   * Ask for a place in a panel.
+   *
+   * @param {{panel: string, along: "x"|"y"}|null} ask Null ends it.
+   */
+  ask(ask) {
+    this.#ask = ask;
+    this.#draw();
+  }
+
+  /**
+   * Show what was placed and what is exact, side by side.
+   *
+   * @param {Mark|null} mark
+   */
+  mark(mark) {
+    this.#mark = mark;
+    this.#draw();
+  }
+
+  #dress() {
+    this.#style = null;
+    this.#draw();
+  }
+
+  #draw() {
+    const figure = this.#figure;
+    if (figure === null || !this.#root.clientWidth) return;
+    const style = (this.#style ??= styleOf(this.#root));
+    const isNarrow = this.#root.clientWidth < NARROW * style.em;
+    this.#make(figure, isNarrow);
+    const prepared = columnsOf(figure, isNarrow).map(({ panel, column, sharesX }) => {
+      const view = this.#view(panel);
+      return { view, column, margins: view.prepare(panel, style, sharesX) };
+    });
+    for (const { view, column, margins } of prepared) {
+      const above = prepared.filter((each) => each.column === column);
+      const left = Math.max(...above.map((each) => each.margins.left));
+      const right = Math.max(...above.map((each) => each.margins.right));
+      const { id } = view.panel;
+      const ask = this.#ask?.panel === id ? this.#ask : null;
+      const mark = this.#mark?.panel === id ? this.#mark : null;
+      view.draw({ left, right, bottom: margins.bottom }, style, { locked: this.#locked, ask, mark });
+    }
+    this.#root.dataset.shown = String(this.#asked);
+  }
+
+  /**
+   * Make the panels of the figure, or keep them if these are the same.
+   *
+   * @param {Figure} figure
+   * @param {boolean} isNarrow
+   */
+  #make({ panels }, isNarrow) {
+    this.#root.classList.toggle("narrow", isNarrow);
+    const made = JSON.stringify(panels.map(({ id, row, share }) => [id, row, share]));
+    if (made === this.#made) return;
+    this.#made = made;
+    this.#views = new Map(panels.map((panel) => [panel.id, new PanelView(panel, this.#shared)]));
+    const rows = rowsOf(panels).map((row) => {
+      const element = h("div", { class: "figure-row" }, row.map((panel) => this.#view(panel).element));
+      element.style.setProperty("--share", String(Math.max(...row.map(({ share }) => share[0]))));
+      for (const panel of row) this.#view(panel).element.style.setProperty("--share", String(panel.share[1]));
+      return element;
+    });
+    fill(this.#root, rows);
+  }
+
+  /** @param {Panel} panel */
+  #view({ id }) {
+    return /** @type {PanelView} */ (this.#views.get(id));
+  }
+}
+
+/** @param {readonly Panel[]} panels */
+function rowsOf(panels) {
+  const numbers = [...new Set(panels.map(({ row }) => row))].sort((one, other) => one - other);
+  return numbers.map((number) => panels.filter(({ row }) => row === number));
+}
+
+/**
+ * Which panels stand above each other: they have the same margins, and an axis that they share is numbered once.
+ *
+ * @param {Figure} figure
+ * @param {boolean} isNarrow
+ */
+function columnsOf({ panels }, isNarrow) {
+  const rows = rowsOf(panels);
+  return rows.flatMap((row, number) =>
+    row.map((panel, place) => {
+      const next = rows[number + 1];
+      const below = next?.length === row.length && !(isNarrow && row.length > 1) ? next[place] : undefined;
+      const sharesX = below !== undefined && !isEqual(panel) && !isEqual(below) && isSame(panel.x, below.x);
+      return { panel, column: isNarrow ? "all" : `${place} of ${row.map(({ share }) => share[1]).join(" ")}`, sharesX };
+    }),
+  );
+}
+
+/**
+ * Colours and letters as they are now.
+ *
+ * @param {HTMLElement} element
+ * @returns {Style}
+ */
+function styleOf(element) {
+  const em = SMALLER * parseFloat(getComputedStyle(document.documentElement).fontSize);
+  const pen = new OffscreenCanvas(1, 1).getContext("2d");
+  if (pen !== null) pen.font = `${em}px ${getComputedStyle(element).fontFamily}`;
+  const wide = (/** @type {string} */ text) => pen?.measureText(text).width ?? 0;
+  return { ink: tokens("ink", "muted", "line", "edge", "surface", "accent", ...INKS), em, wide };
+}

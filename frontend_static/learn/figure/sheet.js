@@ -1,0 +1,158 @@
+/** What traces are painted on, and the strokes that they share. */
+
+import { DASHED, LOOKS } from "./ink.js";
+
+/** @import { Box } from "./box.js" */
+/** @import { Ink, Shape } from "./ink.js" */
+/** @import { Scale } from "./scale.js" */
+/** @import { Axis } from "./types.js" */
+
+/**
+ * Where a panel's traces are painted.
+ *
+ * @typedef {object} Sheet
+ * @property {CanvasRenderingContext2D} pen Scaled to px of the page.
+ * @property {Box} box
+ * @property {Scale} x
+ * @property {Scale} y
+ * @property {{x: Axis, y: Axis}} axes
+ * @property {Record<string, string>} ink Colours by token.
+ * @property {number} unit px of the page for what is 1 px at letters of 16 px.
+ * @property {boolean} cased Whether lines need a rim to be seen on what lies behind them.
+ */
+
+/**
+ * What is pointed at.
+ *
+ * @typedef {object} Hit
+ * @property {number} distance px from the pointer.
+ * @property {number} x px
+ * @property {number} y px
+ * @property {string} words
+ */
+
+/** So near a pointer has to be, px at letters of 16 px. What has an area is as near as that, so that lines on it win. */
+export const REACH = 14;
+
+const RIM = 2.5;
+
+/**
+ * Draw a line in the way of its ink.
+ *
+ * @param {Sheet} sheet
+ * @param {Path2D} path
+ * @param {Ink} ink
+ * @param {{dashed?: boolean, solid?: number}} [options] `solid` is the width of a plain line, whatever the ink.
+ */
+export function stroke(sheet, path, ink, { dashed = false, solid } = {}) {
+  const { pen, unit } = sheet;
+  const look = LOOKS[ink];
+  const width = (solid ?? look.width) * unit;
+  pen.save();
+  pen.lineJoin = "round";
+  pen.lineCap = "butt";
+  const plain = solid === undefined ? look.dash : [];
+  pen.setLineDash((dashed ? DASHED : plain).map((length) => length * unit));
+  if (sheet.cased) {
+    pen.strokeStyle = sheet.ink.surface;
+    pen.lineWidth = width + RIM * unit;
+    pen.stroke(path);
+  }
+  pen.strokeStyle = sheet.ink[ink];
+  pen.lineWidth = width;
+  pen.stroke(path);
+  pen.restore();
+}
+
+/**
+ * Fill an area in a light shade of its ink, so that a grid and what lies behind shine through.
+ *
+ * @param {Sheet} sheet
+ * @param {Path2D} path
+ * @param {Ink} ink
+ * @param {number} [opacity]
+ */
+export function shade(sheet, path, ink, opacity = 0.3) {
+  const { pen } = sheet;
+  pen.save();
+  pen.globalAlpha = opacity;
+  pen.fillStyle = sheet.ink[ink];
+  pen.fill(path);
+  pen.restore();
+}
+
+/**
+ * Run `paint` with nothing painted outside of the box but marks that stand at its edge.
+ *
+ * @param {Sheet} sheet
+ * @param {number} over How far these reach beyond it, px.
+ * @param {() => void} paint
+ */
+export function within({ pen, box }, over, paint) {
+  pen.save();
+  pen.beginPath();
+  pen.rect(box.left - over, box.top - over, box.width + 2 * over, box.height + 2 * over);
+  pen.clip();
+  paint();
+  pen.restore();
+}
+
+/** How each shape is added to a path, around (x, y) with a radius. A cross and a ring are lines.
+ *
+ * @type {Record<Shape, (path: Path2D, x: number, y: number, radius: number) => void>} */
+const SHAPES = {
+  disc: (path, x, y, radius) => {
+    path.moveTo(x + radius, y);
+    path.arc(x, y, radius, 0, 2 * Math.PI);
+  },
+  ring: (path, x, y, radius) => SHAPES.disc(path, x, y, radius),
+  triangle: (path, x, y, radius) => {
+    path.moveTo(x, y - 1.2 * radius);
+    path.lineTo(x + 1.1 * radius, y + 0.8 * radius);
+    path.lineTo(x - 1.1 * radius, y + 0.8 * radius);
+    path.closePath();
+  },
+  diamond: (path, x, y, radius) => {
+    path.moveTo(x, y - 1.3 * radius);
+    path.lineTo(x + 1.3 * radius, y);
+    path.lineTo(x, y + 1.3 * radius);
+    path.lineTo(x - 1.3 * radius, y);
+    path.closePath();
+  },
+  cross: (path, x, y, radius) => {
+    path.moveTo(x - radius, y - radius);
+    path.lineTo(x + radius, y + radius);
+    path.moveTo(x - radius, y + radius);
+    path.lineTo(x + radius, y - radius);
+  },
+  square: (path, x, y, radius) => path.rect(x - 0.9 * radius, y - 0.9 * radius, 1.8 * radius, 1.8 * radius),
+};
+
+/**
+ * Paint points in the shape of their ink.
+ *
+ * @param {Sheet} sheet
+ * @param {Iterable<readonly [x: number, y: number]>} places px
+ * @param {Ink} ink
+ * @param {number} radius px
+ */
+export function dots(sheet, places, ink, radius) {
+  const { pen, unit } = sheet;
+  const { shape } = LOOKS[ink];
+  const path = new Path2D();
+  for (const [x, y] of places) SHAPES[shape](path, x, y, radius);
+  const isLine = shape === "ring" || shape === "cross";
+  if (sheet.cased) {
+    pen.strokeStyle = sheet.ink.surface;
+    pen.lineWidth = (isLine ? 1.5 + RIM : RIM) * unit;
+    pen.stroke(path);
+  }
+  if (isLine) {
+    pen.strokeStyle = sheet.ink[ink];
+    pen.lineWidth = 1.5 * unit;
+    pen.stroke(path);
+  } else {
+    pen.fillStyle = sheet.ink[ink];
+    pen.fill(path);
+  }
+}

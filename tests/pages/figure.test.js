@@ -1,0 +1,195 @@
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+
+import { boxOf, furniture, isSame, margins, scales } from "../../frontend_static/learn/figure/box.js";
+import { boundsOf, moved, stepped } from "../../frontend_static/learn/figure/grip.js";
+import { kept, nearestOf, nearestOn } from "../../frontend_static/learn/figure/polyline.js";
+import { Scale } from "../../frontend_static/learn/figure/scale.js";
+import { even, ticksOf, written } from "../../frontend_static/learn/figure/ticks.js";
+import { describe as describePanel, named, titled, valueOn } from "../../frontend_static/learn/figure/words.js";
+
+const AXIS = { title: "position", unit: "m", low: 0, high: 10, log: false, names: [], hidden: false };
+const LOG = { ...AXIS, low: 10, high: 10_000, log: true };
+const texts = (axis, most) => ticksOf(axis, most).map(({ text }) => text);
+const near = (one, other, tolerance = 1e-9) => assert.ok(Math.abs(one - other) <= tolerance, `${one} is not ${other}`);
+
+describe("the scale of an axis", () => {
+  it("leads from a value to its place and back", () => {
+    for (const [axis, values] of [[AXIS, [0, 2.5, 10]], [LOG, [10, 317, 10_000]], [{ ...AXIS, low: 5, high: -5 }, [5, 0, -5]]]) {
+      const scale = new Scale(axis, 300, 40);
+      for (const value of values) near(scale.value(scale.at(value)), value, 1e-9 * Math.max(1, Math.abs(value)));
+      assert.equal(scale.at(axis.low), 300);
+      near(scale.at(axis.high), 40);
+    }
+  });
+
+  it("keeps gaps, and what is far away where browsers still count", () => {
+    const scale = new Scale(AXIS, 0, 100);
+    assert.ok(Number.isNaN(scale.at(null)));
+    assert.equal(scale.at(1e30), 30_000);
+    assert.equal(new Scale(LOG, 0, 100).at(0), -30_000);
+    assert.equal(new Scale({ ...AXIS, high: 0 }, 0, 100).at(0), 0);
+  });
+
+  it("has bars rise from nothing, or from its end that is nearest to it", () => {
+    assert.equal(new Scale(AXIS, 0, 1).ground, 0);
+    assert.equal(new Scale({ ...AXIS, low: -2, high: -1 }, 0, 1).ground, -1);
+    assert.equal(new Scale(LOG, 0, 1).ground, 10);
+  });
+});
+
+describe("the numbers of an axis", () => {
+  it("are multiples of 1, 2 or 5, never more than there is room for, and reach both ends", () => {
+    assert.deepEqual(even(AXIS, 6).values, [0, 2, 4, 6, 8, 10]);
+    assert.deepEqual(even({ low: -0.3, high: 0.3 }, 4).values, [-0.2, 0, 0.2]);
+    for (const span of [1e-9, 0.07, 1, 3.3, 42, 999, 1e7]) {
+      for (const most of [2, 3, 5, 9]) {
+        const { values } = even({ low: -span / 3, high: span }, most);
+        assert.ok(values.length <= most && values.length >= 1, `${values}`);
+      }
+    }
+    assert.deepEqual(even({ low: 10, high: 0 }, 3).values, [0, 5, 10]);
+  });
+
+  it("have as many decimals as their step, and a sign that is a minus", () => {
+    assert.deepEqual(texts({ ...AXIS, low: -1, high: 1 }, 5), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
+    assert.deepEqual(texts({ ...AXIS, low: 0, high: 20_000 }, 3), ["0", "10,000", "20,000"]);
+  });
+
+  it("are powers of ten on a logarithmic one, with some between where these are few", () => {
+    assert.deepEqual(texts(LOG, 5), ["10", "100", "1,000", "10,000"]);
+    assert.deepEqual(texts({ ...LOG, low: 0.5, high: 6 }, 5), ["0.5", "1", "2", "5"]);
+    assert.deepEqual(texts({ ...LOG, low: 1e-9, high: 1 }, 4), ["10⁻⁹", "10⁻⁶", "0.001", "1"]);
+  });
+
+  it("are names where the axis has names, and none where it hides them", () => {
+    assert.deepEqual(texts({ ...AXIS, low: -0.5, high: 1.5, names: ["on", "off", "beyond"] }, 2), ["on", "off"]);
+    assert.deepEqual(texts({ ...AXIS, hidden: true }, 9), []);
+  });
+
+  it("are written with a power of ten where they are very large or small", () => {
+    assert.deepEqual([written(0), written(-2.5), written(3.2e-7), written(-1e8), written(123456)], ["0", "−2.5", "3.2×10⁻⁷", "−10⁸", "123,456"]);
+  });
+});
+
+describe("words of a figure", () => {
+  it("give a value as finely as its axis shows it, with its unit", () => {
+    assert.equal(valueOn(AXIS, 4.4), "4.40 m");
+    assert.equal(valueOn({ ...AXIS, unit: "", high: 0.3 }, 0.12345), "0.1235");
+    assert.equal(valueOn({ ...LOG, unit: "" }, 1234.5), "1,235");
+    assert.equal(valueOn({ ...AXIS, names: ["on", "off"] }, 1.2), "off");
+    assert.equal(named(AXIS, 1), "position 1.00 m");
+    assert.equal(titled({ ...AXIS, title: "" }), "m");
+  });
+
+  it("tell who cannot see a panel what it shows, of which kinds, over which axes, and what is marked", () => {
+    const traces = [{ kind: "curve", title: "prior" }, { kind: "rule", title: "" }];
+    const panel = { title: "Belief", words: "It is broad", traces, x: AXIS, y: { ...AXIS, title: "density", unit: "", hidden: true } };
+    assert.equal(
+      describePanel(panel, "exactly 4.40 m"),
+      "Belief. It is broad. exactly 4.40 m. Drawn: curve of prior, rule. position, m to the right, from 0.00 m to 10.00 m. density upwards.",
+    );
+  });
+});
+
+describe("the box of a panel", () => {
+  const panel = { x: AXIS, y: { ...AXIS, high: 5 }, traces: [], equal: false };
+  const room = { width: 400, height: 300 };
+  const wide = (text) => 8 * text.length;
+
+  it("leaves room for numbers and titles, in steps, so that another digit does not move it", () => {
+    const around = margins(furniture(panel, room, 12, false), wide, 12);
+    const longer = margins(furniture({ ...panel, y: { ...panel.y, title: "another" } }, room, 12, false), wide, 12);
+    assert.deepEqual(around, longer);
+    assert.ok(around.left % 6 === 0 && around.left > 20);
+    const bare = margins(furniture({ ...panel, y: { ...panel.y, title: "", unit: "", hidden: true } }, room, 12, true), wide, 12);
+    assert.ok(bare.left < around.left && bare.bottom < around.bottom);
+  });
+
+  it("has units of one length where that is wanted, and y downwards on a picture", () => {
+    const around = { left: 40, right: 10, bottom: 30 };
+    const box = boxOf({ ...panel, equal: true }, room, around, 12);
+    near(box.width / 10, box.height / 5, 0.2);
+    const { y } = scales({ ...panel, traces: [{ kind: "picture" }] }, box);
+    assert.ok(y.at(5) > y.at(0));
+    assert.ok(scales(panel, box).y.at(5) < scales(panel, box).y.at(0));
+  });
+
+  it("never vanishes, however little room there is", () => {
+    const { width, height } = boxOf(panel, { width: 5, height: 5 }, { left: 40, right: 10, bottom: 30 }, 12);
+    assert.ok(width > 0 && height > 0);
+  });
+
+  it("shares an axis only with one that is the same", () => {
+    assert.ok(isSame(AXIS, { ...AXIS }));
+    assert.ok(!isSame(AXIS, { ...AXIS, high: 11 }));
+  });
+});
+
+describe("a line of many points", () => {
+  it("keeps the first, lowest, highest and last of each column of pixels", () => {
+    const x = Float64Array.from({ length: 1000 }, (_, index) => index / 100);
+    const y = Float64Array.from(x, (_, index) => (index === 237 ? 99 : index === 241 ? -99 : 0));
+    const drawn = kept(x, y);
+    assert.ok(drawn.length <= 40);
+    for (const index of [0, 237, 241, 999]) assert.ok(drawn.includes(index), String(index));
+    assert.deepEqual(drawn, [...drawn].sort((one, other) => one - other));
+  });
+
+  it("is left alone where it turns back, has few points, or none", () => {
+    const circle = Float64Array.from({ length: 900 }, (_, index) => 5 * Math.cos(index / 100));
+    assert.equal(kept(circle, circle).length, 900);
+    assert.equal(kept(new Float64Array([0, 1]), new Float64Array([0, 1])).length, 2);
+    assert.deepEqual(kept(new Float64Array(), new Float64Array()), []);
+  });
+
+  it("keeps its gaps", () => {
+    const x = Float64Array.from({ length: 1000 }, (_, index) => index / 100);
+    const y = x.map((_, index) => (index === 500 ? NaN : 1));
+    assert.ok(kept(x, y).some((index) => Number.isNaN(y[index])));
+  });
+});
+
+describe("what a pointer is at", () => {
+  const [x, y] = [new Float64Array([0, 10, 20]), new Float64Array([0, 10, NaN])];
+
+  it("is the nearest place of a line, also between its points", () => {
+    const hit = nearestOn(x, y, 6, 4);
+    near(hit.x, 5);
+    near(hit.y, 5);
+    near(hit.distance, Math.SQRT2);
+    assert.equal(nearestOn(new Float64Array([1]), new Float64Array([1]), 0, 0), null);
+  });
+
+  it("is the nearest of points, of which gaps are none", () => {
+    assert.deepEqual(nearestOf(x, y, 13, 14), { x: 10, y: 10, distance: 5, index: 1 });
+    assert.equal(nearestOf(new Float64Array([NaN]), new Float64Array([1]), 0, 0), null);
+  });
+});
+
+describe("a handle", () => {
+  it("takes the values of its parameter that are on the axis", () => {
+    const bounds = boundsOf(AXIS, { minimum: -1, maximum: 8, step: 0.3 });
+    near(bounds.low, 0.2);
+    assert.equal(bounds.high, 8);
+    near(stepped(1.3, bounds), 1.4);
+    assert.equal(stepped(99, bounds), 8);
+    near(stepped(-99, bounds), 0.2);
+    near(moved(1.4, -1, bounds), 1.1);
+  });
+
+  it("takes all of the axis in small steps where nothing is known of its parameter", () => {
+    const bounds = boundsOf(AXIS);
+    assert.deepEqual([bounds.low, bounds.high, bounds.log], [0, 10, false]);
+    assert.ok(bounds.step <= 0.05);
+    near(stepped(3.1415, bounds), 3.15, 0.011);
+  });
+
+  it("moves by shares on a logarithmic axis", () => {
+    const bounds = boundsOf(LOG);
+    const once = moved(100, 1, bounds) / 100;
+    near(moved(1000, 1, bounds) / 1000, once, 1e-3);
+    assert.ok(once > 1 && once < 1.05);
+    assert.equal(moved(9999, 50, bounds), 10_000);
+  });
+});
