@@ -36,7 +36,7 @@ class Course(Mapping[str, Lesson]):
 
 LESSONS: Mapping[str, Lesson] = Course(
     "pftrack.lessons.course",
-    (),
+    ("colour",),
 )
 """The lessons of the course, by id."""
 

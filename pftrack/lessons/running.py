@@ -13,9 +13,9 @@ from pftrack.lessons.lesson import Answer, Lesson, Scenario
 from pftrack.runs.columns import PREFIX, columns_of
 from pftrack.runs.recipe import Recipe
 from pftrack.runs.record import make
-from pftrack.runs.run import Change
+from pftrack.runs.run import Change, Run
 
-__all__ = ["Columns", "answer_of", "asked", "numbers_of"]
+__all__ = ["Columns", "answer_of", "asked", "numbers_of", "numbers_of_run"]
 
 Columns: TypeAlias = Mapping[str, np.ndarray[Any, Any]]
 """The numbers of a run by name, one row a frame."""
@@ -36,16 +36,22 @@ def asked(lesson: Lesson) -> Recipe:
 
 
 def numbers_of(recipe: Recipe) -> Columns:
-    """Compute a run to its end and return its columns.
-
-    A series has the name that it was declared with, and `series_NAME` as well, as in files; where a frame has a column
-    of that name already, only the latter.
+    """Compute a run to its end and return its numbers.
 
     Raises:
         RecordError: There is no such experiment, or a value is refused.
     """
     run = make(recipe)
     run.finish()
+    return numbers_of_run(run)
+
+
+def numbers_of_run(run: Run) -> Columns:
+    """Return the columns of the frames that a run has computed.
+
+    A series has the name that it was declared with, and `series_NAME` as well, as in files; where a frame has a column
+    of that name already, only the latter.
+    """
     columns = columns_of(run)
     return {name.removeprefix(PREFIX): column for name, column in columns.items()} | columns
 
