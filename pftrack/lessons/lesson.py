@@ -171,11 +171,13 @@ class Outcome:
         ours: What is computed here.
         exact: What is exact, or the reference's figure.
         tolerance: It passes if ours is no further than that from the exact value.
+        words: Why nothing could be computed, where ours is NaN; a sentence.
     """
 
     ours: float
     exact: float
     tolerance: float
+    words: str = ""
 
     @property
     def passed(self) -> bool:

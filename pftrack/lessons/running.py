@@ -9,13 +9,19 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pftrack.lessons.lesson import Answer, Lesson, Scenario
+from pftrack.experiment import Experiment
+from pftrack.lessons.lesson import Answer, Demonstration, Lesson, Scenario
+from pftrack.parameters import Parameters, revise
 from pftrack.runs.columns import PREFIX, columns_of
+from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.recipe import Recipe
 from pftrack.runs.record import make
 from pftrack.runs.run import Change, Run
 
-__all__ = ["Columns", "answer_of", "asked", "numbers_of", "numbers_of_run"]
+__all__ = ["Columns", "answer_of", "asked", "known_numbers", "numbers_of", "numbers_of_run", "shown_numbers"]
+
+WIDE = 8
+"""Numbers of a vector whose length hangs on the run, as far as it is known without one."""
 
 Columns: TypeAlias = Mapping[str, np.ndarray[Any, Any]]
 """The numbers of a run by name, one row a frame."""
@@ -56,6 +62,43 @@ def numbers_of_run(run: Run) -> Columns:
     return {name.removeprefix(PREFIX): column for name, column in columns.items()} | columns
 
 
+def shown_numbers(body: Demonstration, parameters: Parameters, seed: int) -> Columns:
+    """Return the numbers of a figure in their order: `value`, and `exact`, NaN where that is not known."""
+    numbers = body.show(parameters, seed).numbers
+    return {
+        "value": np.array([number.value for number in numbers]),
+        "exact": np.array([np.nan if number.exact is None else number.exact for number in numbers]),
+    }
+
+
+def known_numbers(experiment: Experiment, frames: int) -> Columns:
+    """Return all columns that a run may have, with ones in place of its numbers: their names and shapes."""
+    ones = Diagnostics(
+        0, 1.0, (1.0,) * WIDE, (1.0,) * WIDE, 1.0, (1.0,) * WIDE, (1.0, 1.0), (1.0,) * WIDE, 1.0, True, True, True, 1.0
+    )
+    known: dict[str, Any] = {name: value for name, value in ones.as_dict().items() if name != "series"}
+    columns = {name: np.ones((frames, *np.shape(value))) for name, value in known.items()}
+    for series in experiment.declared():
+        width = (len(series.components) or WIDE,)
+        match series.shape:
+            case "number":
+                shapes: dict[str, tuple[int, ...]] = {"": ()}
+            case "vector":
+                shapes = {"": width}
+            case "interval":
+                shapes = {"": (2,)}
+            case "hypotheses":
+                shapes = {"": (WIDE, *width), "_weights": (WIDE,), "_parents": (WIDE,)}
+        for ending, shape in shapes.items():
+            name = f"{series.name}{ending}"
+            columns[f"{PREFIX}{name}"] = np.ones((frames, *shape))
+            columns.setdefault(name, columns[f"{PREFIX}{name}"])
+    return columns
+
+
 def answer_of(lesson: Lesson) -> Answer:
-    """Compute the answer of a scenario's question."""
-    return lesson.question.answer(numbers_of(asked(lesson)))
+    """Compute the answer of a lesson's question, by the run or the figure that it asks about."""
+    body, question = lesson.body, lesson.question
+    if isinstance(body, Scenario):
+        return question.answer(numbers_of(asked(lesson)))
+    return question.answer(revise(body.parameters, question.at or {}), body.seed)

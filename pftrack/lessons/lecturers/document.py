@@ -1,0 +1,153 @@
+"""Documents: a Markdown file with a head in YAML, read so that whatever is wrong can be told by its line.
+
+    ---
+    id: ...
+    ---
+    The idea, as text.
+
+A file may come from anybody: its size is limited before it is read, nothing in its head refers to another place of it,
+and its head is neither deep nor of kinds other than those of JSON.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, TypeAlias
+
+import yaml
+
+__all__ = ["LARGEST_BYTES", "Document", "DocumentError", "Place", "read_document"]
+
+LARGEST_BYTES: Final = 32 * 1024
+DEEPEST: Final = 8
+FENCE: Final = "---"
+
+Place: TypeAlias = "tuple[str | int, ...]"
+"""The keys and numbers that lead to a value of the head."""
+
+
+class DocumentError(ValueError):
+    """What is wrong in a file.
+
+    Attributes:
+        line: Where, from 1; 0 of the whole file.
+        message: What, and what to do.
+    """
+
+    def __init__(self, line: int, message: str) -> None:
+        super().__init__(message)
+        self.line = line
+        self.message = message
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A file that was read.
+
+    Attributes:
+        head: Its values.
+        lines: Of the values, and of keys, from 1.
+        text: What follows the head.
+        text_line: Where that begins.
+    """
+
+    head: Mapping[str, Any]
+    lines: Mapping[Place, int]
+    text: str
+    text_line: int
+
+    def line(self, place: Place) -> int:
+        """Return where a value stands, or what it would be a part of."""
+        while place and place not in self.lines:
+            place = place[:-1]
+        return self.lines.get(place, 1)
+
+
+def read_document(path: Path) -> Document:
+    """Read a file.
+
+    Raises:
+        DocumentError: It is no text with a head, or too large.
+        OSError: It cannot be read.
+    """
+    with path.open("rb") as file:
+        data = file.read(LARGEST_BYTES + 1)
+    if len(data) > LARGEST_BYTES:
+        raise DocumentError(0, f"the file is larger than {LARGEST_BYTES // 1024} KiB; a lesson fits on one screen")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise DocumentError(line, "this is no UTF-8; save the file with that encoding") from None
+    return _parted(text.splitlines())
+
+
+def _parted(lines: list[str]) -> Document:
+    if not lines or lines[0].rstrip() != FENCE:
+        raise DocumentError(1, f"a lesson begins with a head between two lines of {FENCE}; the first line is another")
+    end = next((number for number, line in enumerate(lines[1:], 1) if line.rstrip() == FENCE), None)
+    if end is None:
+        raise DocumentError(1, f"the head that begins here has no end; close it with a line of {FENCE}")
+    places: dict[Place, int] = {}
+    head = _read("\n".join(lines[1:end]), places)
+    body = lines[end + 1 :]
+    blank = next((number for number, line in enumerate(body) if line.strip()), 0)
+    return Document(head, places, "\n".join(body).strip(), end + 2 + blank)
+
+
+def _read(text: str, places: dict[Place, int]) -> dict[str, Any]:
+    """Return the values of a head, and note where they are; its first line is the file's second."""
+    try:
+        _check_events(text)
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+        head = _built(node, (), loader, places) if node is not None else None
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 2 if error.problem_mark else 1
+        raise DocumentError(line, f"the head is no YAML: {error.problem}") from None
+    except yaml.reader.ReaderError as error:
+        line = text[: error.position].count("\n") + 2
+        raise DocumentError(line, "there is a character that YAML does not allow") from None
+    if not isinstance(head, dict):
+        raise DocumentError(2, "the head is made of lines such as `id: my-lesson`")
+    return head
+
+
+def _check_events(text: str) -> None:
+    """Refuse references, tags and depth, before anything is built that could grow."""
+    depth = 0
+    for event in yaml.parse(text, yaml.SafeLoader):
+        line = event.start_mark.line + 2
+        if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
+            raise DocumentError(line, "references (& and *) are not allowed here; write the value out, or in quotes")
+        if getattr(event, "tag", None):
+            raise DocumentError(line, f"the tag {event.tag} is not allowed here; write the value without it")
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
+            raise DocumentError(line, f"the head is nested more than {DEEPEST} deep")
+
+
+def _built(node: yaml.Node, place: Place, loader: yaml.SafeLoader, places: dict[Place, int]) -> Any:  # noqa: ANN401 - JSON
+    places.setdefault(place, node.start_mark.line + 2)
+    if isinstance(node, yaml.SequenceNode):
+        return [_built(item, (*place, number), loader, places) for number, item in enumerate(node.value)]
+    if isinstance(node, yaml.MappingNode):
+        built: dict[str, Any] = {}
+        for name, key, value in _pairs(node):
+            if name in built:
+                raise DocumentError(key.start_mark.line + 2, f"`{name}` is there twice; leave one out")
+            places[(*place, name)] = key.start_mark.line + 2
+            built[name] = _built(value, (*place, name), loader, places)
+        return built
+    try:
+        value = loader.construct_object(node)
+    except ValueError:
+        raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is no value; put it in quotes") from None
+    return value if isinstance(value, bool | int | float | str) else node.value
+
+
+def _pairs(node: yaml.MappingNode) -> Iterator[tuple[str, yaml.Node, yaml.Node]]:
+    for key, value in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            raise DocumentError(key.start_mark.line + 2, "a key is a plain word")
+        yield key.value, key, value

@@ -1,0 +1,114 @@
+"""What a lecturer's lesson shows: a run of an experiment, or a figure of the course with other parameters."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Final
+
+from pftrack.experiment import Experiment
+from pftrack.experiments import find as find_experiment
+from pftrack.lessons.lecturers.document import Place
+from pftrack.lessons.lecturers.findings import Findings
+from pftrack.lessons.lecturers.head import Head, near
+from pftrack.lessons.lesson import Demonstration, Lesson, Scenario
+from pftrack.lessons.registry import find as find_lesson
+from pftrack.lessons.running import known_numbers, shown_numbers
+from pftrack.parameters import Parameters, declarations, revise
+from pftrack.random import LARGEST_SEED
+from pftrack.runs.recipe import Recipe
+from pftrack.runs.timeline import Change, Timeline
+
+__all__ = ["body_of"]
+
+BESIDE: Final = ("tracker", "seed")
+"""What can be unlocked beside parameters."""
+
+
+def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | None, Mapping[str, Any]]:
+    """Return what a lesson shows, and numbers of the shape that its own will have; None where something is wrong.
+
+    Args:
+        head: What was written.
+        found: Where it is noted what is wrong.
+    """
+    if (head.experiment is None) == (head.figure is None):
+        found.add(("experiment",) if head.experiment else (), "a lesson names either an `experiment` or a `figure`")
+        return None, {}
+    return _demonstration(head, found) if head.figure is not None else _scenario(head, found)
+
+
+def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, Mapping[str, Any]]:
+    experiment: Experiment | None = found.tried(("experiment",), lambda: find_experiment(str(head.experiment)))
+    if experiment is None:
+        return None, {}
+    defaults = experiment.simulate().parameters
+    tracker = head.tracker or experiment.default_tracker
+    if tracker not in experiment.trackers:
+        found.add(("tracker",), f"{experiment.id} has no tracker {tracker}; {near(tracker, experiment.trackers)}")
+        tracker = experiment.default_tracker
+    seed = head.seed or 0
+    if seed > LARGEST_SEED:
+        found.add(("seed",), f"`seed` must be a whole number between 0 and {LARGEST_SEED}")
+    frames = head.frames or experiment.frames
+    if head.frame >= frames:
+        found.add(("frame",), f"`frame` is {head.frame}, and the last of {frames} frames is {frames - 1}")
+    _check_names(head, experiment, type(defaults), found)
+    if head.parameters:
+        found.add(("parameters",), "`parameters` are those of a figure; write those of an experiment in `timeline`")
+    timeline = Timeline.begin(defaults, tracker, tuple(experiment.trackers))
+    for number, change in enumerate(head.timeline):
+        place = ("timeline", number, "values")
+        timeline = _changed(timeline, Change(change.frame, change.values), place, found)
+        if change.frame >= frames:
+            found.add(("timeline", number, "frame"), f"the run has {frames} frames, and this change comes in none")
+    at = {name: value for name, value in head.question.at.items() if name != "seed"}
+    _changed(timeline, Change(0, at), ("question", "at"), found)
+    if found.problems:
+        return None, {}
+    recipe = Recipe(experiment=experiment.id, tracker=tracker, seed=seed, frames=frames, timeline=timeline.changes)
+    return Scenario(recipe, head.unlocked, head.frame, head.plots), known_numbers(experiment, frames)
+
+
+def _changed(timeline: Timeline, change: Change, place: Place, found: Findings) -> Timeline:
+    model: type[Parameters] = type(timeline.parameters_at(0))
+    known = {it.name for it in declarations(model)} | {"tracker"}
+    values = {}
+    for name, value in change.values.items():
+        if name in known:
+            values[name] = value
+        else:
+            found.add((*place, name), f"there is no parameter {name} here; {near(name, known)}")
+    changed = found.tried(place, lambda: timeline.insert(Change(change.frame, values)))
+    return changed or timeline
+
+
+def _check_names(head: Head, experiment: Experiment, model: type[Parameters], found: Findings) -> None:
+    known = [*(it.name for it in declarations(model)), *BESIDE]
+    for number, name in enumerate(head.unlocked):
+        if name not in known:
+            message = f"`unlocked` names {name}, which {experiment.id} does not have; {near(name, known)}"
+            found.add(("unlocked", number), message)
+    plots = [plot.id for plot in experiment.plots]
+    for number, name in enumerate(head.plots):
+        if name not in plots:
+            message = f"`plots` names {name}, which {experiment.id} does not have; {near(name, plots)}"
+            found.add(("plots", number), message)
+
+
+def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, Mapping[str, Any]]:
+    lesson: Lesson | None = found.tried(("figure",), lambda: find_lesson(str(head.figure)))
+    for name in ("tracker", "frames", "timeline", "unlocked", "plots", "frame"):
+        if name in head.model_fields_set:
+            found.add((name,), f"`{name}` is of an experiment; a figure has `parameters` and `seed`, all unlocked")
+    if lesson is None:
+        return None, {}
+    if not isinstance(lesson.body, Demonstration):
+        experiment = lesson.body.recipe.experiment
+        found.add(("figure",), f"the lesson {lesson.id} shows no figure; name its `experiment`, {experiment}")
+        return None, {}
+    body = lesson.body
+    parameters = found.tried(("parameters",), lambda: revise(body.parameters, head.parameters))
+    at = found.tried(("question", "at"), lambda: revise(parameters or body.parameters, head.question.at))
+    if parameters is None or at is None:
+        return None, {}
+    seed = body.seed if head.seed is None else head.seed
+    return replace(body, parameters=parameters, seed=seed), shown_numbers(body, at, seed)
