@@ -58,7 +58,7 @@ class QuestionHead(_Part):
 class Head(_Part):
     """All of a head; what each field means stands in docs/lessons.md."""
 
-    id: Annotated[str, Field(pattern=r"^(?=.{1,64}$)[a-z][a-z0-9]*(-[a-z0-9]+)*$")]
+    id: Annotated[str, Field(max_length=64, pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$")]
     title: Line
     experiment: Name | None = None
     tracker: Name | None = None
@@ -108,7 +108,7 @@ def _told(document: Document, error: Any) -> DocumentError:  # noqa: ANN401 - py
             return DocumentError(line, f"there is no `{name}` in a lesson; {_near(str(place[-1]), place)}")
         case "string_pattern_mismatch":
             return DocumentError(
-                line, f"`{name}` must be at most 64 lower-case letters and digits, words joined by hyphens"
+                line, f"`{name}` must begin with a letter and have lower-case letters, digits and hyphens between words"
             )
     message = error["msg"][:1].lower() + error["msg"][1:]
     return DocumentError(line, f"`{name}` does not fit: {message}, got {str(error['input'])[:40]!r}")
