@@ -24,6 +24,7 @@ from pftrack.sources.sequence import FrameSequence, Kind
 from pftrack.sources.source import Source
 from pftrack.sources.truth import BOXES, Truth, TruthKind
 from pftrack.suitability import Suitability
+from pftrack.tour import Tour
 from pftrack.trackers import Tracker
 from pftrack.world import World
 
@@ -81,6 +82,7 @@ class Preset:
         about: Names of further parameters that it is about, worth turning while it is watched.
         scene: Names of those that it sets and is not about: what a scene is made of, and what is known beforehand.
         watch: What to look at when it is opened, a sentence or two; frames in it are those of its own seed.
+        tour: What a guided tour says of it, where it is known to lose its target.
     """
 
     name: str
@@ -91,6 +93,7 @@ class Preset:
     about: tuple[str, ...] = ()
     watch: str = ""
     scene: tuple[str, ...] = ()
+    tour: Tour | None = None
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -327,11 +330,11 @@ class Experiment:
     interface: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse plots and readings of series that nobody declares, and columns or worlds of one name.
+        """Refuse plots, readings and tours of what nobody declares, and columns or worlds of one name.
 
         Raises:
-            ValueError: A plot or reading names an unknown series, or two different series have one name, or two
-                measures, reductions or worlds have.
+            ValueError: A plot or reading names an unknown series or a tour an unknown plot, or two different series
+                have one name, or two measures, reductions or worlds have.
         """
         worlds = [world.name for world in self.worlds]
         if len(set(worlds)) < len(worlds):
@@ -345,6 +348,9 @@ class Experiment:
         for name in shown:
             if name not in known:
                 raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
+        for preset in self.presets:
+            if preset.tour is not None and preset.tour.plot not in {plot.id for plot in self.plots}:
+                raise ValueError(f"{self.id} has no plot {preset.tour.plot!r}, to which the tour of a preset points")
         kept = [one.name for one in self.run_measures]
         kept += [reduction.name for series in self.declared() for reduction in series.reductions]
         for name in kept:

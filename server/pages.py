@@ -48,6 +48,12 @@ async def gallery() -> Response:
     return _page("gallery/gallery.html")
 
 
+@router.get("/work")
+async def work() -> Response:
+    """Return the page of one's own sessions, runs, sweeps and uploads."""
+    return _page("work/work.html")
+
+
 @router.get("/references")
 async def references() -> Response:
     """Return the page of what the experiments come from."""

@@ -1,30 +1,48 @@
-/** The experiments as cards. */
+/** The experiments as cards, those of one family side by side. */
 
 import { REFERENCES } from "../shared/citations.js";
 import { h } from "../shared/dom.js";
-import { newSweep } from "../sweep/api.js";
 import { linkTo } from "../shared/share_link.js";
+import { thumbnail } from "../shared/thumbnail.js";
+import { newSweep } from "../sweep/api.js";
 
 /** @import { ExperimentPublic, PresetPublic } from "../shared/messages.js" */
 
 /** So many presets stand on a card at once, the others in a fold. */
-const SHOWN = 4;
+const SHOWN = 2;
+
+/**
+ * The families in the order in which their first experiments come.
+ *
+ * @param {ExperimentPublic[]} experiments
+ */
+export function families(experiments) {
+  const names = [...new Set(experiments.map(({ family }) => family))];
+  return names.map((name) => {
+    const members = experiments.filter(({ family }) => family === name);
+    const cards = h("div", { class: "cards" }, members.map(experimentCard));
+    const section = h("section", { class: "family", "aria-label": name, data: { family: name } }, h("h3", {}, name), cards);
+    // A family takes as many columns as it has members, so that two small ones share a row.
+    section.style.setProperty("--members", String(members.length));
+    return section;
+  });
+}
 
 /** @param {ExperimentPublic} experiment */
-export function experimentCard(experiment) {
+function experimentCard(experiment) {
   const open = linkTo({ recipe: { experiment: experiment.id, tracker: experiment.default_tracker }, play: true });
   return h(
     "article",
     { class: "card", data: { experiment: experiment.id } },
     h("a", { href: open, class: "thumb", tabindex: -1, "aria-hidden": "true" }, thumbnail(experiment.thumbnail)),
-    h("h3", {}, h("a", { href: open }, experiment.title)),
+    h("h4", {}, h("a", { href: open }, experiment.title)),
     h("p", { class: "question" }, experiment.question),
     presetList(experiment, experiment.presets.slice(0, SHOWN)),
     experiment.presets.length > SHOWN &&
       h(
         "details",
         { class: "more" },
-        h("summary", {}, `${experiment.presets.length - SHOWN} more`),
+        h("summary", {}, `${experiment.presets.length - SHOWN} more to try`),
         presetList(experiment, experiment.presets.slice(SHOWN)),
       ),
     h(
@@ -63,17 +81,6 @@ function sourcesOf({ references }) {
  */
 function recipeOf(experiment, { tracker, seed, parameters }) {
   return { experiment: experiment.id, tracker, seed, timeline: [{ frame: 0, values: parameters }] };
-}
-
-/**
- * A picture that keeps its place while it loads, and a plain field if it cannot.
- *
- * @param {string} address
- */
-export function thumbnail(address) {
-  const image = h("img", { src: address, alt: "", loading: "lazy", width: 320, height: 240 });
-  image.addEventListener("error", () => image.classList.add("missing"));
-  return image;
 }
 
 /** Grey shapes where cards will be. */

@@ -1,14 +1,14 @@
-/** The gallery: what there is to try, a place for one's own video, what is running, what was saved, and the sweeps. */
+/** The start page: where to begin, a place for one's own video, and the experiments by family. */
 
 import { ahead } from "./prefetch.js";
 import { api, messageOf } from "../shared/api.js";
 import { REFERENCES } from "../shared/citations.js";
-import { experimentCard, skeletonCard } from "./cards.js";
+import { families, skeletonCard } from "./cards.js";
 import { followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";
-import { pluginProblems, runList, sessionList } from "./lists.js";
-import { sweepList } from "../sweep/list.js";
+import { pluginProblems } from "./plugins.js";
+import { offer } from "./offer.js";
 import { TargetForm } from "../upload/target.js";
 import { themeButton } from "../shared/theme.js";
 import { attempt, toast } from "../shared/toast.js";
@@ -16,12 +16,15 @@ import { DropZone } from "../upload/upload.js";
 
 const SKELETON_AFTER_MS = 200;
 const UPLOAD = /^#upload\/(.+)$/;
+/** Where the saved runs stood before. */
+const RUN = /^#run-\w+$/;
 
 /** @type {import("../shared/messages.js").ExperimentPublic[]|null} */
 let experiments = null;
 /** @type {TargetForm|null} */
 let form = null;
 
+if (RUN.test(location.hash)) location.replace(`/work?show=runs${location.hash}`);
 navigation("experiments");
 part("tools").append(h("a", { class: "link", href: REFERENCES }, "References"), themeButton());
 new DropZone(part("drop"), {
@@ -29,7 +32,7 @@ new DropZone(part("drop"), {
     location.hash = `upload/${encodeURIComponent(upload.id)}`;
   },
   imported: async (run) => {
-    toast(`${run.title} is among the saved runs`);
+    toast(`${run.title} is among the saved runs of My work`);
     const session = await attempt(() => api.open(run.id));
     if (session) location.assign(session.page);
   },
@@ -45,14 +48,15 @@ async function load() {
   const slow = setTimeout(() => experiments === null && fill(cards, skeletonCard(), skeletonCard()), SKELETON_AFTER_MS);
   try {
     experiments = await api.experiments();
-    fill(cards, experiments.map(experimentCard));
+    fill(cards, families(experiments));
+    offer(part("tour"), experiments);
   } catch (error) {
     fill(cards, failure("The experiments could not be listed", messageOf(error)));
     return;
   } finally {
     clearTimeout(slow);
   }
-  await Promise.all([section("plugins", pluginProblems), section("sessions", sessionList), section("runs", runList), section("sweeps", sweepList), target()]);
+  await Promise.all([problems(), target()]);
   await ahead();
 }
 
@@ -79,15 +83,12 @@ function again(image) {
   image.src = address;
 }
 
-/**
- * @param {string} name
- * @param {(root: HTMLElement) => Promise<void>} list
- */
-async function section(name, list) {
+async function problems() {
   try {
-    await list(part(name));
+    await pluginProblems(part("plugins"));
   } catch (error) {
-    fill(part(name), failure("This list could not be read", messageOf(error)));
+    part("plugins").hidden = false;
+    fill(part("plugins"), failure("What other packages add could not be listed", messageOf(error)));
   }
 }
 
@@ -133,7 +134,7 @@ function leave() {
 /** @param {boolean} asking */
 function show(asking) {
   part("target").hidden = !asking;
-  for (const name of ["drop", "browse"]) part(name).hidden = asking;
+  for (const name of ["welcome", "browse"]) part(name).hidden = asking;
 }
 
 /**

@@ -168,7 +168,6 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string) => Promise<Messages.ExperimentDetail>} experiment
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
  * @property {() => Promise<Messages.CompilationPublic>} compilation
- * @property {() => Promise<Messages.SessionPublic[]>} sessions
  * @property {(id: string) => Promise<Messages.SessionPublic>} session
  * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
  * @property {(id: string) => Promise<null>} end
@@ -188,8 +187,9 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string, experiment: string) => Promise<Messages.TruthPublic|null>} truth
  * @property {(id: string, experiment: string, files: File[]) => Promise<Messages.TruthPublic>} giveTruth
  * @property {(id: string, experiment: string) => Promise<null>} removeTruth
+ * @property {(id: string) => Promise<null>} removeUpload
  * @property {(id: string, frame: number) => string} pictureAddress
- * @property {() => Promise<Messages.RunPublic[]>} runs
+ * @property {(question: Query, signal: AbortSignal) => Promise<Messages.WorkPublic>} work
  * @property {(session: string) => Promise<Messages.RunPublic>} save
  * @property {(files: File[], onProgress: OnProgress) => Transfer<Messages.RunPublic|Messages.ImportPublic>} importRun
  * @property {(id: string) => Promise<Messages.ImportPublic>} importing
@@ -209,7 +209,6 @@ export const api = {
   plugins: () => request("GET", "plugins"),
   compilation: () => request("GET", "compilation"),
 
-  sessions: () => request("GET", "sessions"),
   session: (id) => request("GET", session(id)),
   start: (body) => request("POST", "sessions", body),
   end: (id) => request("DELETE", session(id)),
@@ -230,9 +229,10 @@ export const api = {
   truth: (id, experiment) => request("GET", truthPath(id, experiment)),
   giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
   removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),
+  removeUpload: (id) => request("DELETE", `uploads/${encodeURIComponent(id)}`),
   pictureAddress: (id, frame) => `${ROOT}uploads/${encodeURIComponent(id)}/frames/${frame}.jpg`,
 
-  runs: () => request("GET", "runs"),
+  work: (question, signal) => request("GET", `work?${query(question)}`, undefined, signal),
   save: (sessionId) => request("POST", "runs", { session: sessionId }),
   importRun: (files, onProgress) => send("runs/import", files, onProgress),
   importing: (id) => request("GET", `runs/imports/${encodeURIComponent(id)}`),

@@ -532,6 +532,8 @@ export interface PresetPublic {
   about: string[];
   /** What to look at when it is opened */
   watch: string;
+  /** What a guided tour says of it; null if it is not made for one */
+  tour: Tour | null;
 }
 
 /** Progress and state of the sweep. Rates are in runs a second, times in seconds. */
@@ -860,6 +862,13 @@ export interface ThresholdStep {
   value: number | null;
 }
 
+/** A preset that loses its target, told to a first visitor. */
+export interface Tour {
+  begin: string;
+  reason: string;
+  plot: string;
+}
+
 /** A tracker that can be chosen. */
 export interface TrackerPublic {
   id: string;
@@ -913,6 +922,26 @@ export interface Viewpoint {
   title: string;
   azimuth_deg: number;
   elevation_deg: number;
+}
+
+/** How many there are of each kind. */
+export interface WorkCounts {
+  sessions: number;
+  runs: number;
+  sweeps: number;
+  uploads: number;
+}
+
+/** What was found, the newest of each kind first. */
+export interface WorkPublic {
+  sessions: SessionPublic[];
+  runs: RunPublic[];
+  sweeps: SweepPublic[];
+  uploads: UploadPublic[];
+  /** How many have all the words, those beyond the limit included */
+  found: WorkCounts;
+  /** How many there are */
+  total: WorkCounts;
 }
 
 /** A space with a unit, an extent, an upright axis and sides from which to look at it. */

@@ -21,7 +21,6 @@ const sweep = (id, rest = "") => `sweeps/${encodeURIComponent(id)}${rest}`;
  * @property {(experiment: string) => Promise<Messages.SweepCreate>} example
  * @property {(plan: Draft, measure: boolean) => Promise<Messages.EstimatePublic>} estimate
  * @property {(plan: Draft) => Promise<Messages.SweepPublic>} begin
- * @property {() => Promise<Messages.SweepPublic[]>} list
  * @property {(id: string) => Promise<Messages.SweepPublic>} show
  * @property {(id: string) => Promise<Messages.SweepPublic>} cancel
  * @property {(id: string) => Promise<Messages.SweepPublic>} resume
@@ -37,7 +36,6 @@ export const sweeps = {
   example: (experiment) => request("GET", `experiments/${encodeURIComponent(experiment)}/sweep`),
   estimate: (body, measure) => request("POST", "sweeps/estimate", { ...body, measure }),
   begin: (body) => request("POST", "sweeps", body),
-  list: () => request("GET", "sweeps"),
   show: (id) => request("GET", sweep(id)),
   cancel: (id) => request("POST", sweep(id, "/cancel")),
   resume: (id) => request("POST", sweep(id, "/resume")),

@@ -160,9 +160,16 @@ def _presets_run(experiment: Experiment) -> None:
             demand(name in known, f"the preset {preset.name} is about {name!r}, which is no parameter")
         timeline = (Change(0, preset.parameters),) if preset.parameters else ()
         try:
-            begun(experiment, preset.tracker, seed=preset.seed, timeline=timeline).seek(2)
+            run = begun(experiment, preset.tracker, seed=preset.seed, timeline=timeline)
+            run.seek(2)
         except ParameterError as error:
             raise CheckError(f"the preset {preset.name} does not fit the experiment: {error}") from None
+        if preset.tour is not None:
+            _demand_end(preset.tour.begin, ".", f"the beginning of the tour of the preset {preset.name}")
+            _demand_end(preset.tour.reason, ".", f"the reason that the tour of the preset {preset.name} gives")
+            run.seek(run.frames - 1)
+            lost = any(row.lost for row in run.diagnostics)
+            demand(lost, f"the preset {preset.name} has a tour and never loses its target")
 
 
 def _example_sweep_is_a_plan(experiment: Experiment) -> None:

@@ -17,11 +17,12 @@ from server.api import (
     sweep_stream,
     sweeps,
     uploads,
+    work,
 )
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-for part in (compilation, experiments, queue, uploads, sessions, runs, stream, sweeps, sweep_files, sweep_stream):
+for part in (compilation, experiments, queue, uploads, sessions, runs, stream, sweeps, sweep_files, sweep_stream, work):
     router.include_router(part.router)

@@ -101,6 +101,7 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
                 seed=preset.seed,
                 about=list(preset.subjects),
                 watch=preset.watch,
+                tour=preset.tour,
             )
             for preset in experiment.presets
         ],

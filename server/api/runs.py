@@ -20,7 +20,7 @@ from server.store.tables import RunRow
 from server.tasks.queue import unless_gone
 from server.uploads.multipart import receive
 
-__all__ = ["router"]
+__all__ = ["router", "shown"]
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
@@ -37,7 +37,7 @@ async def save_run(body: RunCreate, manager: AManager, store: AStore, settings: 
     """Save the active branch of a session."""
     session = manager.get(body.session)
     await asyncio.to_thread(check_room, store, settings)
-    return _shown(await save(store, session, body.title))
+    return shown(await save(store, session, body.title))
 
 
 @router.post(
@@ -61,7 +61,7 @@ async def import_run(
         await imports.cancel(begun.id)
         raise
     if begun.task.done():
-        return _shown(await begun.task)
+        return shown(await begun.task)
     answer.status_code = HTTPStatus.ACCEPTED
     return _job(begun)
 
@@ -87,13 +87,13 @@ async def cancel_import(name: Name, imports: TheImports) -> None:
 @router.get("")
 def list_runs(store: AStore) -> list[RunPublic]:
     """List all saved runs, the newest first."""
-    return [_shown(row) for row in store.runs()]
+    return [shown(row) for row in store.runs()]
 
 
 @router.get("/{run}")
 def show_run(run: ARun) -> RunPublic:
     """Tell about a saved run."""
-    return _shown(run)
+    return shown(run)
 
 
 @router.delete("/{run}", status_code=HTTPStatus.NO_CONTENT)
@@ -139,7 +139,8 @@ def _job(job: Import) -> ImportPublic:
     return ImportPublic(**known, state="failed", run=None, message=failure(error))
 
 
-def _shown(row: RunRow) -> RunPublic:
+def shown(row: RunRow) -> RunPublic:
+    """Return a saved run as everybody outside sees it."""
     return RunPublic(
         id=row.id,
         title=row.title,
@@ -151,5 +152,5 @@ def _shown(row: RunRow) -> RunPublic:
         outcome=row.outcome,
         summary=row.summary,
         thumbnail=f"/api/v1/runs/{row.id}/thumbnail.png",
-        page=f"/#run-{row.id}",
+        page=f"/work?show=runs#run-{row.id}",
     )

@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pftrack.layer import Layer
 from pftrack.marks import Editor
 from pftrack.parameters import Declaration, Value
+from pftrack.tour import Tour
 from pftrack.world import World
 
 __all__ = ["CitationPublic", "ExperimentDetail", "ExperimentPublic", "PluginPublic", "PresetPublic"]
@@ -22,6 +23,7 @@ class PresetPublic(BaseModel):
     seed: int
     about: list[str] = Field(description="Parameters that it is about: those that it sets, and further ones")
     watch: str = Field(description="What to look at when it is opened")
+    tour: Tour | None = Field(description="What a guided tour says of it; null if it is not made for one")
 
 
 class CitationPublic(BaseModel):

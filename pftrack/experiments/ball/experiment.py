@@ -27,6 +27,7 @@ from pftrack.sources.ball import BallSceneParameters, BallSource
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.truth import Truth
+from pftrack.tour import Tour
 from pftrack.trackers.ball.guided import GUIDED
 from pftrack.trackers.ball.learned import GUIDANCE
 from pftrack.trackers.ball.parameters import SCORING, BallTrackerParameters
@@ -238,6 +239,19 @@ EXPERIMENT = Experiment(
             watch=(
                 "Watch frame 16, just after the ball has turned: none of the 40 particles meets it, and the cloud "
                 "flies on."
+            ),
+            tour=Tour(
+                begin=(
+                    "A red ball swings behind a pillar. The tracker knows where it may be only by 40 guesses, the "
+                    "particles: the orange and light blue points. Each moves on by itself, and those on red are kept."
+                ),
+                reason=(
+                    "In frame 16 the ball has turned back, and not one of the 40 particles is on it. To all of them "
+                    "the picture looks the same, so all count the same: the effective sample size, between 10 and 30 "
+                    "while they see the ball, jumps to 40 of 40. Nothing tells the cloud any more which way to go, "
+                    "and it flies on. With 800 particles some are always on the ball."
+                ),
+                plot="ess",
             ),
         ),
         Preset(

@@ -1,0 +1,77 @@
+"""My work: sessions, saved runs, sweeps and uploads in one list, found by words."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import Annotated, TypeVar
+
+from fastapi import APIRouter, Query
+
+from server.api.dependencies import AManager, AStore, ASweeps
+from server.api.runs import shown
+from server.schemas.messages import SessionPublic
+from server.schemas.uploads import UploadPublic
+from server.schemas.work import Kind, WorkCounts, WorkPublic
+from server.search import Words, dated, named
+from server.store.tables import RunRow, UploadRow
+from server.sweeps.views import SweepPublic
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/work", tags=["work"])
+
+Thing = TypeVar("Thing")
+MOST = 500
+
+
+@router.get("")
+async def find_work(
+    manager: AManager,
+    sweeps: ASweeps,
+    store: AStore,
+    q: Annotated[str, Query(max_length=200, description="Words that all have to occur: title, tracker, date ...")] = "",
+    show: Annotated[Kind | None, Query(description="List things of this kind alone; the others are counted.")] = None,
+    limit: Annotated[int, Query(ge=1, le=MOST, description="List so many of each kind.")] = 20,
+) -> WorkPublic:
+    """Find sessions, saved runs, sweeps and uploads by words, the newest first."""
+    words = Words(q)
+    runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
+    started = [session.view() for session in manager.all if session.spec.card]
+    planned = [sweep.view() for sweep in sweeps.all]
+    found = {
+        "sessions": _having(words, started, _of_session),
+        "runs": _having(words, runs, _of_run),
+        "sweeps": _having(words, planned, _of_sweep),
+        "uploads": _having(words, uploads, _of_upload),
+    }
+    listed = {kind: things[:limit] if show in {None, kind} else [] for kind, things in found.items()}
+    return WorkPublic.model_validate(
+        {
+            **listed,
+            "runs": [shown(row) for row in listed["runs"]],
+            "uploads": [UploadPublic.model_validate(row) for row in listed["uploads"]],
+            "found": WorkCounts(**{kind: len(things) for kind, things in found.items()}),
+            "total": WorkCounts(sessions=len(started), runs=len(runs), sweeps=len(planned), uploads=len(uploads)),
+        }
+    )
+
+
+def _having(words: Words, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]) -> list[Thing]:
+    return [thing for thing in things if words.are_in(*texts(thing))]
+
+
+def _of_session(session: SessionPublic) -> tuple[object, ...]:
+    kept = named(session.recipe.experiment, [session.tracker])
+    return session.title, kept, f"seed {session.recipe.seed}", session.state, dated(session.created)
+
+
+def _of_run(row: RunRow) -> tuple[object, ...]:
+    return row.title, named(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}", dated(row.created)
+
+
+def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:
+    methods = named(sweep.experiment, [tracker.id for tracker in sweep.trackers])
+    return sweep.title, methods, sweep.outcome, sweep.state, dated(sweep.created)
+
+
+def _of_upload(row: UploadRow) -> tuple[object, ...]:
+    return row.name, row.kind, dated(row.created)

@@ -1,0 +1,39 @@
+"""Finding what somebody has made by words: each word has to occur in what is known of a thing."""
+
+from collections.abc import Iterable
+from datetime import UTC, datetime
+
+from pftrack.experiments import EXPERIMENTS
+
+__all__ = ["Words", "dated", "named"]
+
+
+class Words:
+    """The words of a search, in any order and either case; parts of words do as well."""
+
+    def __init__(self, text: str) -> None:
+        self._words = text.casefold().split()
+
+    def are_in(self, *texts: object) -> bool:
+        """Tell whether all of them occur in what these texts say together."""
+        said = " ".join(str(text) for text in texts).casefold()
+        return all(word in said for word in self._words)
+
+
+def named(experiment: str, trackers: Iterable[str]) -> str:
+    """Return an experiment and trackers of it by names and titles; of what there is no more, the names alone."""
+    names = [experiment, *trackers]
+    known = EXPERIMENTS.get(experiment)
+    if known is not None:
+        names += [known.title, known.target, *(known.trackers[name].title for name in names if name in known.trackers)]
+    return " ".join(names)
+
+
+def dated(created: str) -> str:
+    """Return a moment, given as ISO 8601, as it may be looked for: in digits, in words, and "today" on that day."""
+    try:
+        moment = datetime.fromisoformat(created).astimezone(UTC)
+    except ValueError:
+        return created
+    today = "today" if moment.date() == datetime.now(UTC).date() else ""
+    return f"{created} {moment.day} {moment:%B %Y} {today}"
