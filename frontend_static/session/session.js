@@ -8,11 +8,13 @@ import { navigation } from "../shared/navigation.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
 import { toast } from "../shared/toast.js";
+import { tourOfAddress } from "../shared/tour_link.js";
 import { helpDialog } from "./help.js";
 import { mount } from "./mount.js";
 import { start } from "./page_start.js";
 import { shareDialog } from "./share.js";
 import { trackerTitle } from "./timeline.js";
+import { guide } from "./tour/tour.js";
 
 /** @import { ExperimentDetail, PresetPublic } from "../shared/messages.js" */
 
@@ -30,6 +32,8 @@ header();
 store.on(["connection"], () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
+const tour = tourOfAddress();
+if (tour !== null) start.begun.then(() => guide(view, tour), () => {});
 start.begun.then(({ session }) => session.remark && toast(session.remark, { kind: "error" }), () => {});
 start.begun
   .then(({ session }) => api.experiment(session.recipe.experiment))

@@ -6,6 +6,7 @@
 import { api } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
 import { h } from "../shared/dom.js";
+import { whenRoom } from "../shared/places.js";
 import { PARTS, arrange } from "./layout.js";
 import { Scene } from "./scene.js";
 
@@ -60,19 +61,22 @@ export class SessionStart {
     const { play, ...body } = recipe;
     // A link of an earlier version has no recipe.
     const { experiment } = /** @type {{experiment: string}} */ (body.recipe ?? body);
-    const session = await whenCompiled(experiment, () => api.start(body), (sentence) => this.#wait(sentence), this.signal);
+    const tell = (/** @type {string} */ sentence) => this.#wait(sentence);
+    const session = await whenRoom(() => whenCompiled(experiment, () => api.start(body), tell, this.signal), tell, this.signal);
     if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
     return { session, recipe };
   }
 
   /**
-   * Show how long the session has to wait for the compiler, once after an installation; nothing when it need not any more.
+   * Show what the session has to wait for: the compiler, once after an installation, or a place; nothing when it need not.
    *
    * @param {string} sentence
    */
   #wait(sentence) {
     this.element.querySelector(".compiling")?.remove();
-    if (sentence) this.element.prepend(h("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself.`));
+    if (!sentence) return;
+    const work = h("a", { href: "/work?show=sessions" }, "Running sessions");
+    this.element.prepend(h("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself. `, work));
   }
 
   /**

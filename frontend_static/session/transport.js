@@ -40,7 +40,7 @@ export function transport(root, view, extras) {
   const counter = h("output", { class: "counter", "aria-label": "Frame" });
   const loss = h(
     "button",
-    { type: "button", title: "Go to before the target was lost (L)", on: { click: () => view.steering.beforeLoss() } },
+    { type: "button", class: "before-loss", title: "Go to before the target was lost (L)", on: { click: () => view.steering.beforeLoss() } },
     "Before the loss",
   );
   fill(root, h("div", { class: "group" }, moves), speed, counter, h("span", { class: "spring" }), extras, loss);
