@@ -44,7 +44,7 @@ class Files(StaticFiles):
 
 @router.get("/")
 async def gallery() -> Response:
-    """Return the gallery of experiments."""
+    """Return the start page: where to begin, and all experiments."""
     return _page("gallery/gallery.html")
 
 

@@ -1,4 +1,4 @@
-/** While somebody looks at the gallery, fetch what a session's page will need. */
+/** While somebody looks at the start page, fetch what a session's page will need. */
 
 import { SCRIPTS } from "../session/plots/bokeh.js";
 import { h } from "../shared/dom.js";

@@ -54,7 +54,7 @@ export class Commands {
     if (this.#store.session === null) return;
     await attempt(async () => {
       const run = await api.save(this.#session.id);
-      toast("Saved; the gallery lists it", { action: { label: "Download", href: api.downloadAddress(run.id) } });
+      toast("Saved; My work lists it", { action: { label: "Download", href: api.downloadAddress(run.id) } });
     });
   }
 }

@@ -23,8 +23,8 @@ import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { transport } from "./transport.js";
 
-const GALLERY = { label: "Back to the gallery", href: "/" };
-const KEPT = "What was saved of it is in the gallery.";
+const GALLERY = { label: "Back to the experiments", href: "/" };
+const KEPT = "What was saved of it is in My work.";
 
 /** @import { SessionMessage } from "../shared/messages.js" */
 /** @import { NewSession } from "../shared/share_link.js" */

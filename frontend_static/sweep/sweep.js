@@ -87,7 +87,7 @@ function listen() {
  * @param {string} message
  */
 function fail(title, message) {
-  const words = notice(title, message, { label: "Back to the gallery", href: "/" });
+  const words = notice(title, message, { label: "Back to the experiments", href: "/" });
   document.querySelector("main")?.replaceWith(h("main", { class: "sweep-wait" }, words));
 }
 

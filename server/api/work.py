@@ -34,24 +34,24 @@ async def find_work(
 ) -> WorkPublic:
     """Find sessions, saved runs, sweeps and uploads by words, the newest first."""
     words = Words(q)
-    runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
     started = [session.view() for session in manager.all if session.spec.card]
     planned = [sweep.view() for sweep in sweeps.all]
-    found = {
-        "sessions": _having(words, started, _of_session),
-        "runs": _having(words, runs, _of_run),
-        "sweeps": _having(words, planned, _of_sweep),
-        "uploads": _having(words, uploads, _of_upload),
-    }
-    listed = {kind: things[:limit] if show in {None, kind} else [] for kind, things in found.items()}
-    return WorkPublic.model_validate(
-        {
-            **listed,
-            "runs": [shown(row) for row in listed["runs"]],
-            "uploads": [UploadPublic.model_validate(row) for row in listed["uploads"]],
-            "found": WorkCounts(**{kind: len(things) for kind, things in found.items()}),
-            "total": WorkCounts(sessions=len(started), runs=len(runs), sweeps=len(planned), uploads=len(uploads)),
-        }
+    runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
+    these = _having(words, started, _of_session)
+    saved = _having(words, runs, _of_run)
+    swept = _having(words, planned, _of_sweep)
+    sent = _having(words, uploads, _of_upload)
+
+    def most(kind: Kind) -> int:
+        return limit if show in {None, kind} else 0
+
+    return WorkPublic(
+        sessions=these[: most("sessions")],
+        runs=[shown(row) for row in saved[: most("runs")]],
+        sweeps=swept[: most("sweeps")],
+        uploads=[UploadPublic.model_validate(row) for row in sent[: most("uploads")]],
+        found=WorkCounts(sessions=len(these), runs=len(saved), sweeps=len(swept), uploads=len(sent)),
+        total=WorkCounts(sessions=len(started), runs=len(runs), sweeps=len(planned), uploads=len(uploads)),
     )
 
 

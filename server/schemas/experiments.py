@@ -36,7 +36,7 @@ class CitationPublic(BaseModel):
 
 
 class ExperimentPublic(BaseModel):
-    """An experiment as the gallery shows it."""
+    """An experiment as the start page shows it."""
 
     id: str
     title: str

@@ -78,7 +78,7 @@ def still(page: Any) -> Any:
 def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, held: Held, server: Server) -> None:
     """A click in the gallery shows the library's own picture, which goes on with the run, and has the plots wait."""
     page = gallery.page
-    gallery.card("ball").locator("h3 a").click()
+    gallery.card("ball").locator("h4 a").click()
     gallery.until(lambda: still(page), "the run's picture is in the scene's place")
     first = page.evaluate("document.querySelector('.scene-still img').src")
     gallery.until(lambda: page.evaluate("document.querySelector('.scene-still img').src") != first, "it goes on")
@@ -153,7 +153,7 @@ def test_the_gallery_fetches_ahead(gallery: Gallery) -> None:
     gallery.until(lambda: "session/session_start.js" in fetched(), "the page's first module is fetched")
     assert "bokeh/bokeh.min.js" in fetched()
     gallery.until(lambda: set(page.evaluate(ahead)) <= set(page.evaluate(here)), "all of them have come")
-    gallery.card("ball").locator("h3 a").click(no_wait_after=True)
+    gallery.card("ball").locator("h4 a").click(no_wait_after=True)
     page.wait_for_url("**/session/*")
     sent = "performance.getEntriesByType('resource').filter((it) => it.transferSize > 0).map((it) => it.name)"
     again = {VERSIONED.sub("", urlsplit(address).path) for address in page.evaluate(sent)}

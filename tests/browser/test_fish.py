@@ -40,7 +40,7 @@ def film() -> bytes:
 def test_the_tank_is_watched_and_turned(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery the fish is followed, with the plots of its heading and bend."""
     page = gallery.page
-    gallery.card("fish").locator("[data-preset=works]").click()
+    gallery.preset("fish", "works")
     shown = SessionPage(page, server).ready()
     shown.until(lambda: (shown.position or 0) > 12, "it plays by itself")
     page.get_by_text("bend of the tail").first.wait_for()

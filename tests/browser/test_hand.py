@@ -64,12 +64,12 @@ def test_a_hand_that_one_hypothesis_loses_is_kept_by_four_and_the_tree_shows_eac
 ) -> None:
     """On the same seed: with one hand kept the turn is lost, with four it is not; a click shows one of the others."""
     page = gallery.page
-    gallery.card("hand").locator("[data-preset=one]").click()
+    gallery.preset("hand", "one")
     lost = SessionPage(page, server).ready()
     lost.play_to_the_end()
     assert lost.verdict == "lost since 21"
     page.goto("/")
-    gallery.card("hand").locator("[data-preset=wrist]").click()
+    gallery.preset("hand", "wrist")
     kept = SessionPage(page, server).ready()
     kept.play_to_the_end()
     assert kept.verdict == "on target"

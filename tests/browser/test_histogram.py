@@ -12,7 +12,7 @@ from tests.browser.views import Gallery, SessionPage
 def test_the_lawn_and_a_film_are_tracked_live(gallery: Gallery, server: Server, clip: bytes) -> None:
     """A preset plays with its plot of the likeness; a disc in a box drawn on a film is followed to its end."""
     page = gallery.page
-    gallery.card("histogram").locator("[data-preset=works]").click()
+    gallery.preset("histogram", "works")
     shown = SessionPage(page, server).ready()
     shown.until(lambda: (shown.position or 0) > 20, "it plays by itself")
     assert max(server.column(shown.id, "error")[:20]) < 8

@@ -211,7 +211,7 @@ def test_on_a_phone(watch: Watch) -> None:
 
 
 APART = """Math.max(...[...document.querySelectorAll('.card')].map((card) => {
-    const [title, preset] = ['h3', '.presets a'].map((it) => card.querySelector(it).getBoundingClientRect());
+    const [title, preset] = ['h4', '.presets a'].map((it) => card.querySelector(it).getBoundingClientRect());
     return preset.top - title.bottom;
 }))"""
 

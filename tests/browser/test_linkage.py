@@ -23,7 +23,7 @@ REAL_JOINTS = {"root": (622, 85), "second joint": (430, 100), "third joint": (38
 def test_regions_split_and_one_is_refuted_while_one_watches(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery two regions are followed from a split until one is refuted; the scrubber marks both."""
     page = gallery.page
-    gallery.card("linkage").locator("[data-preset=mirror3]").click()
+    gallery.preset("linkage", "mirror3")
     shown = SessionPage(page, server).ready()
     shown.until(lambda: (shown.position or 0) > 0, "it plays by itself")
     page.get_by_text("tree of hypotheses").first.wait_for()

@@ -74,7 +74,7 @@ def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: 
     said = "The experiment broken of a-broken-one 1.0 cannot be used: importing it raises RuntimeError."
     gallery.until(lambda: said in page.inner_text("[data-part=plugins]"), "the broken one is told of")
     assert "in vain" not in page.inner_text("body")
-    card.locator("h3 a").click()
+    card.locator("h4 a").click()
     assert ready(page, server).session["recipe"]["experiment"] == NAME
 
 
@@ -125,7 +125,7 @@ def test_a_saved_run_and_a_link_bring_the_same_numbers_back(page: Any, server: S
     assert server.column(again.id, "error") == errors
     context.close()
 
-    page.goto("/")
+    page.goto("/work")
     page.locator("[data-run]").first.locator("button:has-text('Open')").click()
     reopened = ready(page, server)
     server.seek(reopened.id, 50)

@@ -62,7 +62,7 @@ def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
 
 
 def test_a_saved_run_is_listed_opened_and_deleted(watch: Watch, server: Server, page: Any) -> None:
-    """Save; the gallery lists it; it opens at the same numbers; deleting asks first."""
+    """Save; My work lists it; it opens at the same numbers; deleting asks first."""
     shown = watch()
     server.seek(shown.id, 25)
     shown.stands_at(25)
@@ -73,14 +73,14 @@ def test_a_saved_run_is_listed_opened_and_deleted(watch: Watch, server: Server, 
         shown.page.click(".toast >> text=Download")
     assert download.value.suggested_filename.endswith(".pft")
 
-    page.goto("/")
+    page.goto("/work")
     row = Gallery(page).page.locator("[data-run]").first
     row.locator("button:has-text('Open')").click()
     again = SessionPage(page, server).ready()
     server.seek(again.id, 25)
     assert server.column(again.id, "error")[:26] == errors
 
-    page.goto("/")
+    page.goto("/work")
     row = page.locator("[data-run]").first
     row.wait_for()
     count = page.locator("[data-run]").count()
@@ -117,9 +117,10 @@ def test_a_downloaded_run_can_be_dropped_again(watch: Watch, server: Server, pag
     shown.stands_at(25)
     first, errors = shown.id, server.column(shown.id, "error")
     run = server.post("runs", {"session": first})
-    page.goto("/")
+    page.goto("/work")
     with page.expect_download() as download:
         page.locator(f"[data-run='{run['id']}'] >> text=Download").click()
+    page.goto("/")
     page.set_input_files("#file-picker", download.value.path().rename(download.value.path().with_suffix(".pft")))
     again = SessionPage(page, server).ready()
     assert again.id != first

@@ -11,7 +11,7 @@ from tests.tracks import table
 def test_a_shape_is_found_while_one_watches(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery, the shape error falls, and the plots and the world of the shape are there."""
     page = gallery.page
-    gallery.card("structure").locator("[data-preset=works]").click()
+    gallery.preset("structure", "works")
     shown = SessionPage(page, server).ready()
     shown.until(lambda: (shown.position or 0) > 40, "it plays by itself until the first shape is there")
     errors = server.column(shown.id, "error")

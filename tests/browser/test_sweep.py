@@ -84,7 +84,7 @@ def sweep(complete: dict[str, Any], page: Any) -> SweepPage:
 
 def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> None:
     """A sweep started from the form fills its map; a click on a failing cell and run shows that run fail as told."""
-    page.goto("/")
+    page.goto("/work?show=sweeps")
     page.click("text=New sweep")
     page.wait_for_selector(".plan-size")
     for index, values in enumerate(["5, 55, 105", "1, 20"]):
@@ -284,17 +284,18 @@ def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
     complaints.expected = ("404",)
     page.goto("/sweep/0123456789abcdef")
     page.wait_for_selector("text=There is no such sweep")
-    page.click("text=Back to the gallery")
+    page.click("text=Back to the experiments")
     page.wait_for_url("**/", wait_until="commit")
 
 
-def test_the_gallery_lists_it(sweep: SweepPage, page: Any) -> None:
-    """The gallery lists recent sweeps with their outcome, and a page of an experiment leads to its form."""
+def test_my_work_lists_it(sweep: SweepPage, page: Any) -> None:
+    """My work lists recent sweeps with their outcome, and the card of an experiment leads to its form."""
     row = page.locator(f"[data-sweep='{sweep.id}']")
-    page.goto("/")
+    page.goto("/work?show=sweeps")
     row.wait_for()
     assert "60 runs" in row.inner_text()
     assert "complete" in row.inner_text()
+    page.goto("/")
     page.locator("[data-experiment=sine] >> text=Sweep over conditions").click()
     page.wait_for_selector(".plan-size")
     assert page.locator("[aria-label=Experiment]").input_value() == "sine"

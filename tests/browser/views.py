@@ -88,10 +88,18 @@ class View:
 
 
 class Gallery(View):
-    """The page of experiments."""
+    """The start page."""
 
     def card(self, experiment: str) -> Any:
         return self.page.locator(f"[data-experiment={experiment}]")
+
+    def preset(self, experiment: str, name: str) -> None:
+        """Open a preset, unfolding its card where it is not among the first."""
+        link = self.card(experiment).locator(f"[data-preset={name}]")
+        link.wait_for(state="attached")
+        if not link.is_visible():
+            self.card(experiment).locator("summary").click()
+        link.click()
 
     def choose(self, name: str, content: bytes, mime: str) -> None:
         """Choose a file in the drop zone."""

@@ -14,7 +14,7 @@ from server.middleware.metrics import METHODS
 from tests.server.host import Server, begin, steer
 
 
-@pytest.mark.parametrize("path", ["/", "/references", "/session/new", "/session/0123456789abcdef"])
+@pytest.mark.parametrize("path", ["/", "/work", "/references", "/session/new", "/session/0123456789abcdef"])
 def test_pages(client: httpx.Client, path: str) -> None:
     """Every page is served whole from this server."""
     answer = client.get(path)
@@ -59,7 +59,9 @@ def test_files_have_a_version(client: httpx.Client, monkeypatch: pytest.MonkeyPa
     assert (never_served.status_code, never_served.headers["cache-control"]) == (200, "no-cache")
 
 
-@pytest.mark.parametrize("path", ["/", "/references", "/session/new", "/sweep/new", "/sweep/x", "/sweep/x/run/y"])
+@pytest.mark.parametrize(
+    "path", ["/", "/work", "/references", "/session/new", "/sweep/new", "/sweep/x", "/sweep/x/run/y"]
+)
 def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
     """A page names every module that its scripts import, however deep, once; each of them is served."""
     text = client.get(path).text
@@ -77,11 +79,12 @@ def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
 
 
 def test_experiments(client: httpx.Client) -> None:
-    """The list of experiments tells of each what the gallery shows."""
+    """The list of experiments tells of each what the start page shows."""
     listed = client.get("/api/v1/experiments").json()
     assert [item["id"] for item in listed] == list(EXPERIMENTS)
     for item in listed:
         assert item["title"]
+        assert item["family"]
         assert item["question"].endswith("?")
         assert item["references"][0]["bibtex"].startswith("@")
         assert item["default_tracker"] in [tracker["id"] for tracker in item["trackers"]]

@@ -69,11 +69,11 @@ async function lead(view, tour, signal, leave) {
   const lostSince = () => store.history.at(store.known.position)?.lost_since ?? null;
 
   if (store.known.position === 0 && !store.known.playing) {
+    const slow = steering.speeds.filter((speed) => speed > 0 && speed <= SPEED).at(-1);
+    if (slow !== undefined) await steering.setSpeed(slow);
     const words = [h("p", {}, tour.begin), h("p", {}, "Press ", h("strong", {}, "Play"), ", and watch the points.")];
     callout.show(seen(".play"), "A tracker at work", words, [step(1), way]);
     await come(() => store.known.playing || store.known.position > 0);
-    const slow = steering.speeds.filter((speed) => speed > 0 && speed <= SPEED).at(-1);
-    if (slow !== undefined) await steering.setSpeed(slow);
   }
 
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;

@@ -247,9 +247,9 @@ EXPERIMENT = Experiment(
                 ),
                 reason=(
                     "In frame 16 the ball has turned back, and not one of the 40 particles is on it. To all of them "
-                    "the picture looks the same, so all count the same: the effective sample size, between 10 and 30 "
-                    "while they see the ball, jumps to 40 of 40. Nothing tells the cloud any more which way to go, "
-                    "and it flies on. With 800 particles some are always on the ball."
+                    "the picture looks the same, so all count the same: the effective sample size, mostly between 10 "
+                    "and 30 while they see the ball, goes to 40 of 40, as behind the pillar. Nothing tells the cloud "
+                    "any more which way to go, and it flies on. With 800 particles some are on the ball again."
                 ),
                 plot="ess",
             ),

@@ -1,0 +1,65 @@
+"""My work: everything that people have of their own, found by words."""
+
+from datetime import UTC, datetime
+
+import httpx
+import pytest
+
+from tests.server.host import begin
+
+
+@pytest.fixture
+def kept(client: httpx.Client) -> dict[str, str]:
+    """A session of the ball and one of a signal, of which the first was saved."""
+    ball, sine = (begin(client, experiment=name, seed=seed)["id"] for name, seed in (("ball", 3), ("sine", 41)))
+    run = client.post("/api/v1/runs", json={"session": ball, "title": "Straße bei Nacht"}).json()
+    return {"ball": ball, "sine": sine, "run": run["id"]}
+
+
+def found(client: httpx.Client, words: str, **more: object) -> set[str]:
+    answer = client.get("/api/v1/work", params={"q": words, **more})  # type: ignore[dict-item]  # numbers and texts
+    assert answer.status_code == 200, answer.text
+    kinds = ("sessions", "runs", "sweeps", "uploads")
+    return {thing["id"] for kind in kinds for thing in answer.json()[kind]}
+
+
+CASES = {
+    "": {"ball", "sine", "run"},
+    "occluder": {"ball", "run"},
+    "OCCLUDER hard SWITCHING": {"ball", "run"},
+    "seed 41": {"sine"},
+    "strasse nacht": {"run"},
+    "today": {"ball", "sine", "run"},
+    f"{datetime.now(UTC):%B} occl": {"ball", "run"},
+    "occluder 41": set(),
+    "%": set(),
+}
+
+
+def test_every_word_has_to_occur(client: httpx.Client, kept: dict[str, str]) -> None:
+    """Titles, experiments, methods, dates and seeds are searched, in either case; parts of words do."""
+    for words, expected in CASES.items():
+        assert found(client, words) & set(kept.values()) == {kept[name] for name in expected}, words
+
+
+def test_one_kind_is_listed_and_all_are_counted(client: httpx.Client, kept: dict[str, str]) -> None:
+    """The limit cuts what is listed, not what is counted; of other kinds than the one asked for nothing is listed."""
+    work = client.get("/api/v1/work", params={"limit": 1}).json()
+    assert len(work["sessions"]) == 1
+    assert work["found"]["sessions"] == work["total"]["sessions"] >= 2
+    assert found(client, "", show="runs") >= {kept["run"]}
+    assert not found(client, "", show="runs") & {kept["ball"], kept["sine"]}
+    assert client.get("/api/v1/work", params={"q": "nothing has this"}).json()["found"] == {
+        "sessions": 0,
+        "runs": 0,
+        "sweeps": 0,
+        "uploads": 0,
+    }
+
+
+@pytest.mark.parametrize("wrong", [{"show": "everything"}, {"limit": 0}, {"limit": 501}, {"q": "x" * 201}])
+def test_a_wrong_question_is_refused(client: httpx.Client, wrong: dict[str, object]) -> None:
+    """With the field that is wrong."""
+    answer = client.get("/api/v1/work", params=wrong)  # type: ignore[arg-type]  # numbers and texts
+    assert answer.status_code == 422
+    assert answer.json()["error"]["field"] == next(iter(wrong))
