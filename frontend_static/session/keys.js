@@ -19,6 +19,7 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {(direction: number) => void} faster
  * @property {(which: number) => void} preset
  * @property {() => void} help
+ * @property {() => void} present
  */
 
 /**
@@ -39,6 +40,7 @@ export const HELP = [
   { keys: "N", what: "Branch from this frame" },
   { keys: "[ ]", what: "Slower, faster" },
   { keys: "1 – 9", what: "Start a preset" },
+  { keys: "F", what: "Present in large type; escape ends it" },
   { keys: "?", what: "This help" },
 ];
 
@@ -105,6 +107,8 @@ function find(actions, key, shiftKey) {
       break;
   }
   switch (key.toLowerCase()) {
+    case "f":
+      return actions.present;
     case "b":
       return actions.bookmark;
     case "n":

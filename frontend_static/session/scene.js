@@ -7,6 +7,7 @@ import { fill, h } from "../shared/dom.js";
 import { notice } from "../shared/notice.js";
 import { later } from "../shared/timing.js";
 import { FlatScene } from "./flat/flat_scene.js";
+import { spokenFrame } from "./in_words.js";
 import { lookAt } from "./look_at.js";
 import { onTheWay } from "./on_the_way.js";
 import { SpatialScene } from "./spatial_scene.js";
@@ -100,7 +101,7 @@ export class Scene {
     const { store, commands } = mounted;
     this.#mounted = mounted;
     this.#view?.follow(mounted);
-    this.#root.append(h("div", { class: "scene-notes" }, onTheWay(mounted), lookAt(mounted)));
+    this.#root.append(h("div", { class: "scene-notes" }, onTheWay(mounted), lookAt(mounted)), spokenFrame(mounted));
     store.on(["session", "connection"], () => {
       if (store.session !== null && store.connection === "open") this.#state(store.session, commands);
     });

@@ -5,6 +5,7 @@ import { api } from "../shared/api.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
+import { present, presentationButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
 import { toast } from "../shared/toast.js";
@@ -23,6 +24,7 @@ let experiment = null;
 
 const actions = {
   help: () => helpDialog(experiment?.presets ?? []),
+  present: () => present(),
   preset: (/** @type {number} */ which) => openPreset(experiment?.presets[which - 1]),
 };
 const view = mount(start.element, { start, actions });
@@ -64,10 +66,16 @@ function header() {
    * @param {(() => void)|undefined} run
    */
   const tool = (name, text, hint, run) =>
-    h("button", { type: "button", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
+    h("button", { type: "button", class: "tool", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
   const about = h(
     "button",
-    { type: "button", class: "quiet", title: "About this experiment, and how to cite it", on: { click: () => experiment && aboutDialog(experiment) } },
+    {
+      type: "button",
+      class: "quiet",
+      title: "About this experiment, and how to cite it",
+      data: { role: "about" },
+      on: { click: () => experiment && aboutDialog(experiment) },
+    },
     icon("about"),
     h("span", { class: "wide-only" }, "About"),
   );
@@ -84,6 +92,7 @@ function header() {
     h("span", { class: "spring" }),
     tools,
     themeButton(),
+    presentationButton({ hears: false }),
     about,
     h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
   );

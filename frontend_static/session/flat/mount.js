@@ -7,7 +7,7 @@
  */
 
 import { fill, h, setText } from "../../shared/dom.js";
-import { coalesce } from "../../shared/timing.js";
+import { coalesce, later } from "../../shared/timing.js";
 import { decode } from "./decode.js";
 import { Layers } from "./layers.js";
 import { nameAt } from "./names.js";
@@ -44,6 +44,9 @@ export function mount(element, options) {
   };
 }
 
+/** A run that plays comes to its next frame sooner than this. */
+const QUIET_MS = 400;
+
 /** @typedef {{drawing: Drawing, bitmaps: Map<number, ImageBitmap>, number: number, painted: () => void}} Ready */
 
 class FlatView {
@@ -56,6 +59,7 @@ class FlatView {
   #main = h("div", { class: "flat-main" }, h("div", { class: "flat-body" }, this.#place, this.#beside));
   #root = h("div", { class: "flat-view" }, this.#main, h("div", { class: "flat-line" }, this.#caption));
   #pictures = new Pictures();
+  #unsettle = () => {};
   #layers;
   #onPainted;
   #signal;
@@ -173,7 +177,9 @@ class FlatView {
   #say(drawing) {
     const words = wordsOf(drawing);
     setText(this.#caption, words);
-    this.#canvas.setAttribute("aria-label", `The current frame with what the tracker believes: ${words}`);
+    // Once it stands: who listens to the page is not told of every picture of a run that plays.
+    this.#unsettle();
+    this.#unsettle = later(() => this.#canvas.setAttribute("aria-label", `The current frame with what the tracker believes: ${words}`), QUIET_MS, this.#signal);
     this.#canvas.dataset.frame = String(drawing.frame);
   }
 

@@ -62,7 +62,7 @@ export class Figure {
         major_tick_in: 0,
         major_tick_out: 3,
         major_label_text_font: "system-ui, sans-serif",
-        major_label_text_font_size: "11px",
+        major_label_text_font_size: "0.6875rem",
         major_label_standoff: 3,
       });
     }

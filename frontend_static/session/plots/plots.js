@@ -180,15 +180,28 @@ function panel(root, plot) {
  * @param {Store} store
  * @param {History[]} histories Of all branches.
  */
-function write({ plot, section, title, value, missing }, store, histories) {
+function write({ plot, section, title, value, place, missing }, store, histories) {
   const { history } = store;
   missing.hidden = !plot.declared.needs_truth || history.length === 0 || history.most(curve.error) !== null;
   // What a method does not have is not drawn; where only the truth is missing, that is said.
   section.hidden = history.length > 0 && missing.hidden && !plot.isMeasured(histories);
-  setText(value, plot.reading(store));
+  const reading = plot.reading(store);
+  setText(value, reading);
+  if (!store.known.playing) place.setAttribute("aria-label", inWords(plot, store.known.position, reading));
   const words = plot.heading(store);
   const text = words.map((word) => (typeof word === "string" ? word : word.textContent)).join("");
   if (title.textContent !== text) title.replaceChildren(...words);
+}
+
+/**
+ * What a plot shows, and its figures in the frame that is shown.
+ *
+ * @param {Plot} plot
+ * @param {number} frame
+ * @param {string} reading
+ */
+function inWords({ declared: { description, title, unit } }, frame, reading) {
+  return reading === "" ? description : `${description} In frame ${frame} ${`${title} ${reading} ${unit}`.trim()}.`;
 }
 
 /**

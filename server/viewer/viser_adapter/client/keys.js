@@ -1,5 +1,5 @@
 // Keys that steer the run go to the page around.
-const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "[", "]", "?", ..."bBlLnNcC123456789"]);
+const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "[", "]", "?", ..."bBfFlLnNcC123456789"]);
 const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
 let clicked = true;
 addEventListener("pointerdown", () => (clicked = true), true);

@@ -1,0 +1,120 @@
+/**
+ * What is said of one frame: the lines that the experiment declares, and how it goes. The box of numbers and the text for
+ * whoever cannot see the picture say the same.
+ */
+
+import { number, quantity } from "../shared/format.js";
+import { curve } from "./history.js";
+import { between, withSpread } from "./plots/kinds/band.js";
+import { mostProbable } from "./plots/kinds/hypotheses.js";
+import { declared, measured, numberOf, samplers, samplesOf, vectorOf } from "./series.js";
+
+/** @import { Reading, SessionPublic } from "../shared/messages.js" */
+/** @import { History, Row } from "./history.js" */
+
+/**
+ * Whether the method has something to say in a line.
+ *
+ * @param {Reading} reading
+ * @param {Row} row
+ * @param {SessionPublic} session
+ * @param {History} history
+ */
+export function isMeasured({ kind, series }, row, session, history) {
+  if (kind === "particles") return measured(session, "particles", row) !== undefined || measured(session, "ess", row) !== undefined;
+  if (kind === "samplers") return samplesOf(session, row) !== null;
+  return series === "" || history.measures(series);
+}
+
+/**
+ * The figures of a line.
+ *
+ * @param {Reading} reading
+ * @param {Row|undefined} row
+ * @param {SessionPublic} session
+ */
+export function words(reading, row, session) {
+  if (!row) return number(null);
+  const { kind, unit, series } = reading;
+  const own = session.unit;
+  const several = (/** @type {(number|null)[]} */ values) => values.map((value) => quantity(value, own)).join(", ");
+  switch (kind) {
+    case "estimate":
+      return withUnit(several(row.estimate), own);
+    case "sigma":
+      return withUnit(several(row.sigma), own);
+    case "error":
+      return withUnit(quantity(curve.error(row), own), own);
+    case "particles":
+      return particles(row, session);
+    case "samplers":
+      return proposal(row, session);
+    case "evidence":
+      return number(row.log_evidence, 2);
+    case "time":
+      return `${number(row.step_ms, 2)} ms`;
+    case "value":
+      return withUnit(withSpread(row, { ...reading, series: [series] }), unit);
+    case "interval":
+      return withUnit(between(row, series, unit), unit);
+    case "hypotheses":
+      return mostProbable(row, { series: [series], unit });
+    case "count": {
+      const flags = vectorOf(row, series);
+      return `${flags.filter((flag) => flag === 1).length} of ${declared(session, series)?.components.length || flags.length}`;
+    }
+    default:
+      return "";
+  }
+}
+
+/**
+ * @param {string} text
+ * @param {string} unit
+ */
+function withUnit(text, unit) {
+  return unit && text !== number(null) ? `${text} ${unit}` : text;
+}
+
+/**
+ * @param {Row} row
+ * @param {SessionPublic} session
+ */
+function particles(row, session) {
+  const [count, ess] = [numberOf(session, "particles", row), numberOf(session, "ess", row)];
+  return [count, ess !== null && `ESS ${number(ess, 0)}`].filter((part) => part !== null && part !== false).join(", ");
+}
+
+/**
+ * The one sampler that all particles came from, or how many came from which.
+ *
+ * @param {Row} row
+ * @param {SessionPublic} session
+ */
+function proposal(row, session) {
+  const samples = samplesOf(session, row) ?? [];
+  const used = samples.filter((count) => count > 0);
+  return used.length === 1 ? `${samplers(session)[samples.indexOf(used[0])].name} ${used[0]}` : `mixed ${samples.join(" | ")}`;
+}
+
+/**
+ * One line that says how it goes.
+ *
+ * @param {History} history
+ * @param {SessionPublic} session
+ * @returns {[words: string, kind: "unknown"|"lost"|"good"|"hidden"]}
+ */
+export function state(history, { position, target, frame_rate_hz: frameRate }) {
+  const row = history.at(position);
+  if (!row) return ["not computed yet", "unknown"];
+  const since = row.lost_since;
+  if (row.searching) return [`lost since ${since}, looking for the ${target}`, "lost"];
+  // For a second of the run, so that it can be read.
+  for (let frame = position - 1; frame >= Math.max(0, position - frameRate); frame -= 1) {
+    if (history.at(frame)?.searching) return [`${target} found again`, "good"];
+  }
+  if (row.lost) return [`lost since ${since}`, "lost"];
+  if (row.hidden === true) return ["hidden", "hidden"];
+  if (row.lost === false) return ["on target", "good"];
+  return [row.error === null ? "truth not known" : "", "unknown"];
+}
