@@ -36,7 +36,13 @@ class Course(Mapping[str, Lesson]):
 
 LESSONS: Mapping[str, Lesson] = Course(
     "pftrack.lessons.course",
-    ("colour",),
+    (
+        "estimate",
+        "recursion",
+        "kalman",
+        "monte-carlo",
+        "colour",
+    ),
 )
 """The lessons of the course, by id."""
 

@@ -42,6 +42,10 @@ def extremes(declaration: Declaration) -> tuple[Value, ...]:
             assert declaration.minimum is not None
             assert declaration.maximum is not None
             return declaration.minimum, declaration.maximum
+        case "sequence":
+            letters = "".join(declaration.sequence)
+            longest = int(declaration.maximum or 0)
+            return "", (letters * longest)[:longest], *(letter * longest for letter in letters)
         case kind:
             raise AssertionError(f"say what the extremes of a parameter of the kind {kind} are")
 

@@ -10,8 +10,8 @@ describe("the words of a sequence", () => {
   it("count its steps and name the newest", () => {
     assert.equal(inWords("", TITLES), "nothing yet");
     assert.equal(inWords("p", TITLES), "1 step: predict");
-    assert.equal(inWords("pmpm", TITLES), "4 steps: predict, measure, predict, measure");
-    assert.equal(inWords("ppppm", TITLES), "5 steps: … predict, predict, predict, measure");
+    assert.equal(inWords("pm", TITLES), "2 steps: predict, measure");
+    assert.equal(inWords("ppppm", TITLES), "5 steps: … predict, measure");
   });
 
   it("say on a timeline where there is none", () => {

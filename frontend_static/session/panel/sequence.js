@@ -6,7 +6,7 @@ import { fill, h } from "../../shared/dom.js";
 /** @import { Control } from "./control.js" */
 
 /** Newest steps that are named; the number of all stands before them. */
-const NAMED = 4;
+const NAMED = 2;
 
 /**
  * @param {Declaration} declaration
@@ -55,7 +55,7 @@ export function sequence(declaration, { label, hint }, propose) {
 }
 
 /**
- * "12 steps: … predict, predict, measure"
+ * "12 steps: … predict, measure"
  *
  * @param {string} steps
  * @param {Record<string, string>} titles
