@@ -9,7 +9,7 @@ const BROWSER = [
   "addEventListener", "atob", "btoa", "cancelAnimationFrame", "clearInterval", "clearTimeout", "createImageBitmap", "devicePixelRatio",
   "document", "CSS",
   "fetch", "getComputedStyle", "history", "innerHeight", "innerWidth", "localStorage", "location", "matchMedia", "navigator",
-  "performance", "requestAnimationFrame", "requestIdleCallback", "setInterval", "setTimeout", "Path2D", "Blob", "ImageData",
+  "performance", "requestAnimationFrame", "requestIdleCallback", "sessionStorage", "setInterval", "setTimeout", "Path2D", "Blob", "ImageData",
 ];
 
 export default [

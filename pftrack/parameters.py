@@ -6,6 +6,7 @@ sweep axes and the documentation are all generated from that one declaration, an
 `revise`, which refuses what is wrong with a sentence that names the field, the bound and the value.
 """
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from typing import Any, Literal, Self, TypeAlias, TypeVar, get_args, get_origin
@@ -22,6 +23,7 @@ __all__ = [
     "declarations",
     "flat",
     "limit_particles",
+    "nearest",
     "parameter",
     "parse",
     "revise",
@@ -280,6 +282,15 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
         raise ParameterError(name, first["input"], allowed(known[name])) from None
 
 
+def nearest(model: type[Parameters], values: Mapping[str, object]) -> dict[str, object]:
+    """Bring finite numbers within their bounds and onto their steps, as where a line was dragged in a figure.
+
+    What is no number, or of no parameter, is left as it is for `revise` to refuse.
+    """
+    known = {declaration.name: declaration for declaration in declarations(model)}
+    return {name: _nearest(known[name], value) if name in known else value for name, value in values.items()}
+
+
 def flat(parameters: Parameters) -> dict[str, Value]:
     """Return the values by name."""
     return {name: parameters.__dict__[name] for name in type(parameters).model_fields}
@@ -334,6 +345,19 @@ def allowed(declaration: Declaration) -> str:
         case kind:
             noun = "a finite number" if kind == "number" else "a whole number"
             return f"{noun} between {declaration.minimum:g} and {declaration.maximum:g}{unit}"
+
+
+def _nearest(declared: Declaration, value: object) -> object:
+    if declared.kind not in {"integer", "number"} or isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    low, high = declared.minimum, declared.maximum
+    if low is None or high is None or not math.isfinite(value):
+        return value
+    step = declared.step or (1.0 if declared.kind == "integer" else 0.0)
+    # A step such as 0.1 is none in binary: twelve digits leave 0.3 and not 0.30000000000000004.
+    on_step = float(f"{low + step * round((value - low) / step):.12g}") if step else float(value)
+    within = min(max(on_step, low), high)
+    return round(within) if declared.kind == "integer" else within
 
 
 def _shown(value: object) -> str:

@@ -10,13 +10,17 @@ import hashlib
 import importlib.util
 import re
 from functools import lru_cache
+from http import HTTPStatus
 from importlib.metadata import version
 from pathlib import Path
 
 from fastapi import APIRouter, FastAPI
-from starlette.responses import HTMLResponse, Response
+from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
+
+from server.api.dependencies import TheLessons
+from server.errors import NotFoundError
 
 __all__ = ["install"]
 
@@ -58,6 +62,22 @@ async def work() -> Response:
 async def references() -> Response:
     """Return the page of what the experiments come from."""
     return _page("references/references.html")
+
+
+@router.get("/learn")
+async def learn() -> Response:
+    """Return the overview of the lessons."""
+    return _page("learn/learn.html")
+
+
+@router.get("/learn/{lesson}")
+async def lesson(lesson: str, lessons: TheLessons) -> Response:
+    """Return the page of a lesson, which says so if there is none; a number leads to the lesson of that number."""
+    try:
+        found = await lessons.get(lesson)
+    except NotFoundError as error:
+        return _page("learn/lesson.html", error.status)
+    return _page("learn/lesson.html") if found.id == lesson else RedirectResponse(f"/learn/{found.id}")
 
 
 @router.get("/session/{session}")
@@ -113,11 +133,11 @@ def _version() -> str:
     return name
 
 
-def _page(name: str) -> Response:
+def _page(name: str, status: int = HTTPStatus.OK) -> Response:
     text = (FRONTEND / name).read_text(encoding="utf-8")
     links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
     text = text.replace("</head>", f"{links}</head>", 1).replace(f'"{STATIC}', f'"{STATIC}version/{_version()}/')
-    return HTMLResponse(text, headers={"Cache-Control": "no-cache"})
+    return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})
 
 
 @lru_cache

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from server.compilation import Compilation
+from server.lessons.service import Lessons
 from server.middleware.metrics import Metrics
 from server.runs.imports import Imports
 from server.sessions.manager import Manager
@@ -33,6 +34,7 @@ class Services:
     sweeps: Sweeps
     tasks: ChildTasks
     imports: Imports
+    lessons: Lessons
     metrics: Metrics
     suitabilities: Suitabilities
     queues: Queues
@@ -55,13 +57,17 @@ class Services:
         await sweeps.open()
         metrics.watch(manager, sweeps)
         imports = Imports(settings, store, tasks)
+        lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
+        await lessons.open()
         kept = Suitabilities(store, settings)
         stopping = threading.Event()
-        return cls(settings, store, manager, sweeps, tasks, imports, metrics, kept, queues, compilation, stopping)
+        return cls(
+            settings, store, manager, sweeps, tasks, imports, lessons, metrics, kept, queues, compilation, stopping
+        )
 
     async def close(self) -> None:
         """Write everything down and let go of it."""
         self.stopping.set()
         await asyncio.to_thread(self.compilation.close)
-        await asyncio.gather(self.manager.close(), self.sweeps.close(), self.imports.close())
+        await asyncio.gather(self.manager.close(), self.sweeps.close(), self.imports.close(), self.lessons.close())
         await asyncio.to_thread(self.store.close)

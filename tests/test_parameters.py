@@ -10,6 +10,7 @@ from pftrack.parameters import (
     declarations,
     flat,
     limit_particles,
+    nearest,
     parameter,
     parse,
     revise,
@@ -62,6 +63,16 @@ def test_refusals_name_field_bound_and_value(name: str, value: object, bound: st
     assert caught.value.field == name
     assert bound in str(caught.value)
     assert (repr(value) if "\n" not in str(value) else "a text of 3 characters") in str(caught.value)
+
+
+def test_what_was_dragged_becomes_the_nearest_that_is_allowed() -> None:
+    """A number comes within its bounds and onto its step; whatever else there is stays for `revise` to refuse."""
+    dragged = {"count": 7.6, "width_px": 3.3, "mode": "c", "on": 1, "unknown": 5}
+    assert nearest(Model, dragged) == {"count": 8, "width_px": 3.5, "mode": "c", "on": 1, "unknown": 5}
+    assert nearest(Model, {"count": -4.0, "width_px": 99}) == {"count": 1, "width_px": 10.0}
+    assert isinstance(nearest(Model, {"count": 7.6})["count"], int)
+    infinite = nearest(Model, {"width_px": float("inf"), "count": float("nan")})
+    assert infinite["width_px"] == float("inf")
 
 
 def test_a_refused_file_is_not_quoted() -> None:

@@ -56,7 +56,9 @@ export const HELP = [
 export function listen(element, actions, sceneWindow, signal) {
   listening.add(element);
   signal.addEventListener("abort", () => listening.delete(element));
-  const isMine = (/** @type {EventTarget|null} */ target) => listening.size === 1 || (target instanceof Node && element.contains(target));
+  // One that is inert, as while a lesson's question waits for an answer, has none.
+  const isMine = (/** @type {EventTarget|null} */ target) =>
+    element.closest("[inert]") === null && (listening.size === 1 || (target instanceof Node && element.contains(target)));
   const press = (/** @type {string} */ key, /** @type {boolean} */ shiftKey) => {
     const action = find(actions, key, shiftKey);
     if (!action || dialogIsOpen()) return false;

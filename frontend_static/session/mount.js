@@ -37,6 +37,7 @@ const KEPT = "What was saved of it is in My work.";
  * @property {readonly import("./layout.js").Part[]} [parts]
  * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
+ * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
  * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
  */
 
@@ -61,11 +62,13 @@ export class Mounted {
    * @param {SessionStart} start
    * @param {Options} options
    */
-  constructor(start, { clock, actions = {} }) {
+  constructor(start, { clock, plots: ids = [], actions = {} }) {
     this.#start = start;
     this.#clock = clock;
     this.signal = start.signal;
     this.scene = start.scene;
+    /** Ids of the plots to show; all of them if none is named. */
+    this.plots = ids;
     this.store = new Store();
     this.commands = new Commands(this.store);
     this.#steering = new Steering(this.store, this.signal);

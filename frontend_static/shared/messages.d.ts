@@ -1,5 +1,10 @@
 // Generated from the server's models by `python -m tools.message_types`; changes here are lost.
 
+/** What a person predicts: a number, or the name of a choice. */
+export interface AnswerRequest {
+  answer: number | string;
+}
+
 /** An axis with what a map needs to write beside it. */
 export interface AxisPublic {
   name: string;
@@ -109,6 +114,38 @@ export interface Changed {
   branch: string;
 }
 
+/** What a lesson claims and computes. */
+export interface CheckPublic {
+  name: string;
+  title: string;
+}
+
+/** What a check came to. */
+export interface CheckedPublic {
+  check: string;
+  title: string;
+  ours: number | null;
+  exact: number | null;
+  tolerance: number | null;
+  passed: boolean;
+  /** Why it could not be computed, one sentence */
+  problem: string | null;
+}
+
+/** What the checks came to so far. */
+export interface ChecksPublic {
+  done: number;
+  total: number;
+  results: CheckedPublic[];
+}
+
+/** A possible answer. */
+export interface ChoicePublic {
+  name: string;
+  /** HTML */
+  words: string;
+}
+
 /** A place in a publication, as it can be cited. */
 export interface CitationPublic {
   /** Name of the publication in BibTeX */
@@ -156,6 +193,12 @@ export interface CompilationPublic {
   seconds_left: number | null;
   /** Experiments of which sessions can be started */
   ready: string[];
+}
+
+/** The run that answers the question is still computed; ask again. */
+export interface ComputingPublic {
+  done: number;
+  total: number;
 }
 
 /** The control of a parameter, in addition to its declaration. */
@@ -317,6 +360,28 @@ export interface ExportPublic {
   media_type: string;
 }
 
+/** What a lesson comes to at some parameters. */
+export interface FigurePublic {
+  /** As `pftrack.lessons.Figure` has it */
+  figure: Record<string, unknown>;
+  numbers: NumberPublic[];
+  /** In force */
+  parameters: Record<string, boolean | number | string>;
+  seed: number;
+}
+
+/** At which parameters a figure is wanted. */
+export interface FigureRequest {
+  /** Values by name; others have their defaults */
+  parameters?: Record<string, unknown>;
+  /** Of the random numbers; the lesson's own if left out */
+  seed?: number | null;
+  /** Whether what answers the question is shown */
+  revealed?: boolean;
+  /** Whether a number out of bounds becomes the nearest that is allowed, as where it was dragged */
+  nearest?: boolean;
+}
+
 /** A recording, and what is said of the target in it. */
 export interface Footage {
   sha256: string | null;
@@ -395,6 +460,57 @@ export interface Layer {
   role: "" | "through time" | "flat only";
 }
 
+/** A lesson with everything that its page needs; texts are HTML. */
+export interface LessonDetail {
+  id: string;
+  /** Place in the course; 0 for one beside it */
+  number: number;
+  title: string;
+  kind: "demonstration" | "scenario";
+  /** File or package that it comes from; empty for the project's own */
+  origin: string;
+  checks: CheckPublic[];
+  uses: UsePublic[];
+  /** Why it cannot be run here, one sentence */
+  problem: string | null;
+  idea: string;
+  tries: string[];
+  notice: string;
+  declarations: Declaration[];
+  controls: ControlPublic[];
+  defaults: Record<string, boolean | number | string>;
+  /** Whether the seed matters */
+  random: boolean;
+  seed: number;
+  question: QuestionPublic;
+  /** Values at which the question is asked */
+  asked: Record<string, boolean | number | string>;
+  scenario: ScenarioPublic | null;
+  previous: NeighbourPublic | null;
+  next: NeighbourPublic | null;
+}
+
+/** A lesson as the overview shows it. */
+export interface LessonPublic {
+  id: string;
+  /** Place in the course; 0 for one beside it */
+  number: number;
+  title: string;
+  kind: "demonstration" | "scenario";
+  /** File or package that it comes from; empty for the project's own */
+  origin: string;
+  checks: CheckPublic[];
+  uses: UsePublic[];
+  /** Why it cannot be run here, one sentence */
+  problem: string | null;
+}
+
+/** All lessons, those of the course first and in its order. */
+export interface LessonsPublic {
+  lessons: LessonPublic[];
+  problems: ProblemPublic[];
+}
+
 /** The cells of one method, a list for each quantity. */
 export interface MapPublic {
   tracker: string;
@@ -441,6 +557,25 @@ export interface Measures {
   type: "measures";
   branch: string;
   values: Record<string, number>;
+}
+
+/** The lesson before or after. */
+export interface NeighbourPublic {
+  id: string;
+  number: number;
+  title: string;
+}
+
+/** A number with its exact value, where that is known; what is not finite is left out. */
+export interface NumberPublic {
+  title: string;
+  value: number | null;
+  exact: number | null;
+  tolerance: number | null;
+  unit: string;
+  digits: number;
+  /** Whether the value is as close to the exact one as may be expected */
+  within: boolean | null;
 }
 
 /** With which method to open a run; with its own if none is named. */
@@ -536,6 +671,13 @@ export interface PresetPublic {
   tour: Tour | null;
 }
 
+/** A lesson of a lecturer that cannot be read. */
+export interface ProblemPublic {
+  origin: string;
+  line: number | null;
+  message: string;
+}
+
 /** Progress and state of the sweep. Rates are in runs a second, times in seconds. */
 export interface Progress {
   version: 1;
@@ -548,6 +690,20 @@ export interface Progress {
   seconds: number;
   seconds_left: number | null;
   outcome: string;
+}
+
+/** What is asked, without its answer. */
+export interface QuestionPublic {
+  /** HTML */
+  text: string;
+  kind: "number" | "choice" | "point";
+  unit: string;
+  /** Lowest and highest number that is an answer at all */
+  bounds: [number, number];
+  choices: ChoicePublic[];
+  /** Of a "point": id of the panel of the figure in which it is placed */
+  panel: string;
+  along: "x" | "y";
 }
 
 /** Where a request waits. */
@@ -643,6 +799,19 @@ export interface RunPublic {
   summary: Record<string, unknown>;
   thumbnail: string;
   page: string;
+}
+
+/** A run of an experiment, of which some parameters may be turned. */
+export interface ScenarioPublic {
+  recipe: Recipe;
+  unlocked: string[];
+  frame: number;
+  /** Ids of the plots to show; all of them if none is named */
+  plots: string[];
+  /** Of the experiment */
+  title: string;
+  /** Why it cannot be run here, one sentence */
+  problem: string | null;
 }
 
 /** The declaration of something measured in every frame. */
@@ -909,11 +1078,30 @@ export interface UploadPublic {
   created: string;
 }
 
+/** Where the idea is used. */
+export interface UsePublic {
+  /** What to look for there, HTML */
+  words: string;
+  scenario: ScenarioPublic;
+}
+
 /** The first values of an axis as it would be, and how many there are. */
 export interface ValuesPublic {
   name: string;
   count: number;
   first: (boolean | number | string)[];
+}
+
+/** What is said of a prediction. */
+export interface VerdictPublic {
+  right: boolean;
+  given: number | string;
+  exact: number | string;
+  measured: number | null;
+  /** By how much a number was off */
+  off: number | null;
+  /** The verdict and its reason, HTML */
+  words: string[];
 }
 
 /** A side from which to look at a world. */
@@ -954,6 +1142,9 @@ export interface World {
   up: [number, number, number];
   front: [number, number, number];
   viewpoints: Viewpoint[];
+}
+
+export interface _Public {
 }
 
 /** What a session's stream says. */

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pftrack.lessons.lesson import Answer, Given, Mistake, Question
 from pftrack.parameters import ParameterError
 
-__all__ = ["Verdict", "judge"]
+__all__ = ["Verdict", "judge", "read_answer"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ def judge(question: Question, answer: Answer, given: Given) -> Verdict:
     Raises:
         ParameterError: It is no answer to this question.
     """
-    value = _read(question, given)
+    value = read_answer(question, given)
     if isinstance(value, str) or isinstance(answer.exact, str):
         right, off = value == answer.exact, None
     else:
@@ -52,7 +52,12 @@ def judge(question: Question, answer: Answer, given: Given) -> Verdict:
     return Verdict(right, value, answer.exact, answer.measured, off, tuple(words for words in said if words))
 
 
-def _read(question: Question, given: object) -> Given:
+def read_answer(question: Question, given: object) -> Given:
+    """Return a prediction as its question understands it.
+
+    Raises:
+        ParameterError: It is no answer to this question.
+    """
     if question.kind == "choice":
         choices = question.choices or {}
         if not isinstance(given, str) or given not in choices:

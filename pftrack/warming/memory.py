@@ -21,7 +21,7 @@ from pathlib import Path
 from pftrack import machine
 from pftrack.files import write_whole
 
-__all__ = ["cache_folder", "existing", "loading", "ready", "remember", "writable"]
+__all__ = ["cache_folder", "existing", "loading", "ready", "remember", "source_hash", "writable"]
 
 KEPT = 8
 """Memories of other versions and checkouts that are left alone."""
@@ -88,12 +88,12 @@ def _everything() -> str:
     on = machine.computed_on()
     for name in ("target", "numba", "llvmlite", "numpy"):
         digest.update(f"{name} {on[name]}\n".encode())
-    digest.update(_source())
+    digest.update(source_hash())
     return digest.hexdigest()[:16]
 
 
 @cache
-def _source() -> bytes:
+def source_hash() -> bytes:
     """Return a hash of our source, which a process reads once: it goes on with what it has imported."""
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()

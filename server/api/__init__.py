@@ -9,6 +9,7 @@ from fastapi import APIRouter
 from server.api import (
     compilation,
     experiments,
+    lessons,
     queue,
     runs,
     sessions,
@@ -24,5 +25,6 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-for part in (compilation, experiments, queue, uploads, sessions, runs, stream, sweeps, sweep_files, sweep_stream, work):
+computing = compilation, queue, sessions, stream, runs, work, lessons
+for part in (experiments, uploads, *computing, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

@@ -9,6 +9,7 @@ from starlette.requests import HTTPConnection
 from pftrack.experiment import Experiment
 from server.errors import NotFoundError, RefusedError
 from server.experiments import asked_for
+from server.lessons.service import Lessons
 from server.middleware.body_limit import lift_limit
 from server.runs.imports import Imports
 from server.services import Services
@@ -34,6 +35,7 @@ __all__ = [
     "SettingsNow",
     "TakesFiles",
     "TheImports",
+    "TheLessons",
     "TheServices",
     "TheTasks",
     "Ticket",
@@ -92,12 +94,17 @@ def _imports(services: TheServices) -> Imports:
     return services.imports
 
 
+def _lessons(services: TheServices) -> Lessons:
+    return services.lessons
+
+
 SettingsNow = Annotated[Settings, Depends(_settings)]
 AStore = Annotated[Store, Depends(_store)]
 AManager = Annotated[Manager, Depends(_manager)]
 ASweeps = Annotated[Sweeps, Depends(_sweeps)]
 TheTasks = Annotated[ChildTasks, Depends(_tasks)]
 TheImports = Annotated[Imports, Depends(_imports)]
+TheLessons = Annotated[Lessons, Depends(_lessons)]
 
 
 def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:

@@ -12,7 +12,7 @@ import struct
 from collections.abc import Callable
 from typing import cast
 
-from server.worker.protocol import Credit, Event, Request
+from server.worker.protocol import Call, Credit, Event, Request
 
 __all__ = ["WebEnd", "WorkerEnd", "pair"]
 
@@ -55,7 +55,7 @@ class WorkerEnd:
         for part in _with_length(self._pack(event)):
             self._socket.sendall(part)
 
-    def receive(self, wait_s: float) -> Request | Credit | None:
+    def receive(self, wait_s: float) -> Request | Credit | Call | None:
         """Return the next command, or None when none came in time.
 
         Raises:
@@ -64,7 +64,7 @@ class WorkerEnd:
         if not select.select([self._socket], [], [], max(0.0, wait_s))[0]:
             return None
         (length,) = LENGTH.unpack(self._exactly(LENGTH.size))
-        message: Request | Credit = pickle.loads(self._exactly(length))  # noqa: S301 - from the process that made us
+        message: Request | Credit | Call = pickle.loads(self._exactly(length))  # noqa: S301 - from the process that made us
         return message
 
     def _exactly(self, length: int) -> bytearray:
@@ -121,7 +121,7 @@ class WebEnd(asyncio.BufferedProtocol):
         _, protocol = await loop.create_unix_connection(lambda: cls(on_event, on_lost, unpack, most_bytes), sock=end)
         return protocol
 
-    def send(self, message: Request | Credit) -> None:
+    def send(self, message: Request | Credit | Call) -> None:
         """Send a command without waiting; to a worker that is gone it is lost."""
         if self._transport is not None and not self._transport.is_closing():
             self._transport.write(b"".join(_with_length(_pickled(message))))

@@ -17,6 +17,8 @@ import pftrack.runs.record
 import pftrack.sources.images
 import pftrack.sources.tracks.sequence
 import pftrack.sources.video
+import server.lessons.functions
+import server.lessons.worker
 import server.tasks.functions
 import server.worker.worker
 from pftrack.experiments import EXPERIMENTS

@@ -6,6 +6,7 @@ arrived and somebody looks: so drawings are never queued, and nobody draws for a
 forms, for the scene and for flat views, with a credit for each; both are made of one drawing and share its pictures.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
@@ -20,6 +21,7 @@ __all__ = [
     "OPENING",
     "Activate",
     "Branch",
+    "Call",
     "Change",
     "Command",
     "Credit",
@@ -238,6 +240,14 @@ class Request:
 
     number: int
     command: Command
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function to call; what the worker of lessons is asked, whose pipe knows no other request."""
+
+    function: Callable[..., Any]
+    arguments: tuple[object, ...]
 
 
 # ---------------------------------------------------------------- events

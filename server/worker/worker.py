@@ -159,7 +159,7 @@ class Worker:
             message = self._pipe.receive(self._patience())
             if isinstance(message, Credit):
                 self._credits.add(message.form)
-            elif message is not None:
+            elif isinstance(message, Request):
                 self._answer(message)
             self._compute()
             self._tell()

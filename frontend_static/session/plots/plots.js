@@ -45,7 +45,8 @@ const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
 export async function plots(root, view) {
   const { store, scene, signal } = view;
   await declared(store);
-  const panels = store.known.plots.map((plot) => panel(root, new KINDS[plot.kind](plot, store.known)));
+  const shown = view.plots.length > 0 ? store.known.plots.filter(({ id }) => view.plots.includes(id)) : store.known.plots;
+  const panels = shown.map((plot) => panel(root, new KINDS[plot.kind](plot, store.known)));
   const label = throttle(() => {
     const histories = store.branches.map(({ id }) => store.historyOf(id));
     for (const each of panels) write(each, store, histories);

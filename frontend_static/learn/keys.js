@@ -1,0 +1,38 @@
+/** The keys of a lesson's page. Where a run is shown, the keys are the session's. */
+
+import { dialogIsOpen, openDialog } from "../shared/dialog.js";
+import { h } from "../shared/dom.js";
+
+/** @import { LessonDetail, NeighbourPublic } from "../shared/messages.js" */
+
+const KEYS = [["N", "Next lesson"], ["P", "Previous lesson"], ["D", "New draw"], ["?", "These keys"]];
+const ARROWS = "A slider, or a line in the figure, that has the focus is moved by the arrow keys. Where a run is shown, the keys are those of a session.";
+const TYPING = "input:not([type=range], [type=radio], [type=checkbox]), textarea, select";
+
+/**
+ * @param {LessonDetail} lesson
+ * @param {() => void} draw
+ * @param {AbortSignal} signal
+ */
+export function listen({ previous, next }, draw, signal) {
+  /** @type {Record<string, () => void>} */
+  const actions = { n: () => go(next), p: () => go(previous), d: draw, "?": help };
+  document.addEventListener("keydown", (event) => {
+    const isTyping = event.target instanceof Element && event.target.closest(TYPING) !== null;
+    if (isTyping || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || dialogIsOpen()) return;
+    if (document.querySelector(".session-view") === null) actions[event.key.toLowerCase()]?.();
+  }, { signal });
+}
+
+/** Tell which keys there are. */
+export function help() {
+  openDialog("Keys", () => [
+    h("dl", { class: "keys" }, KEYS.map(([key, what]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, what)])),
+    h("p", { class: "hint" }, ARROWS),
+  ]);
+}
+
+/** @param {NeighbourPublic|null} lesson */
+function go(lesson) {
+  if (lesson !== null) location.assign(`/learn/${encodeURIComponent(lesson.id)}`);
+}

@@ -1,0 +1,116 @@
+/** The overview of all lessons: the course in its order, what lecturers have added, and what of that cannot be read. */
+
+import { messageOf } from "../shared/api.js";
+import { fill, h, part } from "../shared/dom.js";
+import { count } from "../shared/format.js";
+import { navigation } from "../shared/navigation.js";
+import { notice } from "../shared/notice.js";
+import { themeButton } from "../shared/theme.js";
+import { lessons } from "./api.js";
+import { Newest } from "./newest.js";
+import { Progress } from "./progress.js";
+import { standing, stateOf } from "./words.js";
+
+/** @import { LessonPublic, LessonsPublic, ProblemPublic } from "../shared/messages.js" */
+
+const LEAD =
+  "Twelve steps from an average to a tracker of colours. Each asks for your prediction first, then shows, and says how far off it " +
+  "was and why. Your progress stays in this browser.";
+const NO_LESSONS = "There are no lessons here; pftrack was installed without its course.";
+
+const SIGNS = { open: "", skipped: "–", right: "✓", wrong: "✗" };
+
+const page = new AbortController();
+const progress = new Progress();
+navigation("learn");
+fill(part("tools"), themeButton());
+const listing = new Newest(() => lessons.all(), {
+  answer: (all) => show(all),
+  refused: (error) => fill(part("learn"), notice("The lessons cannot be listed", messageOf(error), { label: "Back to the gallery", href: "/" })),
+  lost: (isLost) => (part("disconnected").hidden = !isLost),
+}, page.signal);
+listing.ask(null);
+// Somebody comes back from a lesson that has been answered.
+globalThis.addEventListener("pageshow", (event) => event.persisted && location.reload());
+
+/** @param {LessonsPublic} all */
+function show({ lessons: found, problems }) {
+  const course = found.filter(({ number }) => number > 0);
+  const others = found.filter(({ number }) => number === 0);
+  const done = progress.done(course);
+  const next = course.find(({ id }) => progress.of(id) === null);
+  fill(
+    part("learn"),
+    h(
+      "header",
+      { class: "learn-head" },
+      h("div", {}, h("h2", {}, "The course"), h("p", { class: "hint" }, LEAD)),
+      next && wayOn(next, done === 0),
+    ),
+    progress.remark && h("p", { class: "note", role: "status" }, progress.remark),
+    h(
+      "p",
+      { class: "learn-progress" },
+      h("progress", { max: Math.max(1, course.length), value: done, "aria-label": "Lessons answered" }),
+      h("span", {}, `${done} of ${course.length} done`),
+    ),
+    course.length === 0 ? h("p", { class: "empty" }, NO_LESSONS) : h("ol", { class: "course" }, course.map(card)),
+    (others.length > 0 || problems.length > 0) && h("h2", {}, "Beside the course"),
+    others.length > 0 && h("ul", { class: "course" }, others.map(card)),
+    problems.length > 0 && broken(problems),
+  );
+}
+
+/**
+ * @param {LessonPublic} lesson The first that was not looked at.
+ * @param {boolean} isFirst
+ */
+function wayOn(lesson, isFirst) {
+  const words = `${isFirst ? "Begin with" : "Go on with"} ${lesson.number} · ${lesson.title}`;
+  return h("a", { class: "button primary", href: address(lesson), data: { role: "continue" } }, words);
+}
+
+/** @param {LessonPublic} lesson */
+function card(lesson) {
+  const { id, number, title, origin, uses, problem, kind } = lesson;
+  const entry = progress.of(id);
+  const state = stateOf(entry);
+  const words = [standing(entry), kind === "scenario" && "a run to watch", origin && `from ${origin}`];
+  return h(
+    "li",
+    { class: "lesson-card", data: { lesson: id, state } },
+    h("span", { class: "lesson-sign", "aria-hidden": "true" }, SIGNS[state] || (number > 0 ? number : "·")),
+    h(
+      "div",
+      { class: "row-words" },
+      h("a", { class: "row-title", href: address(lesson) }, number > 0 ? `${number} · ${title}` : title),
+      h("span", { class: "hint" }, words.filter(Boolean).join(" · ")),
+      problem !== null && h("span", { class: "wrong" }, problem),
+      uses.length > 0 && h("span", { class: "hint" }, "Used in ", uses.map(({ scenario }, index) => [index > 0 && ", ", used(lesson, scenario.title, index)])),
+    ),
+  );
+}
+
+/**
+ * @param {LessonPublic} lesson
+ * @param {string} title Of the experiment.
+ * @param {number} index
+ */
+function used(lesson, title, index) {
+  return h("a", { href: `${address(lesson)}#use-${index + 1}` }, title);
+}
+
+/** @param {readonly ProblemPublic[]} problems */
+function broken(problems) {
+  return h(
+    "section",
+    { class: "learn-problems", "aria-label": "Lessons that cannot be read" },
+    h("h3", {}, `${count(problems.length, "lesson")} that cannot be read`),
+    h("ul", {}, problems.map(({ origin, line, message }) => h("li", {}, h("b", {}, line === null ? origin : `${origin}, line ${line}`), ": ", message))),
+  );
+}
+
+/** @param {{id: string}} lesson */
+function address({ id }) {
+  return `/learn/${encodeURIComponent(id)}`;
+}

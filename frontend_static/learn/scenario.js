@@ -1,0 +1,157 @@
+/** A run of an experiment in a lesson: a real session, of which only some parameters can be turned. */
+
+import { Proposals } from "../session/panel/proposals.js";
+import { choice, numberBox } from "../session/panel/control.js";
+import { mount } from "../session/mount.js";
+import { api } from "../shared/api.js";
+import { fill, h } from "../shared/dom.js";
+import { notice } from "../shared/notice.js";
+import { attempt } from "../shared/toast.js";
+import { Controls, SEED, declared } from "./controls.js";
+import { Lease } from "./lease.js";
+
+/** @import { ScenarioPublic, SessionPublic } from "../shared/messages.js" */
+/** @import { Value } from "../shared/format.js" */
+/** @import { Mounted } from "../session/mount.js" */
+/** @import { Turnable } from "./controls.js" */
+
+const TRACKER = "tracker";
+const TRACKER_HINT = "The method that follows the target; a change counts from the next frame.";
+const SEED_HINT = "The same seed gives the same run, to the bit. A change starts the run again.";
+
+export class ScenarioStage {
+  #places;
+  #scenario;
+  #lease;
+  #end = new AbortController();
+  /** @type {Mounted|null} */
+  #mounted = null;
+  /** @type {Controls|null} */
+  #controls = null;
+  /** @type {Record<string, Value>} */
+  #first = {};
+  #isLocked;
+  #proposals;
+
+  /**
+   * @param {{show: HTMLElement, controls: HTMLElement}} places
+   * @param {ScenarioPublic} scenario
+   * @param {{name: string, isLocked: boolean}} options What the session is for, and whether it waits for an answer.
+   */
+  constructor(places, scenario, { name, isLocked }) {
+    this.#places = places;
+    this.#scenario = scenario;
+    this.#isLocked = isLocked;
+    this.#lease = new Lease(name);
+    this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), this.#end.signal);
+    places.controls.hidden = true;
+    if (scenario.problem === null) this.#begin();
+    else fill(places.show, notice("This run is not here", scenario.problem, { label: "All lessons", href: "/learn" }, { inline: true }));
+  }
+
+  /** Let nothing be turned until the question is answered. */
+  veil() {
+    this.#lock(true);
+  }
+
+  /**
+   * Let it be played and turned.
+   *
+   * @param {unknown} [verdict] The run itself shows what answers the question.
+   */
+  reveal(verdict) {
+    void verdict;
+    this.#lock(false);
+  }
+
+  /** Take it from the page, and end it on the server. */
+  dispose() {
+    this.#end.abort();
+    this.#mounted?.dispose();
+    this.#lease.end();
+    fill(this.#places.show);
+    fill(this.#places.controls);
+  }
+
+  async #begin() {
+    const { recipe, frame } = this.#scenario;
+    const element = h("div", { class: "lesson-session", data: { part: "session" } });
+    fill(this.#places.show, element);
+    const start = await this.#lease.begin(element, { recipe, position: frame });
+    if (this.#end.signal.aborted) {
+      start.end();
+      return;
+    }
+    this.#mounted = mount(element, { start, plots: this.#scenario.plots });
+    this.#lock(this.#isLocked);
+    const { store } = this.#mounted;
+    store.on(["session", "connection"], () => this.#known());
+  }
+
+  /** The session has told about itself. */
+  #known() {
+    const session = this.#mounted?.store.session;
+    if (!session || this.#end.signal.aborted) return;
+    if (this.#controls === null) {
+      this.#first = inForce(session);
+      this.#controls = new Controls(this.#places.controls, unlocked(session, this.#scenario.unlocked), {
+        propose: (name, value) => this.#proposals.propose(name, value),
+        reset: (name) => this.#proposals.propose(name, this.#first[name]),
+      });
+      this.#lock(this.#isLocked);
+    }
+    this.#show();
+  }
+
+  #show() {
+    const session = this.#mounted?.store.session;
+    if (session) this.#controls?.show(inForce(session), (name) => this.#proposals.holds(name));
+    this.#places.controls.toggleAttribute("inert", !this.#mounted?.able);
+  }
+
+  /** @param {boolean} isLocked */
+  #lock(isLocked) {
+    this.#isLocked = isLocked;
+    this.#places.show.toggleAttribute("inert", isLocked && this.#mounted !== null);
+    this.#controls?.lock(isLocked);
+  }
+
+  /**
+   * @param {Record<string, Value>} values
+   * @returns {Promise<boolean>}
+   */
+  async #send({ [SEED]: seed, ...values }) {
+    const { id } = /** @type {Mounted} */ (this.#mounted).store.known;
+    const accepted = await attempt(async () => {
+      if (Object.keys(values).length > 0) await api.parameters(id, values);
+      if (seed !== undefined) await api.transport(id, "restart", { seed: Number(seed) });
+      return true;
+    });
+    return accepted === true;
+  }
+}
+
+/**
+ * @param {SessionPublic} session
+ * @returns {Record<string, Value>}
+ */
+function inForce(session) {
+  return { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.recipe.seed };
+}
+
+/**
+ * The controls of what may be turned, in the order in which the lesson names them.
+ *
+ * @param {SessionPublic} session
+ * @param {readonly string[]} names
+ * @returns {Turnable[]}
+ */
+function unlocked(session, names) {
+  const trackers = session.trackers.map(({ id, title }) => /** @type {[string, string]} */ ([id, title]));
+  const all = [
+    ...declared(session.declarations, session.controls),
+    { name: TRACKER, title: "Tracker", make: (/** @type {(value: Value) => void} */ propose) => choice("Tracker", TRACKER_HINT, trackers, propose) },
+    { name: SEED, title: "Seed", make: (/** @type {(value: Value) => void} */ propose) => numberBox("Seed", SEED_HINT, { min: 0 }, propose) },
+  ];
+  return names.flatMap((name) => all.filter((each) => each.name === name));
+}

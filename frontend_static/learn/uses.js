@@ -1,0 +1,71 @@
+/**
+ * Where the idea of a lesson is used: links that put a session in the place of the figure. They have an address of their
+ * own, so that the way back is the browser's as well.
+ */
+
+import { fill, h, part } from "../shared/dom.js";
+import { linkTo } from "../shared/share_link.js";
+import { rich } from "./rich.js";
+import { ScenarioStage } from "./scenario.js";
+
+/** @import { LessonDetail } from "../shared/messages.js" */
+
+const HASH = /^#use-(\d+)$/;
+
+export class Uses {
+  #lesson;
+  /** @type {ScenarioStage|null} */
+  #stage = null;
+
+  /**
+   * @param {LessonDetail} lesson
+   * @param {AbortSignal} signal
+   */
+  constructor(lesson, signal) {
+    this.#lesson = lesson;
+    if (lesson.uses.length === 0) return;
+    const entries = lesson.uses.map(({ words, scenario }, index) => h("li", {}, entry(words, scenario.title, scenario.problem, index)));
+    fill(part("uses"), h("summary", {}, `Where it is used (${entries.length})`), h("ul", {}, entries));
+    part("uses").hidden = false;
+    globalThis.addEventListener("hashchange", () => this.#go(), { signal });
+    this.#go();
+  }
+
+  #go() {
+    this.#stage?.dispose();
+    this.#stage = null;
+    const which = HASH.exec(location.hash);
+    const use = which ? this.#lesson.uses[Number(which[1]) - 1] : undefined;
+    const isOpen = use !== undefined && use.scenario.problem === null;
+    part("own").hidden = isOpen;
+    part("use").hidden = !isOpen;
+    part("question").hidden = isOpen;
+    if (!isOpen) return;
+    const { scenario, words } = use;
+    const places = { show: h("div", { class: "lesson-show" }), controls: h("div", { class: "lesson-controls" }) };
+    fill(
+      part("use"),
+      h(
+        "div",
+        { class: "use-line" },
+        rich("p", words),
+        h("a", { class: "button", href: linkTo({ recipe: scenario.recipe, position: scenario.frame }), target: "_blank" }, "Open as a session"),
+        h("a", { class: "button primary", href: "#" }, "Back to the lesson"),
+      ),
+      places.show,
+      places.controls,
+    );
+    this.#stage = new ScenarioStage(places, scenario, { name: `${this.#lesson.id} ${which?.[1]}`, isLocked: false });
+  }
+}
+
+/**
+ * @param {string} words
+ * @param {string} title Of the experiment.
+ * @param {string|null} problem
+ * @param {number} index
+ */
+function entry(words, title, problem, index) {
+  if (problem !== null) return [rich("span", words), " ", h("span", { class: "hint" }, problem)];
+  return [h("a", { href: `#use-${index + 1}` }, title), ": ", rich("span", words)];
+}

@@ -1,0 +1,54 @@
+"""Text of lessons: Markdown with formulas becomes HTML with MathML, which browsers draw and read out by themselves.
+
+A lecturer's file comes from elsewhere. So its own HTML is text, pictures are left out, and a formula is written out
+here element by element: the converter's own printer would let through the markup that words in a formula hold.
+"""
+
+import re
+from functools import lru_cache
+from html import escape, unescape
+from xml.etree import ElementTree as ET
+
+from latex2mathml.converter import convert_to_element
+from markdown_it import MarkdownIt
+from mdit_py_plugins.dollarmath import dollarmath_plugin
+
+__all__ = ["inline", "paragraphs"]
+
+MOST_TEXTS = 1000
+HARMLESS = re.compile(
+    r"accent|(column|row)(align|lines|spacing)|depth|display(style)?|fence|form|height|linethickness|[lr]space|"
+    r"mathvariant|(max|min)size|movablelimits|notation|scriptlevel|separator|stretchy|width|xmlns"
+)
+"""Attributes that say how a formula looks. Any other, such as a link, is left out."""
+
+
+@lru_cache(MOST_TEXTS)
+def paragraphs(markdown: str) -> str:
+    """Return the HTML of a text of some paragraphs."""
+    return str(_reader().render(markdown))
+
+
+@lru_cache(MOST_TEXTS)
+def inline(markdown: str) -> str:
+    """Return the HTML of a sentence."""
+    return str(_reader().renderInline(markdown))
+
+
+@lru_cache(1)
+def _reader() -> MarkdownIt:
+    reader = MarkdownIt("commonmark", {"html": False}).disable("image")
+    return reader.use(dollarmath_plugin, allow_space=False, double_inline=True, renderer=_formula)
+
+
+def _formula(latex: str, options: dict[str, bool]) -> str:
+    """Return the MathML of a formula; one that cannot be read is shown as it was written."""
+    try:
+        formula = convert_to_element(latex, display="block" if options["display_mode"] else "inline")
+    except Exception:  # noqa: BLE001 - its own errors, and whatever a text from elsewhere leads it into
+        return f'<code class="unread" title="This formula cannot be read">{escape(latex)}</code>'
+    for element in formula.iter():
+        element.text = unescape(element.text) if element.text else None
+        for name in [name for name, _ in element.items() if not HARMLESS.fullmatch(name)]:
+            del element.attrib[name]
+    return ET.tostring(formula, encoding="unicode", short_empty_elements=False)
