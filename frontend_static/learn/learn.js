@@ -106,7 +106,7 @@ function broken(problems) {
     "section",
     { class: "learn-problems", "aria-label": "Lessons that cannot be read" },
     h("h3", {}, `${count(problems.length, "lesson")} that cannot be read`),
-    h("ul", {}, problems.map(({ origin, line, message }) => h("li", {}, h("b", {}, line === null ? origin : `${origin}, line ${line}`), ": ", message))),
+    h("ul", {}, problems.map(({ origin, line, message }) => h("li", {}, h("b", {}, line === 0 ? origin : `${origin}, line ${line}`), ": ", message))),
   );
 }
 

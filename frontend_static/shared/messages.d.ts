@@ -316,7 +316,7 @@ export interface ExperimentDetail {
   schema: Record<string, unknown>;
 }
 
-/** An experiment as the gallery shows it. */
+/** An experiment as the start page shows it. */
 export interface ExperimentPublic {
   id: string;
   title: string;
@@ -674,7 +674,8 @@ export interface PresetPublic {
 /** A lesson of a lecturer that cannot be read. */
 export interface ProblemPublic {
   origin: string;
-  line: number | null;
+  /** 0 where it is the fault of no line */
+  line: number;
   message: string;
 }
 

@@ -1,56 +1,23 @@
-"""The library of lessons: those of the course, and those that lecturers have added."""
+"""The library of lessons: those of the course, of packages, and of the lecturers' files in a folder."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from pftrack.lessons import LESSONS, Lesson, find
+from pftrack.lessons.lecturers import read_lessons
 
-__all__ = ["Library", "Problem", "lesson_of", "read"]
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """What is wrong with a lecturer's file.
-
-    Attributes:
-        origin: The file or package.
-        line: Where in it; None where it is no line's fault.
-        message: What is wrong and what to do, one sentence.
-    """
-
-    origin: str
-    line: int | None
-    message: str
-
-
-@dataclass(frozen=True, slots=True)
-class Library:
-    """All lessons that there are.
-
-    Attributes:
-        lessons: By id, those of the course first and in its order.
-        problems: Of files that could not be read.
-    """
-
-    lessons: Mapping[str, Lesson]
-    problems: tuple[Problem, ...] = ()
-
-
-def read(folder: Path) -> Library:
-    """Read all lessons.
-
-    Args:
-        folder: Where lecturers' files are.
-    """
-    del folder
-    return Library(LESSONS)
+__all__ = ["lesson_of"]
 
 
 def lesson_of(folder: Path, wanted: str) -> Lesson:
-    """Return a lesson by its id or number.
+    """Return a lesson by its id or number; no file is read for one of the course.
+
+    Args:
+        folder: Where lecturers' files are.
+        wanted: The id or number.
 
     Raises:
         LookupError: There is none; the sentence lists those that there are.
     """
-    return find(wanted, read(folder).lessons)
+    if wanted in LESSONS or wanted.isdecimal():
+        return find(wanted)
+    return find(wanted, read_lessons(folder).lessons)

@@ -8,12 +8,13 @@ from pathlib import Path
 from pftrack.experiments import find as find_experiment
 from pftrack.lessons import Lesson, Verdict
 from pftrack.lessons.judging import read_answer
+from pftrack.lessons.lecturers import Library, read_lessons
 from pftrack.lessons.lesson import Demonstration, Given, Scenario
 from pftrack.lessons.running import asked
 from server.errors import NotFoundError, RefusedError
 from server.lessons import functions
 from server.lessons.computed import Computed, Job
-from server.lessons.library import Library, lesson_of, read
+from server.lessons.library import lesson_of
 from server.lessons.pool import Pool
 from server.schemas.lessons import ComputingPublic, FigureRequest
 from server.tasks.child_tasks import ChildTasks
@@ -48,7 +49,7 @@ class Lessons:
 
     async def all(self) -> Library:
         """Read all lessons, and what is wrong with those that cannot be read."""
-        return await asyncio.to_thread(read, self._folder)
+        return await asyncio.to_thread(read_lessons, self._folder)
 
     async def get(self, wanted: str) -> Lesson:
         """Return a lesson by its id or number.
@@ -101,7 +102,7 @@ class Lessons:
 
     async def checks(self, lesson: Lesson) -> Job:
         """Return what the checks of a lesson came to, or how far they are."""
-        about: Mapping[str, object] = {"lesson": lesson.id, "checks": [each.name for each in lesson.checks]}
+        about: Mapping[str, object] = {"lesson": lesson.id, "origin": lesson.origin}
         return await self._computed.get(json.dumps(about), functions.check, self._folder, lesson.id)
 
 

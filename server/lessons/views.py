@@ -2,12 +2,12 @@
 
 from pftrack.experiments import find as find_experiment
 from pftrack.lessons import Lesson, Verdict
+from pftrack.lessons.lecturers import Library
 from pftrack.lessons.lesson import Demonstration, Question, Scenario
 from pftrack.lessons.running import asked
 from pftrack.parameters import declarations, flat, revise
 from pftrack.runs.recipe import Recipe
 from server.lessons.computed import Job
-from server.lessons.library import Library
 from server.lessons.service import missing
 from server.lessons.text import inline, paragraphs
 from server.schemas.controls import controls_of

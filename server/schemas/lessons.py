@@ -77,7 +77,7 @@ class ProblemPublic(_Public):
     """A lesson of a lecturer that cannot be read."""
 
     origin: str
-    line: int | None
+    line: int = Field(description="0 where it is the fault of no line")
     message: str
 
 
