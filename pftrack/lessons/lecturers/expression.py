@@ -233,8 +233,9 @@ def _pair(
 
 def unknown(name: str, names: Collection[str]) -> str:
     """Return the sentence that says that a run has no such column, and what is near to it."""
-    near = get_close_matches(name, names, n=1)
-    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(sorted(names))}"
+    short = sorted(known for known in names if known.removeprefix("series_") == known)
+    near = get_close_matches(name, short, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(short)}"
     return f"there are no numbers called {name}; {hint}"
 
 

@@ -37,10 +37,10 @@ def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | Non
 
 
 def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, Mapping[str, Any]]:
-    experiment: Experiment | None = found.tried(("experiment",), lambda: find_experiment(str(head.experiment)))
+    experiment = found.tried(("experiment",), lambda: find_experiment(str(head.experiment)))
     if experiment is None:
         return None, {}
-    defaults = experiment.simulate().parameters
+    setup = experiment.simulate()
     tracker = head.tracker or experiment.default_tracker
     if tracker not in experiment.trackers:
         found.add(("tracker",), f"{experiment.id} has no tracker {tracker}; {near(tracker, experiment.trackers)}")
@@ -48,24 +48,32 @@ def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, Mapping[str
     seed = head.seed or 0
     if seed > LARGEST_SEED:
         found.add(("seed",), f"`seed` must be a whole number between 0 and {LARGEST_SEED}")
-    frames = head.frames or experiment.frames
-    if head.frame >= frames:
-        found.add(("frame",), f"`frame` is {head.frame}, and the last of {frames} frames is {frames - 1}")
-    _check_names(head, experiment, type(defaults), found)
     if head.parameters:
         found.add(("parameters",), "`parameters` are those of a figure; write those of an experiment in `timeline`")
-    timeline = Timeline.begin(defaults, tracker, tuple(experiment.trackers))
+    _check_names(head, experiment, type(setup.parameters), found)
+    timeline = Timeline.begin(setup.parameters, tracker, tuple(experiment.trackers))
     for number, change in enumerate(head.timeline):
-        place = ("timeline", number, "values")
-        timeline = _changed(timeline, Change(change.frame, change.values), place, found)
-        if change.frame >= frames:
-            found.add(("timeline", number, "frame"), f"the run has {frames} frames, and this change comes in none")
+        timeline = _changed(timeline, Change(change.frame, change.values), ("timeline", number, "values"), found)
     at = {name: value for name, value in head.question.at.items() if name != "seed"}
     _changed(timeline, Change(0, at), ("question", "at"), found)
     if found.problems:
         return None, {}
+    available = setup.open_source(seed, timeline.parameters_at(0)).frame_count
+    frames = head.frames or available or experiment.frames
+    _check_frames(head, min(frames, available or frames), found)
     recipe = Recipe(experiment=experiment.id, tracker=tracker, seed=seed, frames=frames, timeline=timeline.changes)
     return Scenario(recipe, head.unlocked, head.frame, head.plots), known_numbers(experiment, frames)
+
+
+def _check_frames(head: Head, frames: int, found: Findings) -> None:
+    if head.frames is not None and head.frames > frames:
+        found.add(("frames",), f"`frames` is {head.frames}, and this scene has {frames}; say fewer, or leave it out")
+    if head.frame >= frames:
+        found.add(("frame",), f"`frame` is {head.frame}, and the last of {frames} frames is {frames - 1}")
+    for number, change in enumerate(head.timeline):
+        if change.frame >= frames:
+            message = f"this change comes in frame {change.frame}, and the last is {frames - 1}"
+            found.add(("timeline", number), message)
 
 
 def _changed(timeline: Timeline, change: Change, place: Place, found: Findings) -> Timeline:
