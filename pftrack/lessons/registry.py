@@ -37,6 +37,7 @@ class Course(Mapping[str, Lesson]):
 LESSONS: Mapping[str, Lesson] = Course(
     "pftrack.lessons.course",
     (
+        "probability",
         "estimate",
         "recursion",
         "kalman",
