@@ -52,6 +52,7 @@ PLACES = {
     ("pftrack/marks/body.py", "head"): "the front end of a body",
     ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
+    ("pftrack/lessons/plotting.py", "histogram"): "the same kind of trace",
     ("pftrack/measures.py", "face"): "the title of a publication",
     ("pftrack/faults.py", "faces"): "the triangles of a mesh",
     ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",

@@ -41,7 +41,9 @@ def _numbers(values: ArrayLike) -> NDArray[np.float64]:
 
 def _listed(values: NDArray[np.float64]) -> list[Any]:
     """Return numbers as JSON has them, rounded; what is not finite is a gap."""
-    flat = [float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None for value in values.ravel().tolist()]
+    flat: list[float | None] = [float(f"{value:.{DIGITS}g}") for value in values.ravel().tolist()]
+    for gap in np.flatnonzero(~np.isfinite(values)):
+        flat[gap] = None
     if values.ndim < 2:
         return flat
     rows, columns = values.shape

@@ -38,6 +38,8 @@ LESSONS: Mapping[str, Lesson] = Course(
     "pftrack.lessons.course",
     (
         "probability",
+        "joint",
+        "bayes",
         "estimate",
         "recursion",
         "kalman",
