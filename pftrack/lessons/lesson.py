@@ -50,6 +50,13 @@ class Number:
     digits: int = 4
     reveals: bool = False
 
+    def __str__(self) -> str:
+        """Say it in a line: "Mean: 0.982 m, exact 1 m, within 0.05 m"."""
+        known = (("", self.value), ("exact ", self.exact), ("within ", self.tolerance))
+        unit = f" {self.unit}" if self.unit else ""
+        said = (f"{word}{value:.{self.digits}g}{unit}" for word, value in known if value is not None)
+        return f"{self.title}: {', '.join(said)}"
+
 
 @dataclass(frozen=True, slots=True)
 class Shown:
@@ -183,6 +190,11 @@ class Outcome:
     def passed(self) -> bool:
         """Whether it passes; what is not finite never does."""
         return abs(self.ours - self.exact) <= self.tolerance
+
+    def __str__(self) -> str:
+        """Say it in a line: "0.2825, exact 0.2861, within 0.0106"."""
+        failed = "" if self.passed else ", which it is not"
+        return f"{self.ours:.4g}, exact {self.exact:.4g}, within {self.tolerance:.3g}{failed}"
 
 
 @dataclass(frozen=True, slots=True)

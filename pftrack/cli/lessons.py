@@ -1,0 +1,192 @@
+"""`lessons`: the lessons of the course listed, checked, drawn and exported."""
+
+import json as json_format
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pftrack.cli.compiling import compiling
+from pftrack.cli.listing import Json
+from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
+from pftrack.cli.values import assigned, value_of
+
+if TYPE_CHECKING:
+    from pftrack.lessons import Demonstration, Lesson, Number, Shown
+    from pftrack.parameters import Parameters
+
+__all__ = ["register"]
+
+Named = Annotated[str, typer.Argument(metavar="ID", help="A lesson's id or number, as `lessons list` prints them.")]
+Assignments = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
+]
+Seed = Annotated[str | None, typer.Option(metavar="SEED", help="Of the draws; the lesson's own if not given.")]
+
+group = typer.Typer(help="Lessons: list, check, draw and export them.", no_args_is_help=False)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.add_typer(group, name="lessons")
+
+
+@group.command("list")
+def list_(json: Json = False) -> None:
+    """List the lessons with the checks that they claim."""
+    from pftrack.lessons import LESSONS
+
+    lessons = LESSONS.values()
+    if json:
+        emit([{**_about(it), "checks": [check.name for check in it.checks]} for it in lessons])
+        return
+    rows = [(str(it.number or ""), it.id, it.title, ", ".join(check.name for check in it.checks)) for it in lessons]
+    table("", ("", "name", "title", "checks"), rows)
+
+
+@group.command()
+def check(
+    ids: Annotated[list[str] | None, typer.Argument(metavar="[ID]...", help="Which lessons; all if none.")] = None,
+    json: Json = False,
+) -> None:
+    """Compute what lessons claim, and compare it with what is exact."""
+    from pftrack.lessons import LESSONS
+
+    lessons = [_lesson(name) for name in ids or LESSONS]
+    claims = [(lesson, claim) for lesson in lessons for claim in lesson.checks]
+    found: list[dict[str, Any]] = []
+    with compiling(), progress("checks") as tick:
+        tick(0, len(claims))
+        for lesson, claim in claims:
+            outcome = claim.run()
+            found.append(
+                {
+                    "lesson": lesson.id,
+                    "check": claim.name,
+                    "ours": outcome.ours,
+                    "exact": outcome.exact,
+                    "tolerance": outcome.tolerance,
+                    "status": "pass" if outcome.passed else "fail",
+                }
+            )
+            tick(len(found), len(claims))
+    if json:
+        emit(found)
+    else:
+        table("", tuple(found[0]) if found else (), [[_cell(cell) for cell in row.values()] for row in found])
+    failed = [row for row in found if row["status"] == "fail"]
+    if failed:
+        note(f"pftrack: {len(failed)} of {len(found)} checks lie outside their tolerances")
+        raise typer.Exit(FAILED)
+
+
+@group.command()
+def figure(
+    lesson: Named,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="A picture, .png, .svg or .pdf, or the data, .json.")],
+    assignments: Assignments = None,
+    seed: Seed = None,
+    json: Json = False,
+) -> None:
+    """Draw the figure of a lesson, and print its numbers."""
+    from pftrack.files import write_whole
+    from pftrack.lessons.plotting import SUFFIXES, encoded
+    from pftrack.parameters import flat
+
+    found = _lesson(lesson)
+    body = _demonstration(found)
+    parameters, number = _values(body, assignments), _seed(body, seed)
+    suffix = _suffix(out, (*SUFFIXES, ".json"))
+    with compiling():
+        shown = body.show(parameters, number)
+    told = {**_about(found), "parameters": flat(parameters), "seed": number, "numbers": _numbers(shown)}
+    if suffix == ".json":
+        data = {**told, "figure": shown.figure.model_dump(mode="json")}
+        content = (json_format.dumps(data, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    else:
+        content = encoded(shown.figure, suffix)
+    write_whole(out, content)
+    if json:
+        emit({**told, "file": str(out)})
+        return
+    table("", ("number", "value", "exact", "within", "unit"), [_row(it) for it in shown.numbers])
+    note(f"pftrack: written to {out}")
+
+
+@group.command()
+def export(
+    lesson: Named,
+    notebook: Annotated[Path, typer.Option("--notebook", metavar="FILE", help="The notebook, FILE.ipynb.")],
+    assignments: Assignments = None,
+    seed: Seed = None,
+) -> None:
+    """Write a lesson as a Jupyter notebook, which computes the same numbers."""
+    from pftrack.files import write_whole
+    from pftrack.lessons.notebook import demonstration_notebook
+
+    found = _lesson(lesson)
+    _suffix(notebook, (".ipynb",))
+    body = _demonstration(found)
+    write_whole(notebook, demonstration_notebook(found, _values(body, assignments), _seed(body, seed)))
+    note(f"pftrack: written to {notebook}")
+
+
+def _lesson(name: str) -> "Lesson":
+    from pftrack.lessons import find
+
+    try:
+        return find(name)
+    except LookupError as error:
+        raise wrong_use(str(error.args[0])) from None
+
+
+def _demonstration(lesson: "Lesson") -> "Demonstration":
+    from pftrack.lessons import Demonstration
+
+    if not isinstance(lesson.body, Demonstration):
+        raise wrong_use(
+            f"the lesson {lesson.id} shows a run of {lesson.body.recipe.experiment} and has no figure of its own; "
+            f"draw one of the other lessons, or `pftrack run {lesson.body.recipe.experiment}`"
+        )
+    return lesson.body
+
+
+def _values(body: "Demonstration", assignments: list[str] | None) -> "Parameters":
+    from pftrack.parameters import revise
+
+    model = type(body.parameters)
+    given = dict(assigned(assignment) for assignment in assignments or ())
+    return revise(body.parameters, {name: value_of(model, name, text) for name, text in given.items()})
+
+
+def _seed(body: "Demonstration", seed: str | None) -> int:
+    from pftrack.random import LARGEST_SEED
+
+    return body.seed if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
+
+
+def _suffix(path: Path, known: tuple[str, ...]) -> str:
+    """Return the suffix of a file that is to be written, if it is one of those and the file has a folder."""
+    if path.suffix.lower() not in known:
+        raise wrong_use(f"expected a file {' or '.join(known)}, got {path.name!r}")
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise CommandError(f"{path} cannot be written: it is a folder, or in none")
+    return path.suffix.lower()
+
+
+def _about(lesson: "Lesson") -> dict[str, object]:
+    return {"id": lesson.id, "number": lesson.number, "title": lesson.title}
+
+
+def _numbers(shown: "Shown") -> list[dict[str, object]]:
+    fields = "title", "value", "exact", "tolerance", "unit"
+    return [{field: getattr(number, field) for field in fields} for number in shown.numbers]
+
+
+def _row(number: "Number") -> tuple[str, ...]:
+    shown = f"{number.value:.{number.digits}g}"
+    return number.title, shown, _cell(number.exact), _cell(number.tolerance), number.unit
+
+
+def _cell(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)

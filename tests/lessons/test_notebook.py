@@ -1,0 +1,75 @@
+"""Lessons as notebooks: they run, and come to the numbers that the library comes to."""
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from pftrack.lessons import LESSONS, Scenario
+from pftrack.lessons.notebook import demonstration_notebook
+from pftrack.notebook import code, markdown, notebook
+from pftrack.parameters import revise
+from pftrack.runs.recipe import Recipe
+from tests.lessons.demonstrations import DEMONSTRATIONS, demonstration
+from tests.notebooks import executed
+
+
+def cells(content: bytes, kind: str) -> list[str]:
+    return ["".join(cell["source"]) for cell in json.loads(content)["cells"] if cell["cell_type"] == kind]
+
+
+def test_a_notebook_runs_in_a_kernel() -> None:
+    """Executed as a person would, it prints the numbers and checks that the library computes."""
+    lesson = LESSONS["probability"]
+    body = demonstration(lesson)
+    parameters = revise(body.parameters, {"count": 1000, "low": -0.5})
+    printed = executed(demonstration_notebook(lesson, parameters, 5))
+    assert printed[-2].splitlines() == [str(number) for number in body.show(parameters, 5).numbers]
+    assert printed[-1].splitlines() == [line for it in lesson.checks for line in (it.title, f"    {it.run()}")]
+
+
+@pytest.mark.parametrize("name", DEMONSTRATIONS)
+def test_the_code_of_every_lesson_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """All cells but the checks, which are tested by themselves; the figure becomes a picture."""
+    lesson = LESSONS[name]
+    body = demonstration(lesson)
+    known: dict[str, Any] = {}
+    for source in cells(demonstration_notebook(lesson, body.parameters, body.seed), "code")[:-1]:
+        exec(source, known)  # noqa: S102 - it is the code that is tested
+    assert capsys.readouterr().out.splitlines() == [str(it) for it in known["shown"].numbers]
+    expected = body.show(body.parameters, body.seed)
+    assert known["shown"].figure.model_dump_json() == expected.figure.model_dump_json()
+
+
+@pytest.mark.parametrize("name", DEMONSTRATIONS)
+def test_words_stand_before_what_they_speak_of(name: str) -> None:
+    """Title and idea first, then the question with its choices, then what to notice and to try."""
+    lesson = LESSONS[name]
+    body = demonstration(lesson)
+    first, asked, seen, _ = cells(demonstration_notebook(lesson, body.parameters, body.seed), "markdown")
+    assert first.startswith(f"# {lesson.number}. {lesson.title}\n")
+    assert lesson.idea in first
+    assert lesson.question.text in asked
+    assert all(words in asked for words in (lesson.question.choices or {}).values())
+    assert lesson.question.words not in asked
+    assert all(sentence in seen for sentence in (lesson.notice, *lesson.tries))
+
+
+def test_a_run_is_no_demonstration() -> None:
+    """A lesson that shows a run is refused by name."""
+    lesson = replace(LESSONS["bayes"], body=Scenario(Recipe(experiment="sine", tracker="kalman")))
+    with pytest.raises(TypeError, match=lesson.id):
+        demonstration_notebook(lesson, demonstration(LESSONS["probability"]).parameters, 1)
+
+
+def test_cells_become_a_file() -> None:
+    """Words and code in their order, with names by place, the same bytes for the same cells."""
+    content = notebook((markdown("# A"), code("1 + 1")))
+    assert content == notebook((markdown("# A"), code("1 + 1")))
+    book = json.loads(content)
+    assert book["nbformat"] == 4
+    assert [(cell["id"], cell["cell_type"], "".join(cell["source"])) for cell in book["cells"]] == [
+        ("cell-0", "markdown", "# A"),
+        ("cell-1", "code", "1 + 1"),
+    ]
