@@ -30,16 +30,28 @@ def test_a_notebook_runs_in_a_kernel() -> None:
 
 
 @pytest.mark.parametrize("name", DEMONSTRATIONS)
-def test_the_code_of_every_lesson_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """All cells but the checks, which are tested by themselves; the figure becomes a picture."""
+def test_the_values_of_every_lesson_are_in_its_cells(name: str) -> None:
+    """The cell of the parameters, which alone differs from lesson to lesson, gives back what it was made of."""
     lesson = LESSONS[name]
     body = demonstration(lesson)
+    first, _, _, values, *_ = cells(demonstration_notebook(lesson, body.parameters, 17), "code")
     known: dict[str, Any] = {}
-    for source in cells(demonstration_notebook(lesson, body.parameters, body.seed), "code")[:-1]:
-        exec(source, known)  # noqa: S102 - it is the code that is tested
-    assert capsys.readouterr().out.splitlines() == [str(it) for it in known["shown"].numbers]
-    expected = body.show(body.parameters, body.seed)
-    assert known["shown"].figure.model_dump_json() == expected.figure.model_dump_json()
+    exec(f"{first}\n{values}", known)  # noqa: S102 - it is the code that is tested
+    assert known["lesson"] is lesson
+    assert known["parameters"] == body.parameters
+    assert known["seed"] == 17
+
+
+def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
+    """What is written in the place of None is judged, with the words that fit it."""
+    lesson = LESSONS["bayes"]
+    body = demonstration(lesson)
+    known: dict[str, Any] = {}
+    for source in cells(demonstration_notebook(lesson, body.parameters, body.seed), "code")[:3]:
+        exec(source.replace("prediction = None", "prediction = 'middle'"), known)  # noqa: S102 - see above
+    told = capsys.readouterr().out
+    assert told.startswith("Not so")
+    assert lesson.question.words in told
 
 
 @pytest.mark.parametrize("name", DEMONSTRATIONS)
