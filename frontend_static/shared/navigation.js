@@ -35,7 +35,7 @@ function skipLink() {
   if (main === null) return;
   main.id ||= CONTENT;
   main.tabIndex = -1;
-  document.body.prepend(h("a", { class: "skip", href: `#${main.id}`, on: { click: skip } }, "Skip to the content"));
+  document.querySelector(".top")?.prepend(h("a", { class: "skip", href: `#${main.id}`, on: { click: skip } }, "Skip to the content"));
 
   /** @param {MouseEvent} event */
   function skip(event) {

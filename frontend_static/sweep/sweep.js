@@ -88,7 +88,7 @@ function listen() {
  */
 function fail(title, message) {
   const words = notice(title, message, { label: "Back to the experiments", href: "/" });
-  document.querySelector("main")?.replaceWith(h("main", { class: "sweep-wait" }, words));
+  document.querySelector("main")?.replaceWith(h("main", { class: "sweep-wait", id: "content", tabindex: -1 }, words));
 }
 
 /** What holds for all runs. */

@@ -27,7 +27,7 @@ export class Scrubber {
   #tip = h("div", { class: "tip", hidden: true });
   #slider = h(
     "div",
-    { class: "scrubber", role: "slider", tabindex: 0, "aria-label": "Position in the run", "aria-valuemin": 0 },
+    { class: "scrubber", role: "slider", tabindex: 0, "aria-label": "Position in the run", "aria-valuemin": 0, "aria-valuemax": 0, "aria-valuenow": 0 },
     this.#canvas,
     this.#tip,
   );

@@ -1,0 +1,32 @@
+"""Whether a page can be used by everybody: what axe finds, and whether it fits small and enlarged windows."""
+
+from typing import Any
+
+import pytest
+
+from tests.browser.views import View
+
+__all__ = ["check", "fits"]
+
+OVERFLOW = "document.documentElement.scrollWidth - innerWidth"
+SIZES = ((853, 533), (800, 800), (390, 800))
+"""1280 x 800 at 150 %, a small window, and a phone."""
+
+
+def check(page: Any) -> None:
+    """Look at a page as it is, in both colours; of viser's own page only the frame around it is ours."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        found = axe.run(page, context={"exclude": [["iframe"]]}).response["violations"]
+        told = [(each["impact"], each["id"], [node["target"] for node in each["nodes"]]) for each in found]
+        assert [each for each in told if each[0] in {"serious", "critical"}] == [], scheme
+    page.emulate_media(color_scheme="light")
+
+
+def fits(page: Any) -> None:
+    """Nothing is wider than the window, at any of the sizes."""
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        said = f"nothing is wider than {width} px"
+        View(page).until(lambda: page.evaluate(OVERFLOW) <= 0 and page.evaluate("innerWidth") == width, said)  # noqa: B023 - called at once

@@ -1,0 +1,207 @@
+"""What a first visitor meets: the tour, My work and its search, large type, and the keyboard alone."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.host import Server, until
+from tests.browser.views import Gallery, SessionPage, View
+
+Watch = Callable[..., SessionPage]
+REMEMBERED = "localStorage['pftrack-tour']"
+
+
+class TourPage(SessionPage):
+    """A session with a note of the tour over it."""
+
+    def note(self, title: str) -> Any:
+        """Wait for the note with a title."""
+        note = self.page.locator(".callout", has=self.page.get_by_role("heading", name=title, exact=True))
+        note.wait_for()
+        return note
+
+
+def test_three_clicks_lead_to_a_loss_and_its_reason(gallery: Gallery, server: Server) -> None:
+    """Tour, play, before the loss: a note points at what is to be pressed, the last one at the plot that shows why."""
+    page = gallery.page
+    page.locator("[data-role=tour]").click()  # the first click
+    tour = TourPage(page, server).ready()
+    tour.note("A tracker at work")
+    assert page.locator(".pointed-at").get_attribute("class") == "primary play pointed-at"
+    tour.until(lambda: page.evaluate("document.activeElement.role") == "dialog", "the note is read out")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.textContent") == "Leave the tour"
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "primary play pointed-at"
+    page.click(".play")  # the second
+    lost = tour.note("Lost")
+    since = next(frame for frame, each in enumerate(server.column(tour.id, "lost")) if each)
+    assert f"in frame {since}" in lost.inner_text()
+    tour.until(lambda: not tour.session["playing"], "it has stopped by itself")
+    page.click(".before-loss")  # the third
+    why = tour.note("Why")
+    tour.until(
+        lambda: (tour.position if tour.position is not None else since) < since, "the page stands before the loss"
+    )
+    assert "not one of the 40 particles is on it" in why.inner_text()
+    assert page.locator(".pointed-at").get_attribute("data-plot") == "ess"
+    why.get_by_role("button", name="Finish").click()
+    page.locator(".callout").wait_for(state="detached")
+    assert page.evaluate(REMEMBERED) == "done"
+    assert "tour" not in page.url
+    page.keyboard.press("?")
+    page.locator("dialog [data-role=tour]").wait_for()
+    page.goto("/")
+    page.get_by_text("Take the guided tour again").wait_for()
+
+
+def test_escape_leaves_the_tour_and_a_reload_goes_on_with_it(gallery: Gallery, server: Server) -> None:
+    """Opened again in the middle, it goes on with the step that the run is at; left, it is gone for good."""
+    page = gallery.page
+    page.locator("[data-role=tour]").click()
+    tour = TourPage(page, server).ready()
+    tour.note("A tracker at work")
+    server.seek(tour.id, 60)
+    tour.note("Lost")
+    page.reload()
+    tour.ready()
+    tour.note("Lost")
+    page.set_viewport_size({"width": 390, "height": 800})
+    tour.until(lambda: page.evaluate(INSIDE), "the note is within a phone's screen")
+    page.keyboard.press("Escape")
+    page.locator(".callout").wait_for(state="detached")
+    assert page.evaluate(REMEMBERED) == "left"
+    page.reload()
+    tour.ready()
+    assert page.locator(".callout").count() == 0
+
+
+INSIDE = """(() => {
+    const box = document.querySelector('.callout').getBoundingClientRect();
+    return innerWidth === 390 && box.left >= 0 && box.right <= 390 && box.top >= 0 && box.bottom <= innerHeight;
+})()"""
+
+
+@pytest.fixture
+def full(tmp_path: Path) -> Iterator[Server]:
+    """A server with a place for one session."""
+    server = Server(tmp_path, PFTRACK_MAX_SESSIONS="1")
+    until(lambda: server.get("compilation")["finished"], "the experiments are ready")
+    yield server
+    server.stop()
+
+
+def test_the_tour_waits_for_a_place(full: Server, page: Any, complaints: Any) -> None:
+    """On a full server the page says so and where sessions can be ended, and the tour begins when there is room."""
+    complaints.expected = ("503",)
+    taken = full.start_session()
+    page.goto(f"{full.url}/")
+    page.locator("[data-role=tour]").click()
+    page.get_by_text("All 1 places are taken").wait_for()
+    assert page.get_by_role("link", name="Running sessions").get_attribute("href") == "/work?show=sessions"
+    full.delete(f"sessions/{taken['id']}")
+    TourPage(page, full).note("A tracker at work")
+
+
+def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
+    """What is typed is looked for and stands in the address; other kinds are a step that one may go back."""
+    ball, sine = server.start_session(seed=8), server.start_session(experiment="sine", seed=8)
+    page.goto("/work")
+    work = View(page)
+    here = lambda session: page.locator(f"[data-session='{session['id']}']")  # noqa: E731 - one line of reading
+    here(ball).wait_for()
+    here(sine).wait_for()
+    page.get_by_label("Search my work").press_sequentially("signal seed 8")
+    here(ball).wait_for(state="detached")
+    assert here(sine).is_visible()
+    work.until(lambda: page.url.endswith("/work?q=signal+seed+8"), "the address says what is looked for")
+    page.get_by_role("button", name="Uploads").click()
+    page.get_by_text("Nothing has all of these words").wait_for()
+    page.go_back()
+    here(sine).wait_for()
+    page.get_by_label("Search my work").fill("no such thing")
+    page.get_by_role("button", name="Clear the search").click()
+    here(ball).wait_for()
+    page.goto("/work?show=sessions&q=occluder")
+    here(ball).wait_for()
+    assert here(sine).count() == 0
+    assert page.locator("[data-part=runs]").count() == 0
+
+
+def test_an_old_address_of_a_run_leads_to_my_work(page: Any, server: Server) -> None:
+    """Saved runs stood on the start page."""
+    run = server.post("runs", {"session": server.start_session()["id"]})
+    page.goto(f"/#run-{run['id']}")
+    page.wait_for_url(f"**{run['page']}")
+    page.locator(f"[data-run='{run['id']}']").wait_for()
+
+
+def test_presented_the_picture_is_the_hero(watch: Watch) -> None:
+    """F makes the type large and the picture wide, in full screen where that is allowed; Escape ends it."""
+    shown = watch(seed=0, frames=None)
+    page = shown.page
+    size = "parseFloat(getComputedStyle(document.querySelector('.verdict')).fontSize)"
+    place = "document.querySelector('.flat-place').clientWidth"
+    before = page.evaluate(f"[{size}, {place}]")
+    shown.press("f")
+    shown.until(lambda: page.evaluate(size) > 1.4 * before[0], "the type is large")
+    shown.until(lambda: page.evaluate(place) > before[1], "the picture is wider")
+    shown.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing is cut off")
+    page.get_by_role("button", name="Leave the presentation").wait_for()
+    page.evaluate("document.fullscreenElement && document.exitFullscreen()")
+    shown.press("Escape")
+    shown.until(lambda: page.evaluate(size) == before[0], "all is as before")
+
+
+def test_the_frame_is_told_in_words_when_the_run_stands(watch: Watch, server: Server) -> None:
+    """Who cannot see the scene hears what the box of numbers says, of the scene and of each plot."""
+    shown = watch()
+    server.seek(shown.id, 12)
+    words = shown.page.locator("[data-role=in-words]")
+    shown.until(lambda: words.inner_text().startswith("Frame 12 of 90; "), "the frame is told")
+    assert f"; {shown.verdict}; estimate " in words.inner_text()
+    plot = shown.page.locator("[data-plot=ess] .plot")
+    shown.until(lambda: "In frame 12 ESS" in (plot.get_attribute("aria-label") or ""), "the plot is told")
+    canvas = shown.page.locator(".flat-canvas")
+    shown.until(lambda: "frame 12" in (canvas.get_attribute("aria-label") or ""), "the picture is told")
+
+
+def test_the_keyboard_alone_starts_a_session(gallery: Gallery, server: Server) -> None:
+    """From the top of the start page past the links to an experiment, which runs; there the space bar plays."""
+    page = gallery.page
+    gallery.card("ball").wait_for()
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.textContent") == "Skip to the content"
+    page.keyboard.press("Enter")
+    gallery.until(lambda: page.evaluate("document.activeElement.localName") == "main", "the content has the focus")
+    focused = "document.activeElement.closest('[data-experiment=ball] h4') !== null"
+    ring = "getComputedStyle(document.activeElement).outlineStyle"
+    for _ in range(8):
+        page.keyboard.press("Tab")
+        assert page.evaluate(ring) != "none" or page.evaluate("document.activeElement.id") == "file-picker"
+        if page.evaluate(focused):
+            break
+    assert page.evaluate(focused)
+    page.keyboard.press("Enter")
+    shown = SessionPage(page, server).ready()
+    shown.until(lambda: (shown.position or 0) > 0, "it plays by itself")
+    shown.press(" ")
+    shown.until(lambda: not shown.session["playing"], "it pauses")
+
+
+@pytest.mark.scene
+def test_the_scene_is_no_trap_for_the_keyboard(watch: Watch) -> None:
+    """The tab key leads through the 3-D scene's frame and out of it again."""
+    shown = watch()
+    page = shown.page
+    page.locator(".scene-still").wait_for(state="detached")
+    page.locator("iframe").focus()
+    inside = "document.activeElement.localName === 'iframe'"
+    shown.until(lambda: page.evaluate(inside), "the scene has the focus")
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        if not page.evaluate(inside):
+            return
+    pytest.fail("sixty steps of the tab key stay within the scene")
