@@ -87,7 +87,7 @@ describe("words of a figure", () => {
     const panel = { title: "Belief", words: "It is broad", traces, x: AXIS, y: { ...AXIS, title: "density", unit: "", hidden: true } };
     assert.equal(
       describePanel(panel, "exactly 4.40 m"),
-      "Belief. It is broad. exactly 4.40 m. Drawn: curve of prior, rule. position, m to the right, from 0.00 m to 10.00 m. density upwards.",
+      "Belief. It is broad. exactly 4.40 m. Drawn: prior (curve), rule. position, m to the right, from 0.00 m to 10.00 m. density upwards.",
     );
   });
 });

@@ -13,7 +13,7 @@ const TITLE = "your prediction";
 
 export class Asking {
   #grip = new Grip((value) => this.#put(value), "asking");
-  #hint = h("p", { class: "figure-hint", "aria-hidden": "true" }, "Place your prediction here");
+  #hint = h("p", { class: "figure-hint", "aria-hidden": "true" }, h("span", {}, "Place your prediction here"));
   #place;
   /** @type {Asked|null} */
   #asked = null;

@@ -29,8 +29,8 @@ import { decode } from "./pictures.js";
  *     what this does not.
  */
 
-/** Below this width, in units of the size of the letters, panels of a row stand below each other. */
-const NARROW = 46;
+/** A figure below the first width, or with panels below the second, stacks them; in units of the size of the letters. */
+const [NARROW, NARROW_PANEL] = [34, 19];
 const SMALLER = 13 / 16;
 
 export class LessonFigure {
@@ -119,7 +119,7 @@ export class LessonFigure {
     const figure = this.#figure;
     if (figure === null || !this.#root.clientWidth) return;
     const style = (this.#style ??= styleOf(this.#root));
-    const isNarrow = this.#root.clientWidth < NARROW * style.em;
+    const isNarrow = this.#root.clientWidth < Math.max(NARROW, NARROW_PANEL * mostBeside(figure)) * style.em;
     this.#make(figure, isNarrow);
     const prepared = columnsOf(figure, isNarrow).map(({ panel, column, sharesX }) => {
       const view = this.#view(panel);
@@ -149,9 +149,11 @@ export class LessonFigure {
     if (made === this.#made) return;
     this.#made = made;
     this.#views = new Map(panels.map((panel) => [panel.id, new PanelView(panel, this.#shared)]));
-    const rows = rowsOf(panels).map((row) => {
+    const heights = rowsOf(panels).map((row) => Math.max(...row.map(({ share }) => share[0])));
+    const rows = rowsOf(panels).map((row, number) => {
       const element = h("div", { class: "figure-row" }, row.map((panel) => this.#view(panel).element));
-      element.style.setProperty("--share", String(Math.max(...row.map(({ share }) => share[0]))));
+      element.style.setProperty("--share", String(heights[number]));
+      element.style.setProperty("--tall", String(heights[number] / Math.max(...heights)));
       for (const panel of row) this.#view(panel).element.style.setProperty("--share", String(panel.share[1]));
       return element;
     });
@@ -168,6 +170,15 @@ export class LessonFigure {
 function rowsOf(panels) {
   const numbers = [...new Set(panels.map(({ row }) => row))].sort((one, other) => one - other);
   return numbers.map((number) => panels.filter(({ row }) => row === number));
+}
+
+/**
+ * How many panels stand side by side in the fullest row.
+ *
+ * @param {Figure} figure
+ */
+function mostBeside({ panels }) {
+  return Math.max(1, ...rowsOf(panels).map(({ length }) => length));
 }
 
 /**

@@ -46,6 +46,7 @@ export class Grip {
   #stand = null;
   #value = NaN;
   #held = false;
+  #beside = 0;
 
   element = h("div", { class: "figure-grip", role: "slider", tabindex: 0 }, h("span", { class: "figure-knob" }), this.#flag);
 
@@ -57,7 +58,8 @@ export class Grip {
     this.#tell = tell;
     if (name) this.element.classList.add(name);
     const { element } = this;
-    element.addEventListener("pointerdown", (event) => this.hold(event));
+    // Taken a little beside its line, it does not jump to the pointer.
+    element.addEventListener("pointerdown", (event) => this.hold(event, this.#off(event)));
     element.addEventListener("pointermove", (event) => {
       if (element.hasPointerCapture(event.pointerId)) this.#follow(event);
     });
@@ -76,15 +78,37 @@ export class Grip {
    * Take it with a pointer that went down in the panel, and put it there.
    *
    * @param {PointerEvent} event
+   * @param {number} [off] How far beside it the pointer stays, px.
    */
-  hold(event) {
+  hold(event, off = 0) {
     if (this.#stand === null || this.#stand.locked || event.button !== 0) return;
     event.preventDefault();
     this.element.focus({ preventScroll: true });
     this.element.setPointerCapture(event.pointerId);
     this.#held = true;
+    this.#beside = off;
     this.element.toggleAttribute("data-held", true);
     this.#follow(event);
+  }
+
+  /**
+   * How far from it a pointer is, px.
+   *
+   * @param {PointerEvent} event
+   */
+  #off(event) {
+    if (this.#stand === null) return 0;
+    const { along, scales } = this.#stand;
+    return this.#px(event, along) - scales[along].at(this.#value);
+  }
+
+  /**
+   * @param {PointerEvent} event
+   * @param {"x"|"y"} along
+   */
+  #px(event, along) {
+    const around = /** @type {HTMLElement} */ (this.element.parentElement).getBoundingClientRect();
+    return along === "x" ? event.clientX - around.left : event.clientY - around.top;
   }
 
   #release() {
@@ -96,9 +120,7 @@ export class Grip {
   #follow(event) {
     if (this.#stand === null) return;
     const { along, scales, bounds } = this.#stand;
-    const around = /** @type {HTMLElement} */ (this.element.parentElement).getBoundingClientRect();
-    const px = along === "x" ? event.clientX - around.left : event.clientY - around.top;
-    this.#go(stepped(scales[along].value(px), bounds));
+    this.#go(stepped(scales[along].value(this.#px(event, along) - this.#beside), bounds));
   }
 
   /** @param {KeyboardEvent} event */

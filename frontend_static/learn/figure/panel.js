@@ -47,6 +47,9 @@ export class PanelView {
   #around = null;
   /** @type {Sheet|null} */
   #sheet = null;
+  /** @type {PointerEvent|null} */
+  #pointer = null;
+  #soon;
 
   element;
 
@@ -60,18 +63,16 @@ export class PanelView {
     this.#asking = new Asking((x, y) => shared.on.place?.(this.panel.id, x, y));
     this.#plot.append(this.#asking.element);
     this.element = h("section", { class: "figure-panel", data: { panel: panel.id } }, h("header", {}, this.#title, this.#key.element), this.#plot);
-    /** @type {PointerEvent|null} */
-    let last = null;
-    const point = coalesce(() => last && this.#point(last), shared.signal);
+    this.#soon = coalesce(() => this.#point(), shared.signal);
     for (const type of /** @type {const} */ (["pointermove", "pointerdown"])) {
       this.#plot.addEventListener(type, (event) => {
-        last = event;
-        point();
+        this.#pointer = event;
+        this.#soon();
       });
     }
     this.#plot.addEventListener("pointerleave", () => {
-      last = null;
-      this.#leave();
+      this.#pointer = null;
+      this.#soon();
     });
   }
 
@@ -118,6 +119,8 @@ export class PanelView {
     this.#marks.replaceChildren(...(mark && axis ? markLines(mark, axis, sheet[mark.along], box) : []));
     this.#asking.show(ask && { box, scales: { x, y }, axes: sheet.axes, along: ask.along });
     this.#picture.setAttribute("aria-label", describe(panel, mark && axis ? wordsOf(mark, axis) : ""));
+    // What is pointed at may have moved away.
+    if (this.#pointer !== null) this.#soon();
     Object.assign(this.#plot.dataset, { left: box.left, top: box.top, width: box.width, height: box.height });
   }
 
@@ -177,17 +180,17 @@ export class PanelView {
     return grip;
   }
 
-  /** @param {PointerEvent} event */
-  #point({ clientX, clientY }) {
-    const sheet = this.#sheet;
-    if (sheet === null) return;
+  /** Say what the pointer is at, unless it is about to move something. */
+  #point() {
     const around = this.#plot.getBoundingClientRect();
-    const hit = this.#nearest(sheet, clientX - around.left, clientY - around.top);
-    if (hit === null) {
-      this.#leave();
+    const { clientX, clientY, target } = this.#pointer ?? { clientX: 0, clientY: 0, target: null };
+    const isLooking = target instanceof Node && this.#picture.contains(target);
+    const hit = isLooking && this.#sheet && this.#nearest(this.#sheet, clientX - around.left, clientY - around.top);
+    this.#spot.hidden = !hit;
+    if (!hit) {
+      this.#shared.tip.hide();
       return;
     }
-    this.#spot.hidden = false;
     Object.assign(this.#spot.style, { left: `${hit.x}px`, top: `${hit.y}px` });
     this.#shared.tip.show(hit.words, { x: around.left + hit.x, y: around.top + hit.y, below: around.top + hit.y });
   }
@@ -209,10 +212,5 @@ export class PanelView {
       if (hit !== null && hit.distance <= Math.min(REACH * sheet.unit, nearest?.distance ?? Infinity)) nearest = hit;
     }
     return nearest;
-  }
-
-  #leave() {
-    this.#spot.hidden = true;
-    this.#shared.tip.hide();
   }
 }

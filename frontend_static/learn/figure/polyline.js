@@ -33,9 +33,8 @@ export function pathThrough(x, y) {
  * @returns {number[]}
  */
 export function kept(x, y) {
-  const all = Array.from(x.keys());
   const width = x[x.length - 1] - x[0];
-  if (!(x.length > CROWDED * Math.max(1, width)) || !goesRight(x)) return all;
+  if (!(x.length > CROWDED * Math.max(1, width)) || !goesRight(x)) return Array.from(x.keys());
   /** @type {number[]} */
   const found = [];
   for (let from = 0; from < x.length; ) {

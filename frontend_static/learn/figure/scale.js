@@ -45,12 +45,23 @@ export class Scale {
    * @param {readonly (number|null)[]} values
    */
   all(values) {
-    return Float64Array.from(values, (value) => this.at(value));
+    const places = new Float64Array(values.length);
+    for (let index = 0; index < values.length; index += 1) places[index] = this.at(values[index]);
+    return places;
   }
 
-  /** @param {number} value */
-  holds(value) {
-    return value >= Math.min(this.low, this.high) && value <= Math.max(this.low, this.high);
+  /**
+   * The same, but that what lies beyond the axis is a gap, too.
+   *
+   * @param {readonly (number|null)[]} values
+   */
+  held(values) {
+    const [least, greatest] = this.low <= this.high ? [this.low, this.high] : [this.high, this.low];
+    const places = this.all(values);
+    values.forEach((value, index) => {
+      if (value === null || value < least || value > greatest) places[index] = NaN;
+    });
+    return places;
   }
 
   /** The value from which bars and stems rise: 0, or the end of the axis that is nearest to it. */

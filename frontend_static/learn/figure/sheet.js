@@ -3,7 +3,7 @@
 import { DASHED, LOOKS } from "./ink.js";
 
 /** @import { Box } from "./box.js" */
-/** @import { Ink, Shape } from "./ink.js" */
+/** @import { Ink } from "./ink.js" */
 /** @import { Scale } from "./scale.js" */
 /** @import { Axis } from "./types.js" */
 
@@ -34,7 +34,8 @@ import { DASHED, LOOKS } from "./ink.js";
 /** So near a pointer has to be, px at letters of 16 px. What has an area is as near as that, so that lines on it win. */
 export const REACH = 14;
 
-const RIM = 2.5;
+/** How far the rim of what is cased stands out, in all, px at letters of 16 px. */
+export const RIM = 2.5;
 
 /**
  * Draw a line in the way of its ink.
@@ -95,64 +96,4 @@ export function within({ pen, box }, over, paint) {
   pen.clip();
   paint();
   pen.restore();
-}
-
-/** How each shape is added to a path, around (x, y) with a radius. A cross and a ring are lines.
- *
- * @type {Record<Shape, (path: Path2D, x: number, y: number, radius: number) => void>} */
-const SHAPES = {
-  disc: (path, x, y, radius) => {
-    path.moveTo(x + radius, y);
-    path.arc(x, y, radius, 0, 2 * Math.PI);
-  },
-  ring: (path, x, y, radius) => SHAPES.disc(path, x, y, radius),
-  triangle: (path, x, y, radius) => {
-    path.moveTo(x, y - 1.2 * radius);
-    path.lineTo(x + 1.1 * radius, y + 0.8 * radius);
-    path.lineTo(x - 1.1 * radius, y + 0.8 * radius);
-    path.closePath();
-  },
-  diamond: (path, x, y, radius) => {
-    path.moveTo(x, y - 1.3 * radius);
-    path.lineTo(x + 1.3 * radius, y);
-    path.lineTo(x, y + 1.3 * radius);
-    path.lineTo(x - 1.3 * radius, y);
-    path.closePath();
-  },
-  cross: (path, x, y, radius) => {
-    path.moveTo(x - radius, y - radius);
-    path.lineTo(x + radius, y + radius);
-    path.moveTo(x - radius, y + radius);
-    path.lineTo(x + radius, y - radius);
-  },
-  square: (path, x, y, radius) => path.rect(x - 0.9 * radius, y - 0.9 * radius, 1.8 * radius, 1.8 * radius),
-};
-
-/**
- * Paint points in the shape of their ink.
- *
- * @param {Sheet} sheet
- * @param {Iterable<readonly [x: number, y: number]>} places px
- * @param {Ink} ink
- * @param {number} radius px
- */
-export function dots(sheet, places, ink, radius) {
-  const { pen, unit } = sheet;
-  const { shape } = LOOKS[ink];
-  const path = new Path2D();
-  for (const [x, y] of places) SHAPES[shape](path, x, y, radius);
-  const isLine = shape === "ring" || shape === "cross";
-  if (sheet.cased) {
-    pen.strokeStyle = sheet.ink.surface;
-    pen.lineWidth = (isLine ? 1.5 + RIM : RIM) * unit;
-    pen.stroke(path);
-  }
-  if (isLine) {
-    pen.strokeStyle = sheet.ink[ink];
-    pen.lineWidth = 1.5 * unit;
-    pen.stroke(path);
-  } else {
-    pen.fillStyle = sheet.ink[ink];
-    pen.fill(path);
-  }
 }

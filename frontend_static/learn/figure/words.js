@@ -57,7 +57,7 @@ export function saying({ title }, ...parts) {
  * @param {string} [mark] What is marked in it.
  */
 export function describe(panel, mark = "") {
-  const drawn = [...new Set(panel.traces.map(({ kind, title }) => (title ? `${kind} of ${title}` : kind)))];
+  const drawn = [...new Set(panel.traces.map(({ kind, title }) => (title ? `${title} (${kind})` : kind)))];
   const axes = [along("to the right", panel.x), along("upwards", panel.y)];
   return [panel.title, panel.words, mark, drawn.length ? `Drawn: ${drawn.join(", ")}` : "", ...axes].map(sentence).filter(Boolean).join(" ");
 }

@@ -1,7 +1,8 @@
 /** Lines from the ground up to points. */
 
+import { paintPoints } from "../points.js";
 import { nearestOf } from "../polyline.js";
-import { dots, stroke } from "../sheet.js";
+import { stroke } from "../sheet.js";
 import { named, saying } from "../words.js";
 
 /** @import { Stems } from "../types.js" */
@@ -9,26 +10,42 @@ import { named, saying } from "../words.js";
 
 const HEAD = 3.2;
 /** So many stems side by side have heads that can be told apart. */
-const CROWDED = 2000;
+const CROWDED = 1500;
 
 /**
  * @param {Sheet} sheet
  * @param {Stems} stems
  */
 export function paint(sheet, stems) {
-  const [x, y] = [sheet.x.all(stems.x), sheet.y.all(stems.y)];
+  const [x, y] = [sheet.x.held(stems.x), sheet.y.all(stems.y)];
   const ground = sheet.y.at(sheet.y.ground);
   const path = new Path2D();
-  x.forEach((at, index) => {
-    if (!Number.isFinite(at + y[index])) return;
+  for (const [at, top] of highest(x, y, ground)) {
     path.moveTo(at, ground);
-    path.lineTo(at, y[index]);
-  });
+    path.lineTo(at, top);
+  }
   stroke(sheet, path, stems.ink, { solid: 1 });
-  const radius = (x.length > CROWDED ? HEAD / 2 : HEAD) * sheet.unit;
-  const isSeen = (/** @type {number} */ index) => Number.isFinite(x[index] + y[index]) && sheet.x.holds(Number(stems.x[index]));
-  const heads = Array.from(x.keys()).filter(isSeen);
-  dots(sheet, heads.map((index) => /** @type {const} */ ([x[index], y[index]])), stems.ink, radius);
+  paintPoints(sheet, { x, y }, stems.ink, (x.length > CROWDED ? HEAD / 2 : HEAD) * sheet.unit);
+}
+
+/**
+ * The stems that have to be drawn: of many that stand on one pixel the one that reaches furthest.
+ *
+ * @param {Float64Array} x px
+ * @param {Float64Array} y px
+ * @param {number} ground px
+ * @returns {Iterable<readonly [x: number, top: number]>}
+ */
+function highest(x, y, ground) {
+  /** @type {Map<number, readonly [x: number, top: number]>} */
+  const found = new Map();
+  for (let index = 0; index < x.length; index += 1) {
+    if (!Number.isFinite(x[index] + y[index])) continue;
+    const pixel = x.length > CROWDED ? Math.round(2 * x[index]) : index;
+    const known = found.get(pixel);
+    if (known === undefined || Math.abs(y[index] - ground) > Math.abs(known[1] - ground)) found.set(pixel, [x[index], y[index]]);
+  }
+  return found.values();
 }
 
 /**

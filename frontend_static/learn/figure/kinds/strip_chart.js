@@ -1,7 +1,8 @@
 /** A value over steps of time: a line with a dot at each step. */
 
+import { paintPoints } from "../points.js";
 import { nearestOf, pathThrough } from "../polyline.js";
-import { dots, stroke } from "../sheet.js";
+import { stroke } from "../sheet.js";
 import { named, saying } from "../words.js";
 
 /** @import { StripChart } from "../types.js" */
@@ -20,8 +21,7 @@ export function paint(sheet, chart) {
   const [x, y] = [sheet.x.all(chart.x), sheet.y.all(chart.y)];
   stroke(sheet, pathThrough(x, y), chart.ink, { solid: LINE });
   if (x.length * APART * sheet.unit > sheet.box.width * 2) return;
-  const seen = Array.from(x.keys()).filter((index) => Number.isFinite(x[index] + y[index]));
-  dots(sheet, seen.map((index) => /** @type {const} */ ([x[index], y[index]])), chart.ink, DOT * sheet.unit);
+  paintPoints(sheet, { x, y }, chart.ink, DOT * sheet.unit);
 }
 
 /**
