@@ -53,6 +53,7 @@ PLACES = {
     ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
     ("pftrack/lessons/plotting.py", "histogram"): "the same kind of trace",
+    ("pftrack/lessons/registry.py", "resampling"): "the id of a lesson",
     ("pftrack/measures.py", "face"): "the title of a publication",
     ("pftrack/faults.py", "faces"): "the triangles of a mesh",
     ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",

@@ -328,9 +328,10 @@ class Figure(_Part):
     panels: tuple[Panel, ...]
 
     def veiled(self) -> "Figure":
-        """Return it without what reveals the answer of the lesson's question."""
-        panels = (
-            panel.model_copy(update={"traces": tuple(trace for trace in panel.traces if not trace.reveals)})
-            for panel in self.panels
-        )
+        """Return it without what reveals the answer of the lesson's question, in traces or in words."""
+        panels = []
+        for panel in self.panels:
+            traces = tuple(trace for trace in panel.traces if not trace.reveals)
+            words = panel.words if len(traces) == len(panel.traces) else "Part of it is hidden until you have answered."
+            panels.append(panel.model_copy(update={"traces": traces, "words": words}))
         return Figure(panels=tuple(panels))

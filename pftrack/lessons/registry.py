@@ -44,6 +44,10 @@ LESSONS: Mapping[str, Lesson] = Course(
         "recursion",
         "kalman",
         "monte-carlo",
+        "importance",
+        "sir",
+        "resampling",
+        "outliers",
         "colour",
     ),
 )

@@ -8,6 +8,8 @@ from pftrack.parameters import declarations
 from tests.lessons.demonstrations import DEMONSTRATIONS, asked_at, assert_sound, corners, demonstration, shown
 
 SEEDS = 1, 2, 3, 4, 5
+FAILING = {"sir"}
+"""Lessons that show how a method fails where its parameters are extreme."""
 
 
 @pytest.fixture(params=DEMONSTRATIONS)
@@ -16,7 +18,7 @@ def lesson(request: pytest.FixtureRequest) -> Lesson:
 
 
 def assert_believable(numbers: tuple[Number, ...], where: object) -> None:
-    """Numbers are finite, and as near to the exact ones as they say."""
+    """Numbers are finite, and as near to the exact ones as they say, where they say it."""
     assert numbers
     for number in numbers:
         assert np.isfinite(number.value), (number, where)
@@ -53,15 +55,21 @@ def test_numbers_are_as_near_as_they_say(lesson: Lesson) -> None:
     """At the defaults every number lies within its tolerance of the exact one, whatever the draw."""
     body = demonstration(lesson)
     for seed in SEEDS if body.random else SEEDS[:1]:
-        assert_believable(body.show(body.parameters, seed).numbers, seed)
+        numbers = body.show(body.parameters, seed).numbers
+        assert_believable(numbers, seed)
+        assert [number.title for number in numbers if number.exact is not None and number.tolerance is None] == []
 
 
 def test_every_bound_can_be_shown(lesson: Lesson) -> None:
-    """With each parameter at each end, and all at once, the figure is sound and the numbers are believable."""
+    """With each parameter at each end, and all at once, the figure is sound and the numbers are believable.
+
+    Of lessons that show how a method fails there, the numbers may be as far off as they are.
+    """
     for corner in corners(lesson):
         it = shown(lesson, **corner)
         assert_sound(it.figure)
-        assert_believable(it.numbers, corner)
+        if lesson.id not in FAILING:
+            assert_believable(it.numbers, corner)
 
 
 def test_the_veil_hides_what_reveals(lesson: Lesson) -> None:

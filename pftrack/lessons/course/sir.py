@@ -1,0 +1,244 @@
+"""Lesson 9: predict, weigh and redraw, which is the particle filter, on a robot in a corridor with doors."""
+
+import math
+from functools import lru_cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.dynamics import random_walk
+from pftrack.filters import bootstrap, kalman
+from pftrack.gaussian import Gaussian
+from pftrack.lessons.course.corridor import CELL_M, CELLS_M, STEPS, Corridor, Pace, binned, known, total_variation
+from pftrack.lessons.course.corridor_panels import redrawn, so_far, weighed
+from pftrack.lessons.figure import Figure
+from pftrack.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+from pftrack.parameters import Parameters, parameter
+from pftrack.particles import ParticleSet
+from pftrack.random import Purpose, Stream
+from pftrack.resampling import systematic
+from pftrack.runs.recipe import Recipe
+from pftrack.runs.timeline import Change
+
+__all__ = ["LESSON", "SirParameters"]
+
+ASKED = 400
+"""Particles of which the question asks what four times as many bring."""
+REPEATS = 40
+
+
+class SirParameters(Parameters):
+    """The filter, the robot and its sensor."""
+
+    # fmt: off
+    particles: int = parameter(
+        100, "Particles N", "How many positions the filter follows at once.", ge=10, le=6400, step=10)
+    noise_m: float = parameter(
+        0.6, "Motion noise", "Standard deviation of the length of a step, which is 3 m on average.",
+        unit="m", ge=0.1, le=3, step=0.1)
+    quality: float = parameter(
+        0.9, "Sensor quality", "How well the sensor tells a door from a wall: 0 is guessing, 1 is never wrong.",
+        ge=0, le=1, step=0.05)
+    step: int = parameter(STEPS, "Step", "After which step the robot is looked at.", ge=0, le=STEPS, step=1)
+    # fmt: on
+
+
+def show(parameters: SirParameters, seed: int) -> Shown:
+    """Run the filter up to a step, beside the exact density."""
+    corridor = Corridor(parameters.noise_m, parameters.quality)
+    walk, exact = known(corridor)
+    step, count = parameters.step, parameters.particles
+    clouds = corridor.clouds(walk.doors[:step], count, seed)
+    density = exact.given[step]
+    shares = binned(CELLS_M, density * CELL_M)
+    # What as many independent draws of the exact density would be off by on average, twice. A cloud that has settled at
+    # a wrong door is beyond it.
+    expected = float(np.sqrt(2.0 * shares * (1.0 - shares) / (math.pi * count)).sum())
+    variation = total_variation(clouds[-1], density)
+    middle = float(clouds[-1].weights @ clouds[-1].states[:, 0])
+    mean, sd = _moments(density)
+    numbers = (
+        Number("Total variation between cloud and exact density", variation, 0.0, expected, digits=3),
+        Number("Mean of the cloud", middle, mean, 4.0 * sd / math.sqrt(count), "m"),
+    )
+    drawn = [
+        places.states[systematic(Stream(seed, after + 1, Purpose.TRACK), places.log_weights, count), 0]
+        for after, places in enumerate(clouds)
+    ]
+    return Shown(
+        Figure(
+            panels=(
+                so_far(drawn, walk, exact, step),
+                weighed(clouds[-1], walk, exact, corridor, step),
+                redrawn(drawn[-1], walk, exact, step),
+            )
+        ),
+        numbers,
+    )
+
+
+def _moments(density: NDArray[np.float64]) -> tuple[float, float]:
+    """Return mean and standard deviation of a density (cells,), 1/m."""
+    mean = float(density @ CELLS_M * CELL_M)
+    return mean, math.sqrt(float(density @ np.square(CELLS_M - mean) * CELL_M))
+
+
+@lru_cache(maxsize=8)
+def _errors(corridor: Corridor, count: int) -> tuple[float, float]:
+    """Return the mean total variation after the last step, and the rms error of the mean, m, over the repeats."""
+    walk, exact = known(corridor)
+    density, mean = exact.given[-1], _moments(exact.given[-1])[0]
+    clouds = [corridor.clouds(walk.doors, count, seed)[-1] for seed in range(REPEATS)]
+    off = [float(cloud.weights @ cloud.states[:, 0]) - mean for cloud in clouds]
+    return float(np.mean([total_variation(cloud, density) for cloud in clouds])), float(
+        np.sqrt(np.mean(np.square(off)))
+    )
+
+
+def _answer(parameters: SirParameters, seed: int) -> Answer:
+    del seed
+    corridor = Corridor(parameters.noise_m, parameters.quality)
+    few, many = (_errors(corridor, count)[0] for count in (parameters.particles, 4 * parameters.particles))
+    words = (
+        f"Over {REPEATS} repeats the total variation is {few:.3f} with {parameters.particles} particles and {many:.3f} "
+        f"with {4 * parameters.particles}: it falls by a factor of {few / many:.3g}."
+    )
+    return Answer(2.0, few / many, words)
+
+
+def _variation(count: int, exact: float, tolerance: float) -> Outcome:
+    return Outcome(_errors(Corridor(), count)[0], exact, tolerance)
+
+
+def _slope() -> Outcome:
+    counts = 100, 400, 1600, 6400
+    errors = [_errors(Corridor(), count)[0] for count in counts]
+    return Outcome(float(np.polyfit(np.log(counts), np.log(errors), 1)[0]), -0.5, 0.1)
+
+
+def _off() -> Outcome:
+    return Outcome(_errors(Corridor(), 6400)[1], 0.0, 1.0)
+
+
+MEASURED = 0.3, 1.9, 1.1, 2.8, 3.9, 3.0, 5.2, 4.6
+"""What lesson 5 measures of a random walk with q = 1 and r = 2, which begins as N(0, 9)."""
+
+
+def _fit(measured: float, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(-0.25 * np.square(states[:, 0] - measured))
+
+
+def _beside_kalman() -> Outcome:
+    """Compare means with those of the Kalman filter, after each measurement of lesson 5."""
+    dynamics, count = random_walk(1, 1.0), 4000
+    belief = Gaussian(np.zeros(1), np.full((1, 1), 9.0))
+    cloud = ParticleSet.uniform(3.0 * Stream(1, 0, Purpose.START).standard_normal((count, 1)))
+    off = []
+    for step, measured in enumerate(MEASURED, start=1):
+        belief, _ = kalman.update(
+            kalman.predict(belief, dynamics), np.array([measured]), np.eye(1), np.full((1, 1), 2.0)
+        )
+        cloud = bootstrap.step(
+            cloud,
+            Pace(0.0, 1.0),
+            partial(_fit, measured),
+            Stream(1, step, Purpose.TRACK),
+        ).particles
+        off.append(cloud.weights @ cloud.states[:, 0] - belief.mean[0])
+    return Outcome(float(np.sqrt(np.mean(np.square(off)))), math.sqrt(float(belief.covariance[0, 0]) / count), 0.012)
+
+
+LESSON = Lesson(
+    id="sir",
+    number=9,
+    title="The particle filter",
+    idea=(
+        "A robot in a corridor senses only whether a door is beside it. Follow many guesses at once, the particles. "
+        "In each step:\n\n"
+        "1. *Predict*: move every particle, each with noise of its own.\n"
+        "2. *Weigh* it by how well it explains what was sensed, $w_n \\propto p(z \\mid x_n)$.\n"
+        "3. *Redraw* in proportion to the weights: good ones are copied, bad ones die.\n\n"
+        "The likelihood is the right weight since the predicted cloud is what was drawn from:\n\n"
+        "$$p(x \\mid z) \\propto p(z \\mid x)\\, p(x).$$\n\n"
+        "Any motion will do, any likelihood, and any number of peaks."
+    ),
+    body=Demonstration(SirParameters(), show, random=True),
+    notice="One door could be any of five; it takes the distances between doors to tell where the robot is.",
+    tries=(
+        "Step through from 0: at the first door the cloud splits over all five.",
+        "Set N to 50 and draw several times: now and then all particles settle at a wrong door.",
+        "Set the sensor quality to 0: nothing is learned, and the cloud only spreads and moves on.",
+    ),
+    question=Question(
+        text="With 1,600 particles in place of 400, by what factor does the error of the cloud fall?",
+        kind="number",
+        answer=_answer,
+        at={"particles": ASKED},
+        tolerance=0.25,
+        bounds=(0.0, 1000.0),
+        words="The error goes with one over the root of N, as that of any average: four times as many, half of it.",
+        mistakes=(
+            Mistake(
+                (3.5, 4.5),
+                "Were it one over N, it would be 4. But chance adds up by squares: what shrinks to a quarter is the "
+                "square of the error.",
+            ),
+            Mistake(16.0, "It is the other way round: to have a sixteenth of the error takes 256 times the particles."),
+            Mistake((1.3, 1.5), "That is the root of 2, for twice as many. Here there are four times as many."),
+            Mistake(1.0, "More particles do help: each is a draw, and chance averages out over draws."),
+            Mistake((0.2, 0.6), "That is what is left of the error. Asked is the factor by which it falls."),
+        ),
+    ),
+    checks=(
+        Check(
+            "variation-at-100",
+            "With 100 particles the total variation between cloud and grid is about 0.11, on average over 40 repeats.",
+            lambda: _variation(100, 0.11, 0.04),
+        ),
+        Check(
+            "variation-at-6400",
+            "With 6,400 particles it is about 0.014.",
+            lambda: _variation(6400, 0.014, 0.006),
+        ),
+        Check("slope", "On logarithmic axes it falls over N with a slope of -1/2.", _slope),
+        Check("mean", "The mean of 6,400 particles is less than 1 m off that of the grid, rms over 40 repeats.", _off),
+        Check(
+            "beside-kalman",
+            "On lesson 5's problem 4,000 particles are as far from the Kalman filter as root(variance / N).",
+            _beside_kalman,
+        ),
+    ),
+    uses=(
+        Use(
+            "The same three steps on a picture: a cloud of places and velocities, weighed by colour. Watch it spread "
+            "behind the pillar, and find the ball again.",
+            Scenario(
+                Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"occlusion_width_px": 40}),)),
+                unlocked=("seed", "sample_count", "process_noise_px"),
+                frame=4,
+                plots=("error", "ess"),
+            ),
+        ),
+        Use(
+            "With 40 particles the cloud misses the ball as it turns, just as the robot is sought at a wrong door.",
+            Scenario(
+                Recipe(experiment="ball", tracker="h-spf", timeline=(Change(0, {"sample_count": 40}),)),
+                unlocked=("seed", "sample_count"),
+                frame=14,
+                plots=("error", "ess"),
+            ),
+        ),
+    ),
+)
