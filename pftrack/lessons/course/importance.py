@@ -291,8 +291,8 @@ LESSON = Lesson(
     ),
     uses=(
         Use(
-            "A filter that guesses the motion badly draws most particles where the fish is not: watch the effective "
-            "sample size, and change to the guided filter, whose draws were learned.",
+            "From frame 13 on, in a sharp turn, the ordinary filter draws most particles where the fish is not. Change "
+            "to the guided filter, whose draws were learned from fish that swim.",
             Scenario(
                 Recipe(
                     experiment="fish",
@@ -306,11 +306,11 @@ LESSON = Lesson(
             ),
         ),
         Use(
-            "Half of the particles are drawn where the picture is red rather than by the prediction; weights that "
-            "correct for that are valid, sharpened ones are not.",
+            "Many particles are drawn where the picture is red, rather than by the prediction. Corrected and balanced "
+            "weights are p/q; sharpened ones are not, and hold the ball better all the same.",
             Scenario(
                 Recipe(experiment="ball", tracker="s-spf"),
-                unlocked=("tracker", "seed", "sample_count"),
+                unlocked=("seed", "apf_weights", "sample_count"),
                 frame=5,
                 plots=("error", "ess", "proposals"),
             ),

@@ -294,10 +294,10 @@ LESSON = Lesson(
     ),
     uses=(
         Use(
-            "Set the resampling threshold from 1 to 0, so that particles are never redrawn, and watch the effective "
-            "sample size fall to 1.",
+            "Here particles are never redrawn: by frame 5 one of 800 carries nearly all the weight, and the ball is "
+            "lost. Set the resampling threshold to 1, which is to redraw them in every frame.",
             Scenario(
-                Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"occlusion_width_px": 5}),)),
+                Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"resampling_threshold": 0}),)),
                 unlocked=("seed", "sample_count", "resampling", "resampling_threshold"),
                 plots=("error", "ess"),
             ),

@@ -223,7 +223,7 @@ LESSON = Lesson(
     uses=(
         Use(
             "The same three steps on a picture: a cloud of places and velocities, weighed by colour. Watch it spread "
-            "behind the pillar, and find the ball again.",
+            "in frames 7 and 8, behind the pillar, and close in on the ball again by frame 12.",
             Scenario(
                 Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"occlusion_width_px": 40}),)),
                 unlocked=("seed", "sample_count", "process_noise_px"),
@@ -232,7 +232,7 @@ LESSON = Lesson(
             ),
         ),
         Use(
-            "With 40 particles the cloud misses the ball as it turns, just as the robot is sought at a wrong door.",
+            "None of 40 particles meets the ball as it turns in frame 16, as a small cloud misses the robot's door.",
             Scenario(
                 Recipe(experiment="ball", tracker="h-spf", timeline=(Change(0, {"sample_count": 40}),)),
                 unlocked=("seed", "sample_count"),
