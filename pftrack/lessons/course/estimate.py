@@ -192,9 +192,9 @@ LESSON = Lesson(
         "What is known is a whole curve, but a tracker must name one position. Which one is best depends on what an "
         "error costs. For *squared* error it is the mean:\n\n"
         r"$$\text{expected loss} = \text{variance} + (\text{guess} - \text{mean})^2$$"
-        "\n\nAny other guess costs more, by the square of its distance to the mean. For *absolute* error the median "
-        "wins, with half of the probability on either side. For being *almost exactly right* it is the mode, the top "
-        "of the curve. With two bumps the mean may lie where nothing is."
+        "\n\nThe variance is what the mean itself costs; any other guess costs its squared distance to the mean more. "
+        "For *absolute* error the median wins, with half of the probability on either side; for being *almost exactly "
+        "right* the mode, the top of the curve. With two bumps the mean may lie where nothing is."
     ),
     body=Demonstration(EstimateParameters(), show),
     notice="Each loss has its own best guess: the mean, the median or the highest point of the curve.",
