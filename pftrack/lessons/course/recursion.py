@@ -79,9 +79,10 @@ def _density_panel(past: list[Moment], noise: float) -> Panel:
         words = words.replace("brings no measurement", f"is a measurement of {last.measurement:g} m")
     highest = max(float(np.max(trace.y)) for trace in traces) if traces else 0.0
     after = len(past) > 1
+    when = "after" if after else "prior"
     traces += [
-        Curve(title="after, exact", ink="truth", x=places, y=exact[seen], reveals=after),
-        Curve(title="after, on the grid", ink="estimate", x=places, y=last.density[seen], dashed=True,
+        Curve(title=f"{when}, exact", ink="truth", x=places, y=exact[seen], reveals=after),
+        Curve(title=f"{when}, on the grid", ink="estimate", x=places, y=last.density[seen], dashed=True,
               area=(-12.0, 12.0), reveals=after),
     ]  # fmt: skip
     return Panel(
