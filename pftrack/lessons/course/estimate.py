@@ -190,9 +190,9 @@ LESSON = Lesson(
     title="One number from a density",
     idea=(
         "What is known is a whole curve, but a tracker must name one position. Which one is best depends on what an "
-        "error costs. For *squared* error it is the mean:\n\n"
-        r"$$\text{expected loss} = \text{variance} + (\text{guess} - \text{mean})^2$$"
-        "\n\nThe variance is what the mean itself costs; any other guess costs its squared distance to the mean more. "
+        "error costs. By *squared* error a guess costs on average\n\n"
+        r"$$\text{variance} + (\text{guess} - \text{mean})^2$$"
+        "\n\nThe mean is best, and costs the variance; any other guess costs its squared distance to the mean more. "
         "For *absolute* error the median wins, with half of the probability on either side; for being *almost exactly "
         "right* the mode, the top of the curve. With two bumps the mean may lie where nothing is."
     ),

@@ -229,10 +229,10 @@ LESSON = Lesson(
         ),
         kind="choice",
         choices={
-            "stays": "it stays as it is, since nothing is measured that could change it",
+            "stays": "it stays as it is",
             "round": "it grows alike to all sides",
-            "wide": "it gets wider but not higher: only the position gets uncertain",
-            "tilts": "it grows and tilts: whoever is too fast is also too far ahead",
+            "wide": "it gets wider, but not higher",
+            "tilts": "it grows and tilts",
         },
         answer=_answer,
         at={"dropped": 20, "frame": GAP + 19},

@@ -181,8 +181,9 @@ LESSON = Lesson(
         "The target moves, so what was known becomes the prior of the next step after the motion model has shifted and "
         "blurred it: **predict**. A new measurement sharpens it: **correct**. Of a target that drifts either way, the "
         "variance $\\sigma^2$ goes\n\n"
-        r"$$\text{predict: } \sigma^2 \to \sigma^2 + q \qquad "
-        r"\text{correct: } \frac{1}{\sigma^2} \to \frac{1}{\sigma^2} + \frac{1}{r}$$"
+        r"$$\text{predict: } \sigma^2 \to \sigma^2 + q$$"
+        "\n\n"
+        r"$$\text{correct: } \frac{1}{\sigma^2} \to \frac{1}{\sigma^2} + \frac{1}{r}$$"
         "\n\nThe past is needed no more: the last density holds all of it, if motion and measurement depend on "
         "nothing but the present state. Repeating these two steps is the whole of tracking."
     ),
