@@ -1,6 +1,7 @@
 """`lessons`: the lessons of the course listed, checked, drawn and exported."""
 
 import json as json_format
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +24,10 @@ Assignments = Annotated[
 ]
 Seed = Annotated[str | None, typer.Option(metavar="SEED", help="Of the draws; the lesson's own if not given.")]
 
+Folder = Annotated[
+    Path | None, typer.Option("--lessons", metavar="DIR", help="A folder with lessons of lecturers beside the others.")
+]
+
 group = typer.Typer(help="Lessons: list, check, draw and export them.", no_args_is_help=False)
 
 
@@ -32,11 +37,9 @@ def register(app: typer.Typer) -> None:
 
 
 @group.command("list")
-def list_(json: Json = False) -> None:
+def list_(folder: Folder = None, json: Json = False) -> None:
     """List the lessons with the checks that they claim."""
-    from pftrack.lessons import LESSONS
-
-    lessons = LESSONS.values()
+    lessons = _lessons(folder).values()
     if json:
         emit([{**_about(it), "checks": [check.name for check in it.checks]} for it in lessons])
         return
@@ -47,12 +50,12 @@ def list_(json: Json = False) -> None:
 @group.command()
 def check(
     ids: Annotated[list[str] | None, typer.Argument(metavar="[ID]...", help="Which lessons; all if none.")] = None,
+    folder: Folder = None,
     json: Json = False,
 ) -> None:
     """Compute what lessons claim, and compare it with what is exact."""
-    from pftrack.lessons import LESSONS
-
-    lessons = [_lesson(name) for name in ids or LESSONS]
+    known = _lessons(folder)
+    lessons = [_lesson(name, known) for name in ids or known]
     claims = [(lesson, claim) for lesson in lessons for claim in lesson.checks]
     found: list[dict[str, Any]] = []
     with compiling(), progress("checks") as tick:
@@ -86,6 +89,7 @@ def figure(
     out: Annotated[Path, typer.Option(metavar="FILE", help="A picture, .png, .svg or .pdf, or the data, .json.")],
     assignments: Assignments = None,
     seed: Seed = None,
+    folder: Folder = None,
     json: Json = False,
 ) -> None:
     """Draw the figure of a lesson, and print its numbers."""
@@ -93,7 +97,7 @@ def figure(
     from pftrack.lessons.plotting import SUFFIXES, encoded
     from pftrack.parameters import flat
 
-    found = _lesson(lesson)
+    found = _lesson(lesson, _lessons(folder))
     body = _demonstration(found)
     parameters, number = _values(body, assignments), _seed(body, seed)
     suffix = _suffix(out, (*SUFFIXES, ".json"))
@@ -119,23 +123,36 @@ def export(
     notebook: Annotated[Path, typer.Option("--notebook", metavar="FILE", help="The notebook, FILE.ipynb.")],
     assignments: Assignments = None,
     seed: Seed = None,
+    folder: Folder = None,
 ) -> None:
     """Write a lesson as a Jupyter notebook, which computes the same numbers."""
     from pftrack.files import write_whole
     from pftrack.lessons.notebook import demonstration_notebook
 
-    found = _lesson(lesson)
+    found = _lesson(lesson, _lessons(folder))
     _suffix(notebook, (".ipynb",))
     body = _demonstration(found)
-    write_whole(notebook, demonstration_notebook(found, _values(body, assignments), _seed(body, seed)))
+    write_whole(notebook, demonstration_notebook(found, _values(body, assignments), _seed(body, seed), folder))
     note(f"pftrack: written to {notebook}")
 
 
-def _lesson(name: str) -> "Lesson":
+def _lessons(folder: Path | None) -> "Mapping[str, Lesson]":
+    """Return all lessons; what is wrong with files of lecturers is told, and the others stay."""
+    from pftrack.lessons.lecturers import read_lessons
+
+    if folder is not None and not folder.is_dir():
+        raise wrong_use(f"--lessons expected a folder, got {folder}")
+    library = read_lessons(*([] if folder is None else [folder]))
+    for problem in library.problems:
+        note(f"pftrack: {problem.sentence}")
+    return library.lessons
+
+
+def _lesson(name: str, known: "Mapping[str, Lesson]") -> "Lesson":
     from pftrack.lessons import find
 
     try:
-        return find(name)
+        return find(name, known)
     except LookupError as error:
         raise wrong_use(str(error.args[0])) from None
 

@@ -1,34 +1,40 @@
 """A demonstration lesson as a notebook: predict, then see, with the numbers that the page and the command line have."""
 
+from pathlib import Path
+
 from pftrack.lessons.lesson import Demonstration, Lesson, Question
+from pftrack.lessons.registry import LESSONS
 from pftrack.notebook import Cell, code, markdown, notebook
 from pftrack.parameters import Declaration, Parameters, allowed, declarations, flat
 
 __all__ = ["demonstration_cells", "demonstration_notebook"]
 
 
-def demonstration_notebook(lesson: Lesson, parameters: Parameters, seed: int) -> bytes:
-    """Return a demonstration of the course as the content of a Jupyter notebook.
+def demonstration_notebook(lesson: Lesson, parameters: Parameters, seed: int, folder: Path | None = None) -> bytes:
+    """Return a demonstration as the content of a Jupyter notebook.
 
     Args:
         lesson: The lesson, whose body is a demonstration.
         parameters: With which its figure is shown.
         seed: Of the draws.
+        folder: Where the file of the lesson is, if a lecturer put it into one.
 
     Raises:
         TypeError: The lesson's body is a run.
     """
-    return notebook(demonstration_cells(lesson, parameters, seed))
+    return notebook(demonstration_cells(lesson, parameters, seed, folder))
 
 
-def demonstration_cells(lesson: Lesson, parameters: Parameters, seed: int) -> tuple[Cell, ...]:
+def demonstration_cells(
+    lesson: Lesson, parameters: Parameters, seed: int, folder: Path | None = None
+) -> tuple[Cell, ...]:
     """Return the cells of that notebook; see there."""
     if not isinstance(lesson.body, Demonstration):
         raise TypeError(f"the lesson {lesson.id} is a run, and its notebook is that of a run")
     tries = "\n".join(f"- {sentence}" for sentence in lesson.tries)
     return (
-        markdown(f"# {lesson.number}. {lesson.title}\n\n{lesson.idea}"),
-        code(_import(lesson)),
+        markdown(f"# {f'{lesson.number}. ' if lesson.number else ''}{lesson.title}\n\n{lesson.idea}"),
+        code(_import(lesson, folder)),
         markdown(f"## Predict\n\n{_asked(lesson.question)}"),
         code(ASKED),
         code(_answer(lesson.question)),
@@ -57,15 +63,23 @@ for check in lesson.checks:
 """.strip()
 
 
-def _import(lesson: Lesson) -> str:
+def _import(lesson: Lesson, folder: Path | None) -> str:
+    if lesson.id in LESSONS:
+        imported, found = "from pftrack.lessons import find, judge", f"find({lesson.id!r})"
+    else:
+        place = "" if folder is None else f"Path({str(folder)!r})"
+        imported = "from pftrack.lessons import judge\nfrom pftrack.lessons.lecturers import read_lessons"
+        found = f"read_lessons({place}).lessons[{lesson.id!r}]"
     return f"""
+from pathlib import Path
+
 from IPython.display import Image
 
-from pftrack.lessons import find, judge
+{imported}
 from pftrack.lessons.plotting import encoded
 from pftrack.parameters import revise
 
-lesson = find({lesson.id!r})
+lesson = {found}
 """.strip()
 
 

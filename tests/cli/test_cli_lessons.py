@@ -16,7 +16,7 @@ def test_list_has_every_lesson_with_its_checks(call: Call) -> None:
     """Id, number, title and the names of the checks, in the order of the course; as a table too."""
     status, out, _ = call("lessons", "list", "--json")
     assert status == 0
-    assert json.loads(out) == [
+    assert json.loads(out)[: len(LESSONS)] == [
         {"id": it.id, "number": it.number, "title": it.title, "checks": [check.name for check in it.checks]}
         for it in LESSONS.values()
     ]
@@ -141,3 +141,63 @@ def test_a_run_has_no_figure(call: Call, tmp_path: Path, monkeypatch: pytest.Mon
     run = Scenario(Recipe(experiment="sine", tracker="kalman"))
     monkeypatch.setattr(probability, "LESSON", replace(probability.LESSON, body=run))
     refused(call("lessons", "figure", "1", "--out", tmp_path / "a.png"), 2, "shows a run", "`pftrack run sine`")
+
+
+LECTURED = """---
+id: halves
+title: Two halves
+figure: joint
+parameters: {correlation: 0.5}
+question:
+  text: Where is x after a cut at 1.2?
+  tolerance: 0.1
+  words: The cut moves x by half of z.
+answer: first(value)
+tries: [Turn r to 0.]
+notice: The cut moves half as far.
+---
+Nothing more than an example of a lesson that stands beside the course.
+"""
+
+
+@pytest.fixture
+def lectured(tmp_path: Path) -> Path:
+    """A folder with a lecturer's lesson, and a file that is none."""
+    folder = tmp_path / "lessons"
+    folder.mkdir()
+    (folder / "halves.md").write_text(LECTURED, encoding="utf-8")
+    (folder / "broken.md").write_text(LECTURED.replace("id: halves", "id: [1"), encoding="utf-8")
+    return folder
+
+
+def test_lessons_of_a_folder_stand_beside_the_course(call: Call, lectured: Path) -> None:
+    """They are listed and checked; a file that is wrong is told of by name and line, and harms no other."""
+    status, out, err = call("lessons", "list", "--lessons", lectured, "--json")
+    assert status == 0
+    listed = json.loads(out)
+    assert [it["id"] for it in listed[: len(LESSONS)]] == list(LESSONS)
+    assert next(it for it in listed if it["id"] == "halves")["number"] == 0
+    assert "broken.md, line" in err
+    status, out, _ = call("lessons", "check", "halves", "--lessons", lectured, "--json")
+    assert status == 0
+    assert {row["lesson"] for row in json.loads(out)} <= {"halves"}
+
+
+def test_a_lesson_of_a_folder_is_drawn_and_exported(call: Call, lectured: Path, tmp_path: Path) -> None:
+    """Its figure has its own values; its notebook reads the folder again."""
+    place = tmp_path / "halves.json"
+    assert call("lessons", "figure", "halves", "--lessons", lectured, "--out", place)[0] == 0
+    data = json.loads(place.read_text(encoding="utf-8"))
+    assert data["parameters"]["correlation"] == 0.5
+    assert data["numbers"][0]["value"] == pytest.approx(0.6)
+    book = tmp_path / "halves.ipynb"
+    assert call("lessons", "export", "halves", "--lessons", lectured, "--notebook", book)[0] == 0
+    cells = [cell for cell in json.loads(book.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+    known: dict[str, object] = {}
+    exec("".join(cells[0]["source"]), known)  # noqa: S102 - it is the code that is tested
+    assert getattr(known["lesson"], "title", "") == "Two halves"
+
+
+def test_a_folder_that_is_none_is_refused(call: Call, tmp_path: Path) -> None:
+    """By its name."""
+    refused(call("lessons", "list", "--lessons", tmp_path / "nowhere"), 2, "--lessons expected a folder", "nowhere")

@@ -29,7 +29,8 @@ from pftrack.lessons.figure import (
     StripChart,
     Tree,
 )
-from pftrack.lessons.plotting import DRAWERS, SUFFIXES, draw, encoded
+from pftrack.lessons.plotting import SUFFIXES, draw, encoded
+from pftrack.lessons.traces import DRAWERS
 from pftrack.palette import COLOURS, hexadecimal
 from tests.lessons.demonstrations import DEMONSTRATIONS, shown
 

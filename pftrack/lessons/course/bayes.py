@@ -1,7 +1,7 @@
 """Lesson 3: from a measurement back to the state, by Bayes' rule.
 
-The posterior is computed on a grid, as any posterior could be. Prior and noise being normal, it is also known in closed
-form: one normal density, or, where a distance was measured, one to either side of the camera, cut off there.
+The posterior is computed on a grid, as any posterior could be, and compared with the closed form that it has where
+prior and noise are normal.
 """
 
 import math
@@ -9,8 +9,9 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import log_ndtr, ndtr
+from scipy.special import ndtr
 
+from pftrack.lessons.course.closed_form import after_distance, after_position
 from pftrack.lessons.course.densities import normal
 from pftrack.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Trace
 from pftrack.lessons.lesson import Answer, Check, Demonstration, Lesson, Mistake, Number, Outcome, Question, Shown
@@ -74,13 +75,8 @@ def moments(density: NDArray[np.float64]) -> tuple[float, float]:
 def exact_moments(p: BayesParameters) -> tuple[float, float]:
     """Return mean and variance of the posterior in closed form."""
     if p.mode == "position":
-        _, mean, variance = _combined(p, p.measured)
-        return mean, variance
-    shares, means, variances = np.array([_one_side(p, side) for side in (-1.0, 1.0)]).T
-    shares = np.exp(shares - shares.max())
-    shares /= shares.sum()
-    mean = float(shares @ means)
-    return mean, float(shares @ (variances + np.square(means - mean)))
+        return after_position(p.prior_mean, p.prior_sd, p.noise_sd, p.measured)
+    return after_distance(p.prior_mean, p.prior_sd, p.noise_sd, p.measured, CAMERA)
 
 
 def likelihood_area(p: BayesParameters) -> float:
@@ -92,25 +88,6 @@ def peaks(density: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the places in m at which a density over the grid has a peak."""
     inner = density[1:-1]
     return np.asarray(GRID[1:-1][(inner > density[:-2]) & (inner >= density[2:]) & (inner > 1e-12)])
-
-
-def _combined(p: BayesParameters, centre: float) -> tuple[float, float, float]:
-    """Multiply the prior by N(x; centre, noise^2): logarithm of the product's area, its mean and variance."""
-    prior, noise = p.prior_sd**2, p.noise_sd**2
-    variance = prior * noise / (prior + noise)
-    mean = (p.prior_mean * noise + centre * prior) / (prior + noise)
-    log_area = -0.5 * ((centre - p.prior_mean) ** 2 / (prior + noise) + math.log(prior + noise))
-    return log_area, mean, variance
-
-
-def _one_side(p: BayesParameters, side: float) -> tuple[float, float, float]:
-    """Return the same of the part right (1) or left (-1) of the camera: a normal density that is cut off there."""
-    log_area, mean, variance = _combined(p, CAMERA + side * p.measured)
-    sd, away = math.sqrt(variance), side * (mean - CAMERA)
-    cut = -away / sd
-    log_kept = float(log_ndtr(-cut))
-    ratio = math.exp(-0.5 * cut * cut - log_kept) / math.sqrt(2.0 * math.pi)
-    return log_area + log_kept, CAMERA + side * (away + sd * ratio), variance * (1.0 + cut * ratio - ratio * ratio)
 
 
 def show(parameters: BayesParameters, seed: int) -> Shown:
