@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import Drawing
 from pftrack.export import Export
+from pftrack.failure import Failure
 from pftrack.frame import Frame, Target
 from pftrack.guidance import Guidance
 from pftrack.layer import Layer
@@ -285,6 +286,7 @@ class Experiment:
         exports: Files that it offers of what is believed in a frame.
         guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
         family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
+        failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -325,16 +327,17 @@ class Experiment:
     worlds: tuple[World, ...] = ()
     exports: tuple[Export, ...] = ()
     guidance: Guidance | None = None
+    failures: tuple[Failure, ...] = ()
     warm_frames: int = 2
     family: str = "Others"
     interface: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse plots, readings and tours of what nobody declares, and columns or worlds of one name.
+        """Refuse plots, readings and tours of what nobody declares, and columns, worlds or failures of one name.
 
         Raises:
             ValueError: A plot or reading names an unknown series or a tour an unknown plot, or two different series
-                have one name, or two measures, reductions or worlds have.
+                have one name, or two measures, reductions, worlds or failures have.
         """
         worlds = [world.name for world in self.worlds]
         if len(set(worlds)) < len(worlds):
@@ -342,6 +345,9 @@ class Experiment:
         files = [name for export in self.exports for name in {export.name, export.suffix}]
         if len(set(files)) < len(files):
             raise ValueError(f"{self.id} has two exports of one name or suffix: {', '.join(files)}")
+        named = [failure.id for failure in self.failures]
+        if len(set(named)) < len(named):
+            raise ValueError(f"{self.id} has two failures of one id: {', '.join(named)}")
         known = {series.name for series in self.declared()}
         shown = [name for plot in self.plots for name in plot.names]
         shown += [name for reading in self.readings for name in reading.names]

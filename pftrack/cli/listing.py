@@ -93,6 +93,9 @@ def show(
         for it in found.presets
     ]
     table("Presets", ("name", "title", "tracker", "parameters", "what to look at"), presets)
+    if found.failures:
+        typer.echo("")
+        table("Failures", ("name", "diagnosis", "cure"), [(it.id, it.diagnosis, it.cure.text) for it in found.failures])
     if found.run_measures:
         typer.echo("")
         measures = [(it.name, it.description, it.source) for it in found.run_measures]
@@ -135,6 +138,7 @@ def _about(experiment: "Experiment") -> dict[str, object]:
             {"id": tracker.id, "title": tracker.title, "description": tracker.description}
             for tracker in experiment.trackers.values()
         ],
+        "failures": [failure.id for failure in experiment.failures],
         "presets": [
             {
                 **{key: getattr(it, key) for key in ("name", "title", "tracker", "parameters", "seed", "watch")},

@@ -14,11 +14,12 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 - `repeatability`: seek, branch, file, process, batch and change of tracker come to the same numbers;
 - `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;
 - `recordings`: a film of its own scene is tracked from a mark, as an upload is;
+- `failures`: each that it declares still fails in its own way, and its cure cures;
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
 """
 
 from pftrack.experiment import Experiment
-from pftrack.testing import declarations, drawings, marks, numbers, recordings, repeatability
+from pftrack.testing import declarations, drawings, failures, marks, numbers, recordings, repeatability
 from pftrack.testing.check import Check, CheckError
 
 __all__ = ["Check", "CheckError", "check_experiment", "experiment_checks"]
@@ -30,7 +31,7 @@ def experiment_checks(experiment: Experiment) -> tuple[Check, ...]:
     Args:
         experiment: As the registry has it: a saved run finds its experiment by its id.
     """
-    families = declarations, numbers, repeatability, marks, recordings, drawings
+    families = declarations, numbers, repeatability, marks, recordings, failures, drawings
     return tuple(check for family in families for check in family.checks(experiment))
 
 

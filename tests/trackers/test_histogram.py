@@ -1,6 +1,7 @@
 """The trackers by colour histograms: their equations, and the checks of the lecture's last lesson."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -350,3 +351,28 @@ def test_what_is_decided_between_frames_is_not_folded(values: dict[str, Any]) ->
     fold = TRACKERS["condensation"].fold
     assert fold is not None
     assert fold(begun(parameters), pictures, parameters, 1, 1) is None
+
+
+def test_velocities_that_nothing_is_added_to_die_out() -> None:
+    """Without noise on the velocity resampling leaves ever fewer different ones; with some, all stay different."""
+    counts = {}
+    for noise in (0.0, 0.3):
+        run = run_of("condensation", 25, velocity_noise_px=noise)
+        run.finish()
+        counts[noise] = [row.number("velocities") for row in run.diagnostics]
+    assert counts[0.3] == [300.0] * 25
+    assert counts[0.0][0] == 300.0
+    assert all(later <= earlier for earlier, later in pairwise(counts[0.0]))
+    assert counts[0.0][-1] < 30
+
+
+def test_a_model_is_its_first_look_until_it_is_renewed() -> None:
+    """The likeness of model and first look is 1 without renewal, and the overlap of both histograms with it."""
+    run = run_of("condensation", 6)
+    assert [row.diagnostics.number("first_likeness") for row in run] == pytest.approx([1.0] * 6, abs=1e-12)
+    renewed = run_of("condensation", 6, renewal_rate=0.5)
+    first = renewed.current.state.model
+    renewed.finish()
+    expected = np.sqrt(first * renewed.current.state.model).sum()
+    assert renewed.diagnostics[-1].number("first_likeness") == pytest.approx(expected, abs=1e-12)
+    assert expected < 0.999

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.ball.failures import FAILURES
 from pftrack.experiments.ball.suitability import suits
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
 from pftrack.filters.fixed_lag import smoothed
@@ -312,6 +313,7 @@ EXPERIMENT = Experiment(
     target="ball",
     exports=(GUIDANCE.export,),
     guidance=GUIDANCE,
+    failures=FAILURES,
     example_sweep=ExampleSweep(  # the coarse map of the document: 25 cells
         {"occlusion_width_px": (5, 30, 55, 80, 100), "distracter_radius_px": (1, 6, 11, 16, 20)},
         trackers=("h-spf", "s-spf", "pc-pf"),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Setup
+from pftrack.experiments.histogram.failures import FAILURES
 from pftrack.experiments.histogram.measures import HELD_AT_END
 from pftrack.experiments.histogram.presets import PRESETS
 from pftrack.experiments.histogram.sketch import LAYERS, draw
@@ -129,6 +130,7 @@ EXPERIMENT = Experiment(
     default_tracker="condensation",
     frames=120,
     presets=PRESETS,
+    failures=FAILURES,
     layers=LAYERS,
     worlds=(HISTOGRAM_WORLD,),
     simulate=simulate,

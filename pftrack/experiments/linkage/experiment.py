@@ -14,6 +14,7 @@ import numpy as np
 from pftrack.drawing import Drawing, Picture, Primitive
 from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.linkage.depth import DEPTH_WORLD, depth_world
+from pftrack.experiments.linkage.failures import FAILURES
 from pftrack.experiments.linkage.lengths import LENGTHS_WORLD, lengths_world
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
 from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS
@@ -113,6 +114,7 @@ EXPERIMENT = Experiment(
     warm_frames=3,
     frames=FRAMES,
     presets=PRESETS,
+    failures=FAILURES,
     layers=(
         Layer("picture"),
         Layer("measurements", legend=(Key("observation", "measured"),)),

@@ -5,15 +5,17 @@ that is renewed forgets it little by little; when another space is chosen, it be
 """
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.likelihoods.colour_bins import Space
 from pftrack.likelihoods.histogram import Window, fit, shares, similarity
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.state import HistogramState, Look
 
-__all__ = ["first_look", "judged", "with_model"]
+__all__ = ["first_likeness", "first_look", "judged", "with_model"]
 
 
 def first_look(
@@ -51,6 +53,19 @@ def model_of(look: Look | None, parameters: HistogramTrackerParameters) -> NDArr
         raise ValueError("a target's model is made of its first look, got a state without one")
     window = replace(look.window, kernel=parameters.spatial_kernel)
     return fit(look.patch_rgb, look.middle, window, parameters.colour_space)
+
+
+def first_likeness(state: HistogramState) -> float:
+    """Return rho between the model and the first look: 1 until something is renewed, and less as the model drifts."""
+    if state.look is None:
+        return 1.0
+    return min(float((np.sqrt(state.model) * _first_roots(state.look, state.space, state.kernel)).sum()), 1.0)
+
+
+@lru_cache(maxsize=64)
+def _first_roots(look: Look, space: Space, kernel: bool) -> NDArray[np.float64]:
+    """Return the square roots (110,) of what a first look counts to."""
+    return np.sqrt(fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel), space))
 
 
 def judged(

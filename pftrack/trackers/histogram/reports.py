@@ -1,18 +1,31 @@
-"""What the trackers by colour histograms report: the likeness at the estimate, and the box that they believe in."""
+"""What the trackers by colour histograms report of their states."""
 
 from collections.abc import Mapping
 
-from pftrack.series import Series, SeriesValue
-from pftrack.trackers.histogram.state import HistogramState
+import numpy as np
 
-__all__ = ["BOX", "SERIES", "measure"]
+from pftrack.series import Series, SeriesValue
+from pftrack.trackers.histogram.model import first_likeness
+from pftrack.trackers.histogram.state import VELOCITY, HistogramState
+
+__all__ = ["BOX", "PARTICLE_SERIES", "SERIES", "measure", "measure_particles"]
 
 BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
-"""Width and height of the window around the estimate."""
 
-SERIES = (Series("likeness", "likeness rho"), BOX)
+SERIES = (Series("likeness", "likeness rho"), Series("first_likeness", "model's likeness to the first look"), BOX)
+
+PARTICLE_SERIES = (Series("velocities", "different velocities"), *SERIES)
+"""Of those with particles as well: where nothing is added to a velocity, resampling can only lose some of them."""
 
 
 def measure(state: HistogramState) -> Mapping[str, SeriesValue]:
-    """Report rho of the window at the estimate, and its size."""
-    return {"likeness": state.likeness, "box": state.box_px}
+    """Report rho of the window at the estimate, what became of the model, and the window's size."""
+    return {"likeness": state.likeness, "first_likeness": first_likeness(state), "box": state.box_px}
+
+
+def measure_particles(state: HistogramState) -> Mapping[str, SeriesValue]:
+    """Report the same, and how many different velocities the particles have."""
+    if state.particles is None:
+        return measure(state)
+    x, y = state.particles.states[:, VELOCITY].T
+    return {"velocities": float(len(np.unique(x + 1j * y))), **measure(state)}

@@ -10,12 +10,13 @@ from pftrack.likelihoods.colour_bins import BINS, Space
 from pftrack.likelihoods.histogram import Window
 from pftrack.trackers.point_state import PointState
 
-__all__ = ["DIMENSION", "SIZE", "HistogramState", "Look"]
+__all__ = ["DIMENSION", "SIZE", "VELOCITY", "HistogramState", "Look"]
 
 DIMENSION = 5
 """Of the state: position (u, v) in px, velocity in px/frame, logarithm of the size beside the first one."""
+VELOCITY = slice(2, 4)
 SIZE = 4
-"""Which coordinate that is."""
+"""Which coordinates velocity and size are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

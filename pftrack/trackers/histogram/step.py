@@ -21,7 +21,7 @@ from pftrack.trackers.histogram.greedy import GREEDY
 from pftrack.trackers.histogram.likelihood import HISTOGRAM, packed
 from pftrack.trackers.histogram.model import first_look, judged, model_of, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
-from pftrack.trackers.histogram.reports import SERIES, measure
+from pftrack.trackers.histogram.reports import PARTICLE_SERIES, measure_particles
 from pftrack.trackers.histogram.searching import search
 from pftrack.trackers.histogram.state import DIMENSION, SIZE, HistogramState
 from pftrack.trackers.sampling.common import particles_of, picture_of
@@ -134,7 +134,7 @@ def _searching(state: HistogramState) -> bool:
 
 _BY_NAME = {
     sampler.name: sampler.tracker(
-        start, partial(step, sampler.rule), partial(fold, sampler.rule), SERIES, measure, _searching
+        start, partial(step, sampler.rule), partial(fold, sampler.rule), PARTICLE_SERIES, measure_particles, _searching
     )
     for sampler in SAMPLERS
 }

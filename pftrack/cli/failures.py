@@ -1,0 +1,96 @@
+"""`failures list` and `failures run`: the gallery of failures, and one of its runs in words and numbers."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pftrack.cli.compiling import compiling
+from pftrack.cli.listing import Json
+from pftrack.cli.output import emit, table, whole, wrong_use
+
+if TYPE_CHECKING:
+    from pftrack.failures import Enacted, Entry
+
+__all__ = ["register"]
+
+group = typer.Typer(help="Named failures, each with what shows it and what cures it.", no_args_is_help=True)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.add_typer(group, name="failures")
+
+
+@group.command("list")
+def list_(json: Json = False) -> None:
+    """List the failures, by their numbers."""
+    from pftrack.experiments import EXPERIMENTS
+    from pftrack.failure import KINDS
+    from pftrack.failures import gallery
+
+    entries = gallery(EXPERIMENTS)
+    if json:
+        emit([_about(entry) for entry in entries])
+        return
+    rows = [(str(it.number), it.failure.id, it.experiment.id, KINDS[it.failure.kind]) for it in entries]
+    table("", ("number", "name", "experiment", "kind"), rows)
+
+
+@group.command()
+def run(
+    failure: Annotated[
+        str, typer.Argument(metavar="ID", help="A failure's name or number, as `failures list` prints it.")
+    ],
+    cured: Annotated[bool, typer.Option("--cured", help="Take the cure.")] = False,
+    seed: Annotated[
+        str | None, typer.Option(metavar="SEED", help="Another than the failure's own, to see whether it fails there.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compute the run of a failure, or the cured one, and say what is measured in it."""
+    from pftrack.experiments import EXPERIMENTS
+    from pftrack.failures import enact, entry
+    from pftrack.random import LARGEST_SEED
+
+    try:
+        found = entry(EXPERIMENTS, failure)
+    except LookupError as error:
+        raise wrong_use(str(error.args[0])) from None
+    chosen = None if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
+    with compiling():
+        done = enact(found, cured=cured, seed=chosen)
+    lost = [row.frame for row in done.rows if row.gone]
+    if json:
+        measured = {"shown": done.finding.shown, "finding": done.finding.words, "numbers": done.finding.numbers}
+        recipe = done.recipe.model_dump(mode="json", exclude={"footage"})
+        emit({**_about(found), "cured": cured, "recipe": recipe, **measured, "lost_frames": lost})
+        return
+    _tell(found, done, lost, cured=cured)
+
+
+def _tell(entry: "Entry", done: "Enacted", lost: list[int], *, cured: bool) -> None:
+    failure = entry.failure
+    how = f"{entry.experiment.title}, {entry.experiment.trackers[done.recipe.tracker or ''].title}"
+    typer.echo(f"{entry.number}  {failure.title}{', cured' if cured else ''}\n{how}, seed {done.recipe.seed}\n")
+    typer.echo(failure.cure.text if cured else failure.diagnosis)
+    typer.echo(f"\nMeasured: {done.finding.words}")
+    typer.echo(f"It {'fails' if done.finding.shown else 'does not fail'} in this way.")
+    typer.echo(f"Lost in {len(lost)} of {len(done.rows)} frames" + (f", first in frame {lost[0]}." if lost else "."))
+    other = f"pftrack failures run {failure.id}" + ("" if cured else " --cured")
+    typer.echo(f"\n{'The run that fails' if cured else 'With its cure'}: {other}")
+
+
+def _about(entry: "Entry") -> dict[str, object]:
+    failure = entry.failure
+    return {
+        "number": entry.number,
+        "id": failure.id,
+        "title": failure.title,
+        "kind": failure.kind,
+        "experiment": entry.experiment.id,
+        "tracker": failure.tracker,
+        "seed": failure.seed,
+        "frame": failure.frame,
+        "diagnosis": failure.diagnosis,
+        "cure": failure.cure.text,
+    }

@@ -1,0 +1,39 @@
+"""Checks of the failures that an experiment declares: each still fails in its own way, and its cure still cures."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from pftrack.experiment import Experiment
+from pftrack.failures import Enacted, Entry, enact
+from pftrack.testing.check import Check, demand
+
+__all__ = ["checks"]
+
+AT_END = 5
+"""So many frames at the end decide whether the target is held."""
+
+
+def checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield a check of each failure."""
+    for number, failure in enumerate(experiment.failures, 1):
+        shown = Entry(number, experiment, failure)
+        yield Check(
+            f"its failure {failure.id} fails as it says, and its cure cures", partial(_fails_and_is_cured, shown)
+        )
+
+
+def _fails_and_is_cured(shown: Entry) -> None:
+    failure, cured, name = enact(shown), enact(shown, cured=True), shown.failure.id
+    frame = shown.failure.frame
+    demand(failure.finding.shown, f"{name} must fail as its symptom says, got: {failure.finding.words}")
+    demand(frame + 1 < len(failure.rows), f"{name} must stand before its last frame, got {frame}")
+    demand(not failure.rows[frame].gone, f"{name} must stand at a frame in which the target is held, got {frame}")
+    demand(failure.rows[frame + 1].gone, f"{name} must stand at the frame before the loss, got {frame}")
+    demand(_lost_at_end(failure) == AT_END, f"{name} must end with {AT_END} lost frames")
+    demand(not cured.finding.shown, f"the cure of {name} must cure, got: {cured.finding.words}")
+    demand(_lost_at_end(cured) == 0, f"the cure of {name} must hold the target in the last {AT_END} frames")
+    demand(cured.recipe.seed == failure.recipe.seed, f"the cure of {name} must be shown on the same seed")
+
+
+def _lost_at_end(done: Enacted) -> int:
+    return sum(row.gone for row in done.rows[-AT_END:])

@@ -1,0 +1,40 @@
+"""The command line's gallery of failures."""
+
+import json
+
+from tests.cli.commands import Call, refused
+
+
+def test_failures_are_listed_with_their_numbers(call: Call) -> None:
+    """`failures list` prints ten names, `--json` more of each; `show` has an experiment's own."""
+    code, out, _ = call("failures", "list")
+    assert code == 0
+    listed = json.loads(call("failures", "list", "--json")[1])
+    assert [each["number"] for each in listed] == list(range(1, 11))
+    assert all(each["id"] in out for each in listed)
+    assert all(each["diagnosis"].endswith(".") and each["cure"].endswith(".") for each in listed)
+    own = [each["id"] for each in listed if each["experiment"] == "linkage"]
+    shown = call("show", "linkage")[1]
+    assert all(name in shown for name in own)
+    assert sorted(json.loads(call("show", "linkage", "--json")[1])["failures"]) == sorted(own)
+
+
+def test_a_failure_says_what_happens_in_numbers(call: Call) -> None:
+    """`failures run 4` says what is measured; cured it says that it does not fail, on the same seed."""
+    code, out, _ = call("failures", "run", "4")
+    assert code == 0
+    assert "It fails in this way." in out
+    assert "In the first 10 frames the ball goes 27.5 px down, and the estimate" in out
+    told = [json.loads(call("failures", "run", "wrong-dynamics", *how, "--json")[1]) for how in ([], ["--cured"])]
+    assert [each["shown"] for each in told] == [True, False]
+    assert [each["recipe"]["tracker"] for each in told] == ["guided", "condensation"]
+    assert told[0]["recipe"]["seed"] == told[1]["recipe"]["seed"]
+    assert told[0]["lost_frames"][0] == told[0]["frame"] + 1
+    assert told[0]["numbers"]["believed"] < 0.5 * told[0]["numbers"]["true"]
+    assert "does not fail in this way" in call("failures", "run", "4", "--cured")[1]
+
+
+def test_a_failure_that_is_not_there_is_refused(call: Call) -> None:
+    """An unknown name or number, or a seed that is none, is wrong use, and says what there is."""
+    refused(call("failures", "run", "11"), 2, "there is no failure '11' here", "1 sample-impoverishment")
+    refused(call("failures", "run", "4", "--seed", "x"), 2, "--seed must be a whole number", "'x'")
