@@ -80,6 +80,19 @@ async def lesson(lesson: str, lessons: TheLessons) -> Response:
     return _page("learn/lesson.html") if found.id == lesson else RedirectResponse(f"/learn/{found.id}")
 
 
+@router.get("/failures")
+async def failures() -> Response:
+    """Return the gallery of failures."""
+    return _page("failures/failures.html")
+
+
+@router.get("/failures/{failure}")
+async def failure(failure: str) -> Response:
+    """Return the page of a failure, which finds out by itself whether there is one."""
+    del failure
+    return _page("failures/failure.html")
+
+
 @router.get("/session/{session}")
 async def session(session: str) -> Response:
     """Return the page of a session, which finds out by itself whether there is one."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from server.compilation import Compilation
+from server.failures import Courses
 from server.lessons.service import Lessons
 from server.middleware.metrics import Metrics
 from server.runs.imports import Imports
@@ -39,6 +40,7 @@ class Services:
     suitabilities: Suitabilities
     queues: Queues
     compilation: Compilation
+    courses: Courses
     stopping: threading.Event
 
     @classmethod
@@ -60,9 +62,22 @@ class Services:
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
         await lessons.open()
         kept = Suitabilities(store, settings)
+        courses = Courses(compilation.wait_for)
         stopping = threading.Event()
         return cls(
-            settings, store, manager, sweeps, tasks, imports, lessons, metrics, kept, queues, compilation, stopping
+            settings,
+            store,
+            manager,
+            sweeps,
+            tasks,
+            imports,
+            lessons,
+            metrics,
+            kept,
+            queues,
+            compilation,
+            courses,
+            stopping,
         )
 
     async def close(self) -> None:

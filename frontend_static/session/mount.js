@@ -39,6 +39,7 @@ const KEPT = "What was saved of it is in My work.";
  * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
  * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
  * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
+ * @property {HTMLElement|null} [keys] Where the keys are the session's own: its element if not given, nowhere if null.
  */
 
 /**
@@ -57,13 +58,15 @@ export class Mounted {
   #start;
   #clock;
   #steering;
+  #keys;
 
   /**
    * @param {SessionStart} start
    * @param {Options} options
    */
-  constructor(start, { clock, plots: ids = [], actions = {} }) {
+  constructor(start, { clock, plots: ids = [], actions = {}, keys = start.element }) {
     this.#start = start;
+    this.#keys = keys;
     this.#clock = clock;
     this.signal = start.signal;
     this.scene = start.scene;
@@ -94,7 +97,7 @@ export class Mounted {
   }
 
   #fill() {
-    const { places, element } = this.#start;
+    const { places } = this.#start;
     if (places.transport) transport(places.transport, this, [fileMenu(this), bookmarkMenu(this)]);
     if (places.scrubber) new Scrubber(places.scrubber, this);
     if (places.readout) readout(places.readout, this);
@@ -102,7 +105,7 @@ export class Mounted {
     if (places.plots) plots(places.plots, this);
     if (places.panel) this.#panel(places.panel);
     this.scene?.follow(this);
-    listen(element, this.actions, () => this.scene?.window ?? null, this.signal);
+    if (this.#keys) listen(this.#keys, this.actions, () => this.scene?.window ?? null, this.signal);
     this.store.on(["refused"], () => toast(this.store.refusal, { kind: "error" }));
   }
 

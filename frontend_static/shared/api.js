@@ -168,6 +168,9 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string) => Promise<Messages.ExperimentDetail>} experiment
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
  * @property {() => Promise<Messages.CompilationPublic>} compilation
+ * @property {() => Promise<Messages.FailurePublic[]>} failures
+ * @property {(id: string) => Promise<Messages.FailurePublic>} failure By id or number.
+ * @property {(id: string, signal: AbortSignal) => Promise<Messages.FailureCourse>} course
  * @property {(id: string) => Promise<Messages.SessionPublic>} session
  * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
  * @property {(id: string) => Promise<null>} end
@@ -208,6 +211,10 @@ export const api = {
   experiment: (id) => request("GET", `experiments/${encodeURIComponent(id)}`),
   plugins: () => request("GET", "plugins"),
   compilation: () => request("GET", "compilation"),
+
+  failures: () => request("GET", "failures"),
+  failure: (id) => request("GET", `failures/${encodeURIComponent(id)}`),
+  course: (id, signal) => request("GET", `failures/${encodeURIComponent(id)}/course`, undefined, signal),
 
   session: (id) => request("GET", session(id)),
   start: (body) => request("POST", "sessions", body),

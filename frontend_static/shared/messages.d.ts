@@ -232,6 +232,14 @@ export interface Declaration {
   sequence: Record<string, string>;
 }
 
+/** What the cure changes. */
+export interface DifferencePublic {
+  title: string;
+  unit: string;
+  failing: boolean | number | string;
+  cured: boolean | number | string;
+}
+
 /** All that an editor of one kind of mark has to know. */
 export interface Editor {
   kind: string;
@@ -358,6 +366,49 @@ export interface ExportPublic {
   title: string;
   suffix: string;
   media_type: string;
+}
+
+/** Both runs of a failure, computed on this server. */
+export interface FailureCourse {
+  unit: string;
+  failing: FailureRun;
+  cured: FailureRun;
+}
+
+/** A named failure of an experiment's trackers, and its cure. */
+export interface FailurePublic {
+  id: string;
+  /** Its place in the gallery, which stands for its id in addresses */
+  number: number;
+  title: string;
+  kind: string;
+  kind_title: string;
+  experiment: string;
+  experiment_title: string;
+  /** What goes wrong and why */
+  diagnosis: string;
+  /** What helps, and why */
+  cure: string;
+  /** The one before it happens */
+  frame: number;
+  /** What the cure changes at frame 0 */
+  differences: DifferencePublic[];
+  failing: Recipe;
+  cured: Recipe;
+  page: string;
+}
+
+/** What came of one of the two runs. */
+export interface FailureRun {
+  /** Of each frame; null where the truth is unknown */
+  errors: (number | null)[];
+  /** Whether the target is lost in a frame */
+  lost: boolean[];
+  /** Whether the run fails in this way */
+  shown: boolean;
+  /** What was measured, a sentence with its numbers */
+  finding: string;
+  numbers: Record<string, unknown>;
 }
 
 /** What a lesson comes to at some parameters. */

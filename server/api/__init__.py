@@ -9,6 +9,7 @@ from fastapi import APIRouter
 from server.api import (
     compilation,
     experiments,
+    failures,
     lessons,
     queue,
     runs,
@@ -25,6 +26,6 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-computing = compilation, queue, sessions, stream, runs, work, lessons
+computing = compilation, queue, sessions, stream, runs, work, lessons, failures
 for part in (experiments, uploads, *computing, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

@@ -3,6 +3,7 @@
 One that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
 """
 
+import math
 import os
 import time
 from collections.abc import Generator, Mapping
@@ -15,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Sighting
-from pftrack.experiments import find
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.failures import Enacted, enact, entry
 from pftrack.heat import over
 from pftrack.marks import read_mark
 from pftrack.parameters import ParameterError
@@ -25,6 +27,7 @@ from pftrack.runs import record
 from pftrack.runs.comparison import departure, difference
 from pftrack.runs.recipe import Footage
 from pftrack.runs.run import Change, Run
+from pftrack.series import to_json
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence
 from pftrack.sources.truth import TruthError
 from server.worker.run_tree import check_timeline
@@ -32,6 +35,7 @@ from server.worker.run_tree import check_timeline
 __all__ = [
     "Question",
     "draw_experiment",
+    "enact_failure",
     "find_mark",
     "frame_jpeg",
     "nothing",
@@ -89,6 +93,24 @@ def draw_experiment(experiment_id: str) -> bytes:
     drawing = experiment.draw(run.current, run.diagnostics)
     scale = THUMBNAIL_WIDTH_PX / drawing.width
     return png(render(drawing, layers=experiment.shown_layers, scale=scale, caption=False))
+
+
+def enact_failure(failure_id: str) -> dict[str, Any]:
+    """Return how the run of a failure went, and the cured one."""
+    shown = entry(EXPERIMENTS, failure_id)
+    failing, cured = (_course(enact(shown, cured=cured)) for cured in (False, True))
+    return {"unit": shown.experiment.unit, "failing": failing, "cured": cured}
+
+
+def _course(done: Enacted) -> dict[str, Any]:
+    finding = done.finding
+    return {
+        "errors": [to_json(math.nan if row.error is None else row.error) for row in done.rows],
+        "lost": [row.gone for row in done.rows],
+        "shown": finding.shown,
+        "finding": finding.words,
+        "numbers": {name: to_json(number) for name, number in finding.numbers.items()},
+    }
 
 
 def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:

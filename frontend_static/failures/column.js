@@ -1,0 +1,49 @@
+/** One of the two runs of a failure: what is said of it, and a place for its picture. */
+
+import { fill, h } from "../shared/dom.js";
+import { linkTo } from "../shared/share_link.js";
+import { settings } from "./words.js";
+
+/** @import { FailureCourse, FailurePublic } from "../shared/messages.js" */
+/** @typedef {"failing"|"cured"} Side */
+
+const HEADS = { failing: "Fails", cured: "Cured" };
+
+/**
+ * @typedef {object} Column
+ * @property {HTMLElement} element
+ * @property {HTMLElement} place For the picture.
+ * @property {Side} side
+ * @property {(course: FailureCourse) => void} show Say what was measured.
+ * @property {(sentence: string) => void} tell Say something in its place.
+ */
+
+/**
+ * @param {FailurePublic} failure
+ * @param {Side} side
+ * @returns {Column}
+ */
+export function column(failure, side) {
+  const place = h("div", { class: "failure-view" });
+  const measured = h("p", { class: "measured", role: "status" }, h("span", { class: "bone shimmer" }));
+  const element = h(
+    "section",
+    { class: "failure-column", "aria-label": HEADS[side], data: { side } },
+    h(
+      "div",
+      { class: "failure-words" },
+      h(
+        "h2",
+        {},
+        h("span", { class: "failure-verdict" }, HEADS[side]),
+        h("span", { class: "failure-setting" }, settings(failure, side)),
+        h("a", { class: "link", href: linkTo({ recipe: failure[side], position: failure.frame }) }, "Open as a session"),
+      ),
+      h("p", {}, side === "failing" ? failure.diagnosis : failure.cure),
+      measured,
+    ),
+    place,
+  );
+  const tell = (/** @type {string} */ sentence) => fill(measured, sentence);
+  return { element, place, side, tell, show: (course) => tell(course[side].finding) };
+}

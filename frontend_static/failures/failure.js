@@ -1,0 +1,80 @@
+/** A failure beside its cure: two runs of one seed in step, why the one fails, and what helps the other. */
+
+import { api, messageOf, statusOf } from "../shared/api.js";
+import { whenCompiled } from "../shared/compiling.js";
+import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
+import { navigation } from "../shared/navigation.js";
+import { notice } from "../shared/notice.js";
+import { themeButton } from "../shared/theme.js";
+import { later } from "../shared/timing.js";
+import { column } from "./column.js";
+import { Pair } from "./pair.js";
+
+/** @import { FailurePublic } from "../shared/messages.js" */
+/** @import { Column } from "./column.js" */
+
+const SKELETON_AFTER_MS = 200;
+const NOT_FOUND = 404;
+const GALLERY = { label: "All failures", href: "/failures" };
+const name = lastOfAddress();
+const root = part("failure");
+
+/** @type {Pair|null} */
+let pair = null;
+
+navigation("failures");
+part("tools").append(themeButton());
+// The sessions are the page's own; whoever comes back by the browser's cache begins anew.
+addEventListener("pagehide", () => pair?.end());
+addEventListener("pageshow", (event) => event.persisted && location.reload());
+load();
+
+async function load() {
+  const there = later(() => fill(root, h("div", { class: "failure-wait" }, h("div", { class: "shimmer" }))), SKELETON_AFTER_MS);
+  try {
+    const failure = await api.failure(name);
+    there();
+    setText(part("title"), `${failure.number}  ${failure.title}`);
+    document.title = `${failure.title} · pftrack`;
+    history.replaceState(null, "", failure.page + location.search);
+    begin(failure);
+  } catch (error) {
+    there();
+    const isUnknown = statusOf(error) === NOT_FOUND;
+    setText(part("title"), "Failure");
+    const title = isUnknown ? "There is no such failure" : "The failure cannot be shown";
+    fill(root, notice(title, messageOf(error), isUnknown ? GALLERY : { label: "Try again", run: load }));
+  }
+}
+
+/** @param {FailurePublic} failure */
+function begin(failure) {
+  const end = new AbortController();
+  const columns = [column(failure, "failing"), column(failure, "cured")];
+  const deck = h("div", { class: "failure-deck" });
+  fill(root, columns.map(({ element }) => element), deck);
+  measure(failure, columns, end.signal);
+  const made = new Pair(columns, deck, failure, end);
+  pair = made;
+  made.begun.catch((error) => {
+    made.end();
+    if (pair === made) fill(root, notice("The two runs could not be started", messageOf(error), { label: "Try again", run: () => begin(failure) }));
+  });
+}
+
+/**
+ * Say of both runs what is measured in them as wholes.
+ *
+ * @param {FailurePublic} failure
+ * @param {Column[]} columns
+ * @param {AbortSignal} signal
+ */
+async function measure(failure, columns, signal) {
+  const tell = (/** @type {string} */ sentence) => columns.forEach((each) => each.tell(sentence));
+  try {
+    const course = await whenCompiled(failure.experiment, () => api.course(failure.id, signal), tell, signal);
+    columns.forEach((each) => each.show(course));
+  } catch (error) {
+    if (!signal.aborted) tell(`What is measured is not known: ${messageOf(error)}`);
+  }
+}

@@ -1,0 +1,39 @@
+/** What a cure changes, in words. */
+
+import { number } from "../shared/format.js";
+
+/** @import { FailurePublic } from "../shared/messages.js" */
+/** @import { Value } from "../shared/format.js" */
+
+/**
+ * All that a cure changes: "Sharpness lambda 200 to 20".
+ *
+ * @param {FailurePublic} failure
+ */
+export function differences(failure) {
+  return failure.differences.map(({ title, unit, failing, cured }) => withUnit(`${title} ${said(failing)} to ${said(cured)}`, unit)).join(", ");
+}
+
+/**
+ * What one of the two runs has of it: "Sharpness lambda 200".
+ *
+ * @param {FailurePublic} failure
+ * @param {"failing"|"cured"} side
+ */
+export function settings(failure, side) {
+  return failure.differences.map((each) => withUnit(`${each.title} ${said(each[side])}`, each.unit)).join(", ");
+}
+
+/** @param {Value} value */
+function said(value) {
+  if (typeof value === "boolean") return value ? "on" : "off";
+  return typeof value === "number" ? number(value, 3).replace(/\.?0+$/, "") : value;
+}
+
+/**
+ * @param {string} text
+ * @param {string} unit
+ */
+function withUnit(text, unit) {
+  return unit ? `${text} ${unit}` : text;
+}

@@ -1,0 +1,159 @@
+"""The gallery of failures in a real browser: a failure beside its cure, in step, and nothing left behind."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.conftest import Complaints
+from tests.browser.host import Server
+from tests.browser.views import View
+
+WIDTHS = (800, 390)
+
+
+class FailurePage(View):
+    """The page of a failure."""
+
+    def ready(self) -> None:
+        """Wait until both runs are painted and what moves them can be used."""
+        self.until(lambda: len(self.frames) == 2, "both runs are painted")
+        self.until(lambda: self.page.locator(".failure-deck .play").is_enabled(), "the play button can be pressed")
+
+    @property
+    def frames(self) -> list[int]:
+        """The frames that are painted, the failing run's first."""
+        found: list[int] = self.page.evaluate(
+            "[...document.querySelectorAll('.flat-canvas')].map((it) => it.dataset.frame)"
+            ".filter((it) => it !== undefined).map(Number)"
+        )
+        return found
+
+    def verdict(self, side: str) -> str:
+        return str(self.page.locator(f"[data-side={side}] .verdict").inner_text())
+
+    def measured(self, side: str) -> str:
+        return str(self.page.locator(f"[data-side={side}] .measured").inner_text())
+
+    def stand_at(self, frame: int) -> None:
+        self.until(lambda: self.frames == [frame, frame], f"both show frame {frame}")
+
+    @property
+    def overflows(self) -> bool:
+        return bool(self.page.evaluate("document.documentElement.scrollWidth > innerWidth"))
+
+
+@pytest.fixture
+def failure(page: Any) -> FailurePage:
+    return FailurePage(page)
+
+
+def test_failure_three_is_found_in_the_gallery(failure: FailurePage) -> None:
+    """The gallery has ten by kind, with their numbers and the errors of both runs; the third leads to its page."""
+    page = failure.page
+    page.goto("/failures")
+    failure.until(lambda: page.locator(".failure-card").count() == 10, "all ten are there")
+    assert page.locator("section h2").count() == 4
+    failure.until(lambda: page.locator(".curve svg").count() == 10, "the errors of all are drawn")
+    words = page.locator("[data-failure=wrong-dynamics] svg").get_attribute("aria-label")
+    assert "Error over 60 frames. It fails after frame 6: up to 138.9 px" in words
+    card = page.locator(".failure-card", has=page.locator(".failure-number", has_text="3"))
+    assert card.locator("h3").inner_text().split() == ["3", "Look-alike", "capture"]
+    page.set_viewport_size({"width": 390, "height": 800})
+    assert not failure.overflows
+    page.set_viewport_size({"width": 1280, "height": 800})
+    card.locator("h3 a").click()
+    page.wait_for_url("**/failures/look-alike-capture")
+    failure.ready()
+
+
+def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server: Server) -> None:
+    """By its number it opens at the frame before; one frame on the one is lost and the other not, and both say why."""
+    page = failure.page
+    page.goto("/failures/4")
+    failure.ready()
+    assert page.url.endswith("/failures/wrong-dynamics")
+    failure.stand_at(6)
+    failure.until(lambda: failure.verdict("failing") == "on target", "the target is held in the frame before")
+    failure.until(lambda: "the estimate 4.4 px" in failure.measured("failing"), "what is measured is told")
+    failure.until(lambda: "the estimate 27.3 px" in failure.measured("cured"), "of the cured run as well")
+    assert "Tracker Guided diffusion" in page.inner_text("[data-side=failing] h2")
+    assert "Tracker Condensation" in page.inner_text("[data-side=cured] h2")
+
+    page.keyboard.press("ArrowRight")
+    failure.stand_at(7)
+    failure.until(lambda: failure.verdict("failing") == "lost since 7", "the failing run has lost the ball")
+    failure.until(lambda: failure.verdict("cured") == "on target", "the cured one has not")
+    page.locator(".failure-deck .scrubber").focus()
+    page.keyboard.press("Home")
+    failure.stand_at(0)
+    page.get_by_role("button", name="Frame 6, before it happens").click()
+    failure.stand_at(6)
+
+    sizes = {width: shape(failure, width) for width in (1280, *WIDTHS)}
+    assert sizes[1280] == "beside"
+    assert all(sizes[width] == "below" for width in WIDTHS)
+
+    assert len(server.get("sessions")) == 2
+    page.goto("/failures")
+    failure.until(lambda: server.get("sessions") == [], "both sessions have ended with the page")
+
+
+def shape(failure: FailurePage, width: int) -> str:
+    """Whether the cured run stands beside the failing one or below it, in a window of a width."""
+    failure.page.set_viewport_size({"width": width, "height": 800})
+    assert not failure.overflows
+    one, other = (failure.page.locator(f"[data-side={side}]").bounding_box() for side in ("failing", "cured"))
+    assert one
+    assert other
+    return "beside" if other["x"] >= one["x"] + one["width"] - 1 else "below"
+
+
+def test_a_run_opens_as_a_session_of_its_own(failure: FailurePage, server: Server) -> None:
+    """The link of either run starts a session at the frame before, which stays when the failure's page is left."""
+    page = failure.page
+    page.goto("/failures/wrong-dynamics")
+    failure.ready()
+    page.locator("[data-side=cured]").get_by_role("link", name="Open as a session").click()
+    page.wait_for_url(lambda url: "/session/" in url and "/session/new" not in url)
+    opened = page.url.rsplit("/", 1)[1]
+    failure.until(lambda: server.session(opened)["position"] == 6, "it stands at the frame before")
+    assert server.session(opened)["tracker"] == "condensation"
+    failure.until(lambda: [it["id"] for it in server.get("sessions")] == [opened], "the page's own have ended")
+
+
+def test_an_unknown_failure_leads_to_all(failure: FailurePage, complaints: Complaints) -> None:
+    """What is not there is said in words, with the way to those that are."""
+    complaints.expected = ("status of 404",)
+    page = failure.page
+    page.goto("/failures/of-my-own")
+    failure.until(lambda: page.locator(".notice").count() == 1, "it is said")
+    words = page.inner_text(".notice")
+    assert "There is no such failure" in words
+    assert "there are 10" in words
+    assert page.get_by_role("link", name="All failures").get_attribute("href") == "/failures"
+
+
+@pytest.fixture
+def small_server(tmp_path: Path) -> Iterator[Server]:
+    """A server with room for one session."""
+    server = Server(tmp_path, PFTRACK_MAX_SESSIONS="1")
+    yield server
+    server.stop()
+
+
+def test_a_full_server_is_said_and_tried_again(
+    failure: FailurePage, small_server: Server, complaints: Complaints
+) -> None:
+    """Where there is no place for both runs, neither is left behind, and the page says so with one button."""
+    complaints.expected = ("status of 503",)
+    page = failure.page
+    page.goto(f"{small_server.url}/failures/4")
+    failure.until(lambda: page.locator("main > .notice").count() == 1, "it is said")
+    words = page.inner_text("main > .notice")
+    assert "The two runs could not be started" in words
+    assert "places are taken" in words
+    assert page.get_by_role("button", name="Try again").is_visible()
+    failure.until(lambda: small_server.get("sessions") == [], "the one that was started has ended")
+    page.goto("about:blank")  # or it would complain of the server's end

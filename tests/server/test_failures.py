@@ -1,0 +1,55 @@
+"""The gallery of failures over REST."""
+
+import httpx
+import pytest
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.failures import gallery
+
+
+def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
+    """Each has number, kind, diagnosis and cure in words, and two recipes of one seed to be started as they are."""
+    listed = client.get("/api/v1/failures").json()
+    assert [(it["number"], it["id"]) for it in listed] == [(it.number, it.failure.id) for it in gallery(EXPERIMENTS)]
+    for it in listed:
+        assert it["failing"]["seed"] == it["cured"]["seed"]
+        assert it["failing"]["experiment"] == it["cured"]["experiment"] == it["experiment"]
+        assert it["differences"]
+        assert it["page"] == f"/failures/{it['id']}"
+    body = {"recipe": listed[3]["failing"], "position": 3}
+    started = client.post("/api/v1/sessions", json=body)
+    assert started.status_code == 201, started.text
+    assert started.json()["frames"] == listed[3]["failing"]["frames"]
+
+
+def test_a_failure_says_what_its_cure_changes(client: httpx.Client) -> None:
+    """Only what differs is listed, in the words of the experiment: a parameter, or the tracker."""
+    by_name = client.get("/api/v1/failures/overconfident-weights").json()
+    assert by_name["differences"] == [{"title": "Sharpness lambda", "unit": "", "failing": 200, "cured": 20}]
+    by_number = client.get("/api/v1/failures/4").json()
+    assert by_number["id"] == "wrong-dynamics"
+    assert by_number["differences"] == [
+        {"title": "Tracker", "unit": "", "failing": "Guided diffusion", "cured": "Condensation"}
+    ]
+
+
+def test_what_its_runs_come_to_is_computed_here(client: httpx.Client) -> None:
+    """The course has an error and a verdict for each frame of both runs, and what the symptom measures in them."""
+    course = client.get("/api/v1/failures/4/course").json()
+    failing, cured = course["failing"], course["cured"]
+    assert course["unit"] == "px"
+    assert len(failing["errors"]) == len(cured["lost"]) == 60
+    assert (failing["shown"], cured["shown"]) == (True, False)
+    assert (failing["lost"][6], failing["lost"][7]) == (False, True)
+    assert not any(cured["lost"])
+    assert f"{failing['numbers']['believed']:.1f} px" in failing["finding"]
+    assert client.get("/api/v1/failures/wrong-dynamics/course").json() == course
+
+
+@pytest.mark.parametrize("name", ["11", "0", "look-alike", "-1", "%20"])
+def test_an_unknown_failure_is_told_in_words(client: httpx.Client, name: str) -> None:
+    """What is not there is answered with 404, what was asked for, and how many there are."""
+    for path in (name, f"{name}/course"):
+        answer = client.get(f"/api/v1/failures/{path}")
+        assert answer.status_code == 404
+        assert "It may belong to an experiment that is not installed; there are 10" in answer.json()["error"]["message"]
