@@ -18,7 +18,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
     for number, failure in enumerate(experiment.failures, 1):
         shown = Entry(number, experiment, failure)
         yield Check(
-            f"its failure {failure.id} fails as it says, and its cure cures", partial(_fails_and_is_cured, shown)
+            f"each failure fails in its way, and its cure cures ({failure.id})", partial(_fails_and_is_cured, shown)
         )
 
 

@@ -13,6 +13,7 @@ from pftrack.drawing import Points, Primitive, WorldDrawing
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
 from pftrack.experiments import find
 from pftrack.experiments.sine.experiment import SineParameters
+from pftrack.failure import Cure
 from pftrack.frame import Frame
 from pftrack.marks import Editor, Handle, Mark
 from pftrack.measures import PICTURE_MEASURES
@@ -220,6 +221,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "bad values are refused with their field": (
         lambda: declaring(Forgiving),
         "width = inf must be refused, and was accepted",
+    ),
+    "each failure fails in its way, and its cure cures": (
+        lambda: replace(BALL, failures=(replace(BALL.failures[0], cure=Cure("Hope.", {})),)),
+        "the cure of wrong-dynamics must cure, got: In the first 10 frames",
     ),
     "its presets run": (
         lambda: replace(SOUND, presets=(Preset("few", "few", "kalman", {"sample_count": 0}),)),
