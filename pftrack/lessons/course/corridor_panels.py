@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.lessons.course.axes import ceiling
 from pftrack.lessons.course.corridor import (
     BIN_M,
     BINS_M,
@@ -86,7 +87,7 @@ def weighed(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, st
         id="weighed",
         title=f"Step {step}: particles predicted, and weighed by what was sensed, which is {sensed}",
         x=Axis(title="", low=0.0, high=LENGTH_M, hidden=True),
-        y=Axis(title="weight", low=0.0, high=1.1 * max(float(heights.max()), float(weight.max()))),
+        y=Axis(title="weight", low=0.0, high=ceiling(max(float(heights.max()), float(weight.max())))),
         traces=(
             Curve(title="weight by the likelihood", ink="observation", x=CELLS_M[::COARSE], y=weight[::COARSE]),
             *_doors(),
@@ -106,7 +107,7 @@ def redrawn(places: NDArray[np.float64], walk: Walk, exact: Exact, step: int) ->
         id="redrawn",
         title=f"Step {step}: redrawn in proportion to the weights",
         x=Axis(title="position", unit="m", low=0.0, high=LENGTH_M),
-        y=Axis(title="density", unit="1/m", low=0.0, high=1.1 * max(float(density.max()), float(heights.max()))),
+        y=Axis(title="density", unit="1/m", low=0.0, high=ceiling(max(float(density.max()), float(heights.max())))),
         traces=(
             Histogram(title="particles", ink="estimate", edges=BINS_M, heights=heights),
             Curve(title="exact density", ink="truth", x=CELLS_M[::COARSE], y=density[::COARSE]),

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.lessons.course.axes import ceiling
 from pftrack.lessons.course.densities import normal
 from pftrack.lessons.figure import Axis, Bars, Curve, Figure, Handle, Histogram, Panel, Rule, Stems
 from pftrack.lessons.lesson import (
@@ -149,7 +150,7 @@ def _densities(cloud: ParticleSet, proposal: Proposal, mean: float) -> Panel:
         id="densities",
         title="What is wanted, what is sampled, and the draws with their weights",
         x=Axis(title="x", low=LOW, high=HIGH),
-        y=Axis(title="density", low=0.0, high=1.05 * max(heights.max(), wanted.max(), min(sampled.max(), 1.2))),
+        y=Axis(title="density", low=0.0, high=ceiling(max(heights.max(), wanted.max(), min(sampled.max(), 1.2)))),
         traces=(
             Histogram(title="weighted draws", ink="estimate", edges=EDGES, heights=heights),
             Curve(title="p, which is wanted", ink="truth", x=AXIS, y=wanted),
@@ -165,7 +166,7 @@ def _densities(cloud: ParticleSet, proposal: Proposal, mean: float) -> Panel:
 
 def _weights(cloud: ParticleSet, proposal: Proposal) -> Panel:
     here, weights = cloud.states[:MOST_STEMS, 0], (len(cloud) * cloud.weights)[:MOST_STEMS]
-    top = 1.1 * max(float(weights.max()), 1.0)
+    top = ceiling(max(float(weights.max()), 1.0))
     # Scaled as the weights are, which add up to the number of draws.
     logs = proposal.log_ratio(AXIS) - proposal.log_ratio(here[:1]) + math.log(max(weights[0], TINY))
     ratio = np.exp(np.minimum(logs, math.log(2.0 * top)))

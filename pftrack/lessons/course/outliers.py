@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import wofz
 
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error
+from pftrack.lessons.course.axes import ceiling
 from pftrack.lessons.course.densities import normal
 from pftrack.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter
 from pftrack.lessons.lesson import (
@@ -121,7 +122,7 @@ def _posteriors(
     means: tuple[float, float],
 ) -> Panel:
     here = GRID[SEEN]
-    top = 1.1 * max(float(gaussian.max()), float(cauchy.max()))
+    top = ceiling(max(float(gaussian.max()), float(cauchy.max())))
     return Panel(
         id="posteriors",
         title="What is believed of x before and after measuring z",

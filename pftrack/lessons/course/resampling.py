@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.lessons.course.axes import ceiling
 from pftrack.lessons.course.corridor import STEPS, Corridor, known
 from pftrack.lessons.course.offspring import WEIGHTS, Scheme, copies, exact_variance, marks, redrawn
 from pftrack.lessons.figure import Axis, Bars, Figure, Handle, Panel, Scatter, Stems, StripChart, Tree
@@ -120,7 +121,7 @@ def _copies(parameters: ResamplingParameters, seed: int) -> Panel:
         id="copies",
         title="Copies of each particle",
         x=Axis(title="weight", low=-0.6, high=len(WEIGHTS) - 0.4, names=PARTICLES),
-        y=Axis(title="copies", low=0.0, high=1.1 * max(float(ours.max()), float(expected.max()) + 1.0)),
+        y=Axis(title="copies", low=0.0, high=ceiling(max(float(ours.max()), float(expected.max()) + 1.0))),
         traces=(
             Bars(title="copies", ink="estimate", heights=ours.astype(np.float64), reveals=True),
             Scatter(title="expected", ink="truth", x=np.arange(len(WEIGHTS)), y=expected, size_px=8.0),

@@ -6,11 +6,10 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.dynamics import random_walk
-from pftrack.filters import bootstrap, kalman
-from pftrack.gaussian import Gaussian
+from pftrack.filters import bootstrap
 from pftrack.lessons.course.corridor import CELL_M, CELLS_M, STEPS, Corridor, Pace, binned, known, total_variation
 from pftrack.lessons.course.corridor_panels import redrawn, so_far, weighed
+from pftrack.lessons.course.rounds import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
 from pftrack.lessons.figure import Figure
 from pftrack.lessons.lesson import (
     Answer,
@@ -132,32 +131,23 @@ def _off() -> Outcome:
     return Outcome(_errors(Corridor(), 6400)[1], 0.0, 1.0)
 
 
-MEASURED = 0.3, 1.9, 1.1, 2.8, 3.9, 3.0, 5.2, 4.6
-"""What lesson 5 measures of a random walk with q = 1 and r = 2, which begins as N(0, 9)."""
-
-
-def _fit(measured: float, states: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(-0.25 * np.square(states[:, 0] - measured))
+def _fit(measured: float, noise: float, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(-0.5 * np.square(states[:, 0] - measured) / noise)
 
 
 def _beside_kalman() -> Outcome:
     """Compare means with those of the Kalman filter, after each measurement of lesson 5."""
-    dynamics, count = random_walk(1, 1.0), 4000
-    belief = Gaussian(np.zeros(1), np.full((1, 1), 9.0))
-    cloud = ParticleSet.uniform(3.0 * Stream(1, 0, Purpose.START).standard_normal((count, 1)))
-    off = []
-    for step, measured in enumerate(MEASURED, start=1):
-        belief, _ = kalman.update(
-            kalman.predict(belief, dynamics), np.array([measured]), np.eye(1), np.full((1, 1), 2.0)
-        )
-        cloud = bootstrap.step(
-            cloud,
-            Pace(0.0, 1.0),
-            partial(_fit, measured),
-            Stream(1, step, Purpose.TRACK),
-        ).particles
-        off.append(cloud.weights @ cloud.states[:, 0] - belief.mean[0])
-    return Outcome(float(np.sqrt(np.mean(np.square(off)))), math.sqrt(float(belief.covariance[0, 0]) / count), 0.012)
+    problem, count = RecursionParameters(steps="pm" * len(MEASURED)), 4000
+    known_at_best = [moment.exact for moment in moments(GRID, problem) if moment.step == "m"]
+    pace = Pace(0.0, math.sqrt(problem.motion))
+    places = math.sqrt(PRIOR_VARIANCE) * Stream(1, 0, Purpose.START).standard_normal((count, 1))
+    cloud, off = ParticleSet.uniform(places), []
+    for step, (measured, exact) in enumerate(zip(MEASURED, known_at_best, strict=True), start=1):
+        fit = partial(_fit, measured, problem.noise)
+        cloud = bootstrap.step(cloud, pace, fit, Stream(1, step, Purpose.TRACK)).particles
+        off.append(cloud.weights @ cloud.states[:, 0] - exact.mean[0])
+    variance = float(known_at_best[-1].covariance[0, 0])
+    return Outcome(float(np.sqrt(np.mean(np.square(off)))), math.sqrt(variance / count), 0.012)
 
 
 LESSON = Lesson(
