@@ -6,7 +6,7 @@ taking to another program, such as the model of a head, its experiment declares;
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from pftrack.runs.diagnostics import Diagnostics
 
@@ -39,14 +39,30 @@ class Export:
     make: Make
 
 
-def export_named(exports: Iterable[Export], name: str) -> Export:
+class Named(Protocol):
+    """What has the name and the suffix of an export."""
+
+    @property
+    def name(self) -> str:
+        """Name in commands and addresses."""
+
+    @property
+    def suffix(self) -> str:
+        """Of the file's name, without the dot."""
+
+
+N = TypeVar("N", bound=Named)
+
+
+def export_named(exports: Iterable[N], name: str) -> N:
     """Return the export of a name, or with a suffix.
 
     Raises:
         LookupError: There is none.
     """
-    found = [one for one in exports if name in {one.name, one.suffix}]
+    offered = tuple(exports)
+    found = [one for one in offered if name in {one.name, one.suffix}]
     if not found:
-        known = ", ".join(one.name for one in exports) or "none"
+        known = ", ".join(one.name for one in offered) or "none"
         raise LookupError(f"there is no export {name!r}; there are {known}")
     return found[0]

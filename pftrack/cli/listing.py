@@ -68,6 +68,7 @@ def show(
 ) -> None:
     """Show an experiment with every parameter: unit, bounds, default, help."""
     from pftrack.parameters import declarations, flat
+    from pftrack.runs.exports import exports_of
 
     found = experiment_named(experiment)
     parameters = found.simulate().parameters
@@ -100,9 +101,8 @@ def show(
         typer.echo("")
         measures = [(it.name, it.description, it.source) for it in found.run_measures]
         table("Measures of a run", ("name", "definition", "source"), measures)
-    if found.exports:
-        typer.echo("")
-        table("Exports", ("suffix", "title"), [(f".{it.suffix}", it.title) for it in found.exports])
+    typer.echo("")
+    table("Exports", ("suffix", "title"), [(f".{it.suffix}", it.title) for it in exports_of(found)])
     if found.accepts_video:
         typer.echo("")
         typer.echo(f"It takes recordings of the kinds {', '.join(found.footage)} (--video).")
@@ -121,6 +121,8 @@ def _sources(experiment: "Experiment") -> str:
 
 
 def _about(experiment: "Experiment") -> dict[str, object]:
+    from pftrack.runs.exports import exports_of
+
     return {
         "id": experiment.id,
         "title": experiment.title,
@@ -133,7 +135,7 @@ def _about(experiment: "Experiment") -> dict[str, object]:
         "default_tracker": experiment.default_tracker,
         "frames": experiment.frames,
         "measures": [measure.as_dict() for measure in experiment.run_measures],
-        "exports": [{"name": it.name, "title": it.title, "suffix": it.suffix} for it in experiment.exports],
+        "exports": [{"name": it.name, "title": it.title, "suffix": it.suffix} for it in exports_of(experiment)],
         "trackers": [
             {"id": tracker.id, "title": tracker.title, "description": tracker.description}
             for tracker in experiment.trackers.values()

@@ -21,6 +21,7 @@ from pftrack.palette import COLOURS
 from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise, with_role
 from pftrack.runs import checkpoint, record
 from pftrack.runs.diagnostics import Diagnostics
+from pftrack.runs.exports import exports_of
 from pftrack.runs.recipe import Footage, Recipe
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, open_sequence
@@ -106,7 +107,7 @@ class RunTree:
             worlds=self.experiment.worlds,
             exports=[
                 {"name": one.name, "title": one.title, "suffix": one.suffix, "media_type": one.media_type}
-                for one in self.experiment.exports
+                for one in exports_of(self.experiment)
             ],
             about=list(self.experiment.subjects(preset)),
             watch=preset.watch if preset else "",
@@ -231,10 +232,8 @@ class RunTree:
         return dataclasses.replace(step, parameters=step.parameters.model_copy(update=shown)) if shown else step
 
     def export(self, name: str) -> bytes:
-        """Return a file of the frame that is shown, one that the experiment offers."""
-        step = self.run.current
-        past = self.run.diagnostics[: step.frame.index + 1]
-        return export_named(self.experiment.exports, name).make(step.state, past)
+        """Return a file of the frame that is shown, or of the run, one of those that are offered."""
+        return export_named(exports_of(self.experiment), name).make(self.run)
 
     @property
     def second(self) -> str | None:

@@ -1,5 +1,6 @@
 """A face model that grows, as a person sees it: the mean head becomes the driver's, and can be taken away as a file."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -111,9 +112,15 @@ def test_the_model_is_taken_away_and_brought_back(
     assert server.get(f"sessions/{view.id}/exports/face-json")["frames"] == 2
 
 
-def test_what_offers_no_files_has_no_button(unchosen: Any, server: Server) -> None:
-    """The noisy sinusoid has no exports, and no button for them."""
+def test_every_run_can_be_taken_away_as_a_notebook(unchosen: Any, server: Server) -> None:
+    """The noisy sinusoid offers nothing of its own and takes no files, and its run is there all the same."""
     session = server.start_session(experiment="sine")
     unchosen.goto(session["page"])
     SessionPage(unchosen, server).ready()
-    assert not unchosen.locator("[aria-label=Files]").is_visible()
+    unchosen.click("[aria-label=Files]")
+    away, into = (unchosen.locator(".menu section", has_text=title) for title in ("Take away", "Bring in"))
+    with unchosen.expect_download() as waiting:
+        away.locator("[data-export=notebook]").click()
+    book = json.loads(Path(waiting.value.path()).read_text())
+    assert any("Recipe.read" in "".join(cell["source"]) for cell in book["cells"])
+    assert into.count() == 0

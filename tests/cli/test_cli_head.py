@@ -193,9 +193,13 @@ def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("experiment", "name", "words"),
     [
-        ("head", "face.stl", "--export of head writes .glb, .obj, .ply, .json, .csv, .learned.json, got 'face.stl'"),
+        (
+            "head",
+            "face.stl",
+            "--export of head writes .glb, .obj, .ply, .json, .csv, .learned.json, .ipynb, got 'face.stl'",
+        ),
         ("head", "face", "got 'face'"),
-        ("ball", "face.obj", "--export of ball writes .learned.json"),
+        ("ball", "face.obj", "--export of ball writes .learned.json, .ipynb"),
         ("head", "nowhere/face.obj", "there is no folder"),
     ],
 )

@@ -4,9 +4,12 @@ import json
 
 import httpx
 import numpy as np
+import pytest
 
 from pftrack.experiments import find
+from pftrack.runs.exports import exports_of
 from pftrack.runs.run import Change, Run
+from tests.notebooks import executed
 from tests.server.host import begin, error_of, steer
 
 SMALL = {"image_width_px": 320, "feature_noise_px": 3, "face_model": "growing"}
@@ -16,7 +19,7 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> N
     """Each file that is listed comes with its name and type; the points are those of the same run in the library."""
     session = begin(client, experiment="head", parameters=SMALL, seed=1)
     offered = {one["name"]: one for one in session["exports"]}
-    assert set(offered) == {one.name for one in find("head").exports}
+    assert set(offered) == {one.name for one in exports_of(find("head"))}
     steer(client, session["id"], "seek", frame=3)
     learned = client.get(f"/api/v1/sessions/{session['id']}/exports/{offered.pop('learned')['name']}")
     assert "at least 15 frames with a frame known before them" in error_of(learned, 409)["message"]
@@ -64,9 +67,26 @@ def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
     assert columns["columns"]["estimate"][12] == list(run.current.diagnostics.estimate)
 
 
+def test_a_session_is_taken_away_as_a_notebook_with_its_numbers(client: httpx.Client) -> None:
+    """What was changed on the way is in it; run, it comes to the estimates that the session has."""
+    session = begin(client, experiment="sine", seed=5)
+    address = f"/api/v1/sessions/{session['id']}"
+    steer(client, session["id"], "seek", frame=3)
+    assert client.patch(f"{address}/parameters", json={"sample_count": 40}).status_code == 200
+    steer(client, session["id"], "seek", frame=9)
+    answer = client.get(f"{address}/exports/notebook")
+    assert answer.headers["content-type"] == "application/x-ipynb+json"
+    printed = executed(answer.content)
+    assert "The same estimates as in the run that was exported.\n" in printed
+    table = next(text for text in printed if "log_evidence" in text).splitlines()
+    said = client.get(f"{address}/diagnostics").json()["columns"]["log_evidence"]
+    place = table[0].split().index("log_evidence")
+    assert [float(row.split()[place]) for row in table[1:]] == pytest.approx(said, rel=1e-4)
+
+
 def test_what_is_not_offered_is_not_there(client: httpx.Client) -> None:
-    """An unknown name, and an experiment without exports, are told with a sentence."""
+    """An unknown name is told with a sentence, also where an experiment offers nothing of its own."""
     session = begin(client, experiment="sine")
-    assert session["exports"] == []
+    assert [one["name"] for one in session["exports"]] == ["notebook"]
     answer = client.get(f"/api/v1/sessions/{session['id']}/exports/face-obj")
     assert error_of(answer, 404)["message"] == "The session has no such export."
