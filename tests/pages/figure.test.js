@@ -39,13 +39,14 @@ describe("the scale of an axis", () => {
 });
 
 describe("the numbers of an axis", () => {
-  it("are multiples of 1, 2 or 5, never more than there is room for, and reach both ends", () => {
+  it("are multiples of 1, 2 or 5, as many as there is room for, and never one alone", () => {
     assert.deepEqual(even(AXIS, 6).values, [0, 2, 4, 6, 8, 10]);
     assert.deepEqual(even({ low: -0.3, high: 0.3 }, 4).values, [-0.2, 0, 0.2]);
+    assert.deepEqual(even({ low: 0, high: 0.48 }, 3).values, [0, 0.2, 0.4]);
     for (const span of [1e-9, 0.07, 1, 3.3, 42, 999, 1e7]) {
       for (const most of [2, 3, 5, 9]) {
         const { values } = even({ low: -span / 3, high: span }, most);
-        assert.ok(values.length <= most && values.length >= 1, `${values}`);
+        assert.ok(values.length <= most + 1 && values.length >= 2, `${values}`);
       }
     }
     assert.deepEqual(even({ low: 10, high: 0 }, 3).values, [0, 5, 10]);
@@ -98,11 +99,14 @@ describe("the box of a panel", () => {
   const wide = (text) => 8 * text.length;
 
   it("leaves room for numbers and titles, in steps, so that another digit does not move it", () => {
-    const around = margins(furniture(panel, room, 12, false), wide, 12);
-    const longer = margins(furniture({ ...panel, y: { ...panel.y, title: "another" } }, room, 12, false), wide, 12);
+    const around = margins(furniture(panel, room, 12, wide, false), wide, 12);
+    const longer = margins(furniture({ ...panel, y: { ...panel.y, title: "another" } }, room, 12, wide, false), wide, 12);
     assert.deepEqual(around, longer);
     assert.ok(around.left % 6 === 0 && around.left > 20);
-    const bare = margins(furniture({ ...panel, y: { ...panel.y, title: "", unit: "", hidden: true } }, room, 12, true), wide, 12);
+    const low = furniture({ ...panel, y: { ...panel.y, title: "a title that is longer than its axis" } }, { width: 400, height: 100 }, 12, wide, false);
+    assert.equal(low.lines, 2);
+    assert.ok(margins(low, wide, 12).left > margins({ ...low, lines: 1 }, wide, 12).left);
+    const bare = margins(furniture({ ...panel, y: { ...panel.y, title: "", unit: "", hidden: true } }, room, 12, wide, true), wide, 12);
     assert.ok(bare.left < around.left && bare.bottom < around.bottom);
   });
 

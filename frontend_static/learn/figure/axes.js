@@ -27,7 +27,7 @@ export class Axes {
     const [right, bottom] = [left + width, top + height];
     const down = around.x.map(({ at, text }) => ({ at: Math.round(x.at(at)), text }));
     const across = around.y.map(({ at, text }) => ({ at: Math.round(y.at(at)), text }));
-    const now = JSON.stringify([box, down, across, around.below, around.beside, aside, em]);
+    const now = JSON.stringify([box, down, across, around.below, around.beside, around.lines, aside, em]);
     if (now === this.#shown) return;
     this.#shown = now;
     const tick = TICK * em;
@@ -45,7 +45,7 @@ export class Axes {
       ...down.map(({ at, text }) => words("across", text, { left: at, top: below })),
       ...across.map(({ at, text }) => words("up", text, { left: left - 0.45 * em, top: at })),
       ...(around.below ? [words("below", around.below, { left, top: under, width })] : []),
-      ...(around.beside ? [words("beside", around.beside, { left: left - aside, top, height })] : []),
+      ...(around.beside ? [words("beside", around.beside, { left: left - aside, top, height, width: around.lines * LINE * em })] : []),
     );
   }
 }

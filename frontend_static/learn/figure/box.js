@@ -15,7 +15,9 @@ const LEAST = 8;
 /** Height of a line of letters, in their size; what follows likewise. */
 export const LINE = 1.25;
 const GAP = 0.45;
-const APART = { x: 5.5, y: 2.6 };
+const APART = { x: 5, y: 1.9 };
+/** More numbers than that help nobody. */
+const MOST = { x: 11, y: 7 };
 /** Margins grow in such steps, so that another digit seldom moves the box. */
 const STEP = 0.5;
 
@@ -27,6 +29,7 @@ const STEP = 0.5;
  * @property {Tick[]} y
  * @property {string} below Title of the axis to the right.
  * @property {string} beside Title of the axis upwards.
+ * @property {number} lines How many lines of letters that takes.
  */
 
 /**
@@ -35,13 +38,28 @@ const STEP = 0.5;
  * @param {Panel} panel
  * @param {{width: number, height: number}} room px
  * @param {number} em Size of the letters, px.
+ * @param {(text: string) => number} wide Width of a text, px.
  * @param {boolean} sharesX Whether a panel below has the same axis and says its numbers.
  * @returns {Furniture}
  */
-export function furniture(panel, { width, height }, em, sharesX) {
-  const x = ticksOf(panel.x, Math.max(2, Math.floor(width / (APART.x * em))));
-  const y = ticksOf(panel.y, Math.max(2, Math.floor(height / (APART.y * em))));
-  return { x: sharesX ? x.map(({ at }) => ({ at, text: "" })) : x, y, below: sharesX ? "" : titled(panel.x), beside: titled(panel.y) };
+export function furniture(panel, { width, height }, em, wide, sharesX) {
+  const room = (/** @type {"x"|"y"} */ along, /** @type {number} */ px) => Math.min(Math.max(2, Math.floor(px / (APART[along] * em))), MOST[along]);
+  const ticks = ticksOf(panel.x, room("x", width));
+  const x = sharesX ? ticks.map(({ at }) => ({ at, text: "" })) : ticks;
+  const [below, beside] = [sharesX ? "" : titled(panel.x), titled(panel.y)];
+  const high = height - GAP * em - under({ x, below }, em);
+  const y = ticksOf(panel.y, room("y", high));
+  return { x, y, below, beside, lines: Number(beside !== "") + Number(wide(beside) > high) };
+}
+
+/**
+ * Height of what stands below the box, px.
+ *
+ * @param {Pick<Furniture, "x"|"below">} around
+ * @param {number} em
+ */
+function under({ x, below }, em) {
+  return (x.some(({ text }) => text) ? LINE * em + GAP * em : GAP * em) + (below ? LINE * em : 0);
 }
 
 /**
@@ -50,14 +68,14 @@ export function furniture(panel, { width, height }, em, sharesX) {
  * @param {number} em
  * @returns {Margins}
  */
-export function margins({ x, y, below, beside }, wide, em) {
+export function margins({ x, y, below, lines }, wide, em) {
   const numbers = Math.max(0, ...y.map(({ text }) => wide(text)));
   const [first, last] = [x[0], x[x.length - 1]].map((tick) => (tick ? wide(tick.text) / 2 : 0));
   const step = (/** @type {number} */ px) => Math.ceil(px / (STEP * em)) * STEP * em;
   return {
-    left: step(Math.max((beside ? LINE * em : 0) + (numbers ? numbers + GAP * em : 0) + GAP * em, first)),
+    left: step(Math.max(lines * LINE * em + (numbers ? numbers + GAP * em : 0) + GAP * em, first)),
     right: step(Math.max(last, GAP * em)),
-    bottom: (x.some(({ text }) => text) ? LINE * em + GAP * em : GAP * em) + (below ? LINE * em : 0),
+    bottom: under({ x, below }, em),
   };
 }
 

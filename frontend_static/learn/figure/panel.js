@@ -89,7 +89,7 @@ export class PanelView {
     setText(this.#title, panel.title);
     this.#key.show(panel.traces, style.ink, style.em);
     this.element.classList.toggle("shares-x", sharesX);
-    this.#around = furniture(panel, this.#room, style.em, sharesX);
+    this.#around = furniture(panel, this.#room, style.em, style.wide, sharesX);
     return margins(this.#around, style.wide, style.em);
   }
 

@@ -4,7 +4,7 @@
 
 /** @typedef {{at: number, text: string}} Tick */
 
-const STEPS = [1, 2, 5, 10];
+const STEPS = [1, 2, 5, 10, 20, 50, 100];
 /** Multiples of a power of ten between which logarithmic axes of few decades are divided. */
 const WITHIN_DECADE = [[1, 2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 5], [1, 3], [1]];
 /** From so many digits on before the decimal point, or zeros behind it, a number is written with a power of ten. */
@@ -37,12 +37,23 @@ export function ticksOf(axis, most) {
  */
 export function even({ low, high }, most) {
   const [least, greatest] = low <= high ? [low, high] : [high, low];
-  const rough = (greatest - least || 1) / Math.max(1, most - 1);
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * (STEPS.find((each) => each * power >= rough * (1 - SLACK)) ?? 10);
+  const power = 10 ** Math.floor(Math.log10((greatest - least || 1) / (most + 1)));
+  const grids = STEPS.map((each) => multiples(each * power, least, greatest));
+  const found = grids.findIndex(({ values }) => values.length <= most);
+  const [before, grid] = [grids[found - 1], grids[found]];
+  // One number alone says nothing: rather one too many.
+  return grid.values.length < 2 && before?.values.length === most + 1 ? before : grid;
+}
+
+/**
+ * @param {number} step
+ * @param {number} least
+ * @param {number} greatest
+ */
+function multiples(step, least, greatest) {
   const first = Math.ceil(least / step - SLACK);
   const last = Math.floor(greatest / step + SLACK);
-  // Multiples, not sums: 3 * 0.1 is nearer to 0.3 than 0.1 + 0.1 + 0.1.
+  // Products, not sums: 3 * 0.1 is nearer to 0.3 than 0.1 + 0.1 + 0.1.
   const values = Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => (first + index) * step || 0);
   return { step, values };
 }
@@ -57,8 +68,8 @@ function logarithmic({ low, high }, most) {
   const [first, last] = [Math.floor(Math.log10(low) + SLACK), Math.ceil(Math.log10(high) - SLACK)];
   const powers = Array.from({ length: last - first + 1 }, (_, index) => first + index);
   const isOn = (/** @type {number} */ value) => value >= low * (1 - SLACK) && value <= high * (1 + SLACK);
-  for (const multiples of WITHIN_DECADE) {
-    const values = powers.flatMap((power) => multiples.map((each) => each * 10 ** power)).filter(isOn);
+  for (const factors of WITHIN_DECADE) {
+    const values = powers.flatMap((power) => factors.map((each) => each * 10 ** power)).filter(isOn);
     if (values.length <= most) return values;
   }
   const every = Math.ceil(powers.length / most);

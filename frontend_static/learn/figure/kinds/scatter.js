@@ -40,7 +40,7 @@ export function near(sheet, scatter, px, py) {
  * @returns {Scatter} For the key.
  */
 export function sample(scatter) {
-  return { ...scatter, x: [0.2, 0.5, 0.8], y: [0.3, 0.7, 0.4], weights: null, size_px: Math.max(5, scatter.size_px) };
+  return { ...scatter, x: [0.2, 0.5, 0.8], y: [0.3, 0.7, 0.4], weights: null, size_px: Math.min(Math.max(5, scatter.size_px), 7) };
 }
 
 /** @param {Scatter} scatter */
