@@ -36,7 +36,7 @@ export function paint(sheet, tree) {
   pen.fillStyle = sheet.ink[tree.ink];
   steps.forEach(({ links, nodes }, step) => {
     pen.globalAlpha = FAINTEST + (1 - FAINTEST) * (step / LEVELS);
-    stroke(sheet, links, tree.ink, { solid: 1 });
+    stroke(sheet, links, tree.ink, { solid: 1.25 });
     pen.fill(nodes);
   });
   pen.restore();
