@@ -22,7 +22,7 @@ from pftrack.particles import ParticleSet
 
 __all__ = ["redrawn", "so_far", "weighed"]
 
-MOST_STEMS, MOST_DOTS = 400, 100
+MOST_STEMS, MOST_DOTS = 400, 50
 """Particles that are drawn of a step, spread evenly over all of them."""
 COARSE = 4
 """Cells to a point of a curve."""
@@ -58,7 +58,7 @@ def so_far(redrawn: list[NDArray[np.float64]], walk: Walk, exact: Exact, step: i
                 ink="prediction",
                 x=dots.ravel(),
                 y=np.repeat(steps[: step + 1], dots.shape[1]),
-                size_px=4.0,
+                size_px=3.0,
             ),
             Curve(title="the robot", ink="second", x=walk.positions_m[: step + 1], y=steps[: step + 1]),
         ),
@@ -107,7 +107,7 @@ def redrawn(places: NDArray[np.float64], walk: Walk, exact: Exact, step: int) ->
         id="redrawn",
         title=f"Step {step}: redrawn in proportion to the weights",
         x=Axis(title="position", unit="m", low=0.0, high=LENGTH_M),
-        y=Axis(title="density", unit="1/m", low=0.0, high=ceiling(max(float(density.max()), float(heights.max())))),
+        y=Axis(title="p", unit="1/m", low=0.0, high=ceiling(max(float(density.max()), float(heights.max())))),
         traces=(
             Histogram(title="particles", ink="estimate", edges=BINS_M, heights=heights),
             Curve(title="exact density", ink="truth", x=CELLS_M[::COARSE], y=density[::COARSE]),

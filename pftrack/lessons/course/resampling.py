@@ -138,7 +138,7 @@ def _sizes(scheme: Scheme, seed: int) -> Panel:
         id="sizes",
         title=f"Effective sample size in lesson 9's corridor, N = {CROWD}",
         x=Axis(title="step", low=0.0, high=float(STEPS)),
-        y=Axis(title="of all particles", unit="%", low=0.0, high=105.0),
+        y=Axis(title="share", unit="%", low=0.0, high=105.0),
         traces=(
             StripChart(title="never redrawn", ink="lost", x=steps, y=kept),
             StripChart(title="redrawn in each step", ink="estimate", x=steps, y=redrawn),
@@ -238,16 +238,16 @@ LESSON = Lesson(
         "particles and drops hopeless ones; afterwards all weights are equal. It must not change expectations: of "
         "$N$ new particles, one with weight $w$ expects\n\n"
         "$$\\mathrm{E}[\\text{copies}] = N w.$$\n\n"
-        "Independent draws, *multinomial*, add needless noise. One comb with $N$ equally spaced teeth, *systematic*, "
-        "gives each particle its expected number of copies, rounded up or down.\n\n"
+        "Independent draws, *multinomial*, keep to that on average and add needless noise. One comb with $N$ equally "
+        "spaced teeth, *systematic*, does so with hardly any.\n\n"
         "The price: copies share their past, so that the cloud soon descends from very few."
     ),
     body=Demonstration(ResamplingParameters(), show, random=True),
-    notice="The comb cannot miss a long piece or hit a short one twice; darts can.",
+    notice="Circles are what each particle expects; by how much its bar is off is noise, added by redrawing.",
     tries=(
-        "Drag the comb through its offsets: no particle ever gains or loses more than one copy.",
+        "Drag the comb through its offsets, and see which bars change.",
         "Change to multinomial and draw a few times: the copies scatter, and the tree gets thinner.",
-        "Set N to 60 and look at the tree: from how many of the 60 first particles do all of the last descend?",
+        "Set N to 60: from how many of the first particles do all of the last descend?",
     ),
     question=Question(
         text="The particle with weight 0.37 expects 7.4 of N = 20 copies. How many does the comb give it?",

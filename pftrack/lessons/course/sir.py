@@ -69,7 +69,7 @@ def show(parameters: SirParameters, seed: int) -> Shown:
     middle = float(clouds[-1].weights @ clouds[-1].states[:, 0])
     mean, sd = _moments(density)
     numbers = (
-        Number("Total variation between cloud and exact density", variation, 0.0, expected, digits=3),
+        Number("Share of the cloud in wrong places (total variation)", variation, 0.0, expected, digits=3),
         Number("Mean of the cloud", middle, mean, 4.0 * sd / math.sqrt(count), "m"),
     )
     drawn = [
