@@ -11,11 +11,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtr
 
+from pftrack.lessons.course.axes import ceiling
 from pftrack.lessons.course.closed_form import after_distance, after_position
 from pftrack.lessons.course.densities import normal
 from pftrack.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Trace
-from pftrack.lessons.lesson import Answer, Check, Demonstration, Lesson, Mistake, Number, Outcome, Question, Shown
+from pftrack.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
 from pftrack.parameters import Parameters, Value, parameter
+from pftrack.runs.recipe import Recipe
 
 __all__ = ["LESSON", "BayesParameters"]
 
@@ -105,7 +119,7 @@ def show(parameters: BayesParameters, seed: int) -> Shown:
         Number("Area of the likelihood over x", STEP * float(likelihood.sum()), likelihood_area(p), 1e-3, digits=3),
     )
     prior = normal(GRID, p.prior_mean, p.prior_sd)
-    top = 1.1 * float(max(prior.max(), density[DRAWN].max()))
+    top = ceiling(1.02 * float(max(prior.max(), density[DRAWN].max())))
     panels = (_prior(p, prior, top), _likelihood(p, likelihood), _posterior(prior, density, mean, top))
     return Shown(Figure(panels=panels), numbers)
 
@@ -122,6 +136,7 @@ def _panel(
         handles=handles,
         words=words,
         row=row,
+        share=(1.4 if name == "posterior" else 1.0, 1.0),
     )
 
 
@@ -135,7 +150,7 @@ def _prior(p: BayesParameters, prior: NDArray[np.float64], top: float) -> Panel:
 def _likelihood(p: BayesParameters, likelihood: NDArray[np.float64]) -> Panel:
     curve = Curve(title="likelihood p(z | x)", ink="observation", x=GRID[DRAWN], y=likelihood[DRAWN])
     title = f"Likelihood: how well each x explains z = {p.measured:g} m"
-    top = 1.1 * float(likelihood.max())
+    top = ceiling(1.02 * float(likelihood.max()))
     if p.mode == "position":
         words = f"One bump at {p.measured:g} m, which is what was measured."
         handle = Handle(parameter="measured", at=p.measured)
@@ -277,5 +292,17 @@ LESSON = Lesson(
             lambda: Outcome(float(peaks(posterior(_distance()))[-1]), 7.97, 0.1),
         ),
         Check("likelihood-area", "The area of that likelihood over x is 2, not 1.", _area),
+    ),
+    uses=(
+        Use(
+            "Show the likeness over the picture: a likelihood of where the window is. It has a peak at the target, "
+            "another at its look-alike, and the prediction decides between them.",
+            Scenario(
+                Recipe(experiment="histogram", tracker="condensation"),
+                unlocked=("look_alike_red", "sharpness", "seed"),
+                frame=45,
+                plots=("error", "likeness"),
+            ),
+        ),
     ),
 )

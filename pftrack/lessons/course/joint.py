@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.lessons.course.axes import ceiling
 from pftrack.lessons.course.densities import normal
 from pftrack.lessons.figure import Axis, Curve, Figure, Handle, HeatMap, Panel, Rule, Scatter
 from pftrack.lessons.lesson import Answer, Check, Demonstration, Lesson, Mistake, Number, Outcome, Question, Shown
@@ -62,7 +63,7 @@ def show(parameters: JointParameters, seed: int) -> Shown:
     mean, variance = moments(z, r)
     numbers = (
         Number("Mean of x, given z", mean, r * z, 1e-5, reveals=True),
-        Number("Variance of x, given z", variance, 1.0 - r**2, 1e-5),
+        Number("Variance of x, given z: its mean squared distance from the mean", variance, 1.0 - r**2, 1e-5),
     )
     return Shown(Figure(panels=(_profile(r, z), _backwards(r, z), _map(r, z), _margin(z))), numbers)
 
@@ -140,7 +141,7 @@ def _margin(z: float) -> Panel:
 
 def _height(r: float) -> float:
     """Return where axes of density end, so that the rescaled cut has room."""
-    return max(0.8, 1.1 * float(normal(0.0, 0.0, math.sqrt(1.0 - r * r))))
+    return ceiling(max(0.7, float(normal(0.0, 0.0, math.sqrt(1.0 - r * r)))))
 
 
 def _leaning(r: float) -> str:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.lessons.course.axes import ceiling
 from pftrack.lessons.course.densities import Mixture, normal
 from pftrack.lessons.figure import Axis, Curve, Figure, Handle, Histogram, Panel, Rule
 from pftrack.lessons.lesson import Answer, Check, Demonstration, Lesson, Mistake, Number, Outcome, Question, Shown
@@ -84,7 +85,7 @@ def show(parameters: ProbabilityParameters, seed: int) -> Shown:
         Number("Area of the histogram", area, 1.0, 1e-9),
         Number("Highest density", float(curve.max()), unit="per m", digits=3),
     )
-    top = max(0.6, 0.2 * math.ceil(5.5 * max(curve.max(), np.sort(heights)[-2:].mean())))
+    top = ceiling(max(0.5, curve.max(), np.sort(heights)[-2:].mean()) * 1.02)
     panel = Panel(
         id="density",
         title="Where might it be?",
@@ -159,7 +160,7 @@ LESSON = Lesson(
         "Drag a onto b: the probability of one exact position is nothing.",
     ),
     question=Question(
-        text="How probable is a position between 0 m and 3 m? Read it off the curve.",
+        text="How probable is a position between 0 m and 3 m, as a number from 0 to 1? Read it off the curve.",
         kind="number",
         answer=_answer,
         tolerance=0.04,
