@@ -86,6 +86,12 @@ def _how_far(question: Question, value: Given, answer: Answer, right: bool) -> s
         return "Right." if right else f"Not so: {words}."
     unit = f" {question.unit}" if question.unit else ""
     if right:
-        return f"Right: it is {answer.exact:.4g}{unit}."
+        return f"Right: it is {_written(answer.exact)}{unit}."
     off = abs(value - answer.exact)
-    return f"You said {value:.4g}{unit}; it is {answer.exact:.4g}{unit}, which is {off:.3g}{unit} off."
+    said, exact = _written(value), _written(answer.exact)
+    return f"You said {said}{unit}; it is {exact}{unit}, which is {_written(off, 3)}{unit} off."
+
+
+def _written(value: float, digits: int = 4) -> str:
+    """Return a number in a few digits, a large one whole: "10,000", not "1e+04"."""
+    return f"{value:,.0f}" if abs(value) >= 10**digits - 0.5 else f"{value:.{digits}g}"

@@ -1,6 +1,7 @@
 """How predictions are judged."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -48,3 +49,12 @@ def test_what_is_no_answer_is_refused_with_what_is(given: object) -> None:
     """The refusal names what is allowed."""
     with pytest.raises(ParameterError, match="between 0 and 100"):
         judge(HALVED, Answer(2.0), given)  # type: ignore[arg-type]  # what a client may send
+
+
+def test_large_numbers_are_told_whole() -> None:
+    """Nobody has to read powers of ten: ten thousand is "10,000"."""
+    question = replace(HALVED, bounds=(0, 1e9))
+    assert judge(question, Answer(10_000.0), 1000).words[0] == "You said 1000; it is 10,000, which is 9,000 off."
+    assert judge(question, Answer(10_000.0), 9000.4).words[0] == "You said 9000; it is 10,000, which is 1,000 off."
+    assert judge(question, Answer(1234567.0), 1234567).words[0] == "Right: it is 1,234,567."
+    assert judge(question, Answer(0.00123), 1).words[0] == "You said 1; it is 0.00123, which is 0.999 off."

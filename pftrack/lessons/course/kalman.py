@@ -157,11 +157,10 @@ def _plane_panel(parameters: KalmanParameters, off: NDArray[np.float64], known: 
 def _answer(parameters: KalmanParameters, seed: int) -> Answer:
     _, known = _filtered(parameters, seed)
     before, after = (known.covariances[at] for at in (GAP - 1, parameters.frame))
-    first, last = np.sqrt(before.diagonal()), np.sqrt(after.diagonal())
+    first, last = (math.sqrt(covariance[0, 0]) for covariance in (before, after))
     words = (
-        f"From {GAP - 1} s to {parameters.frame} s the standard deviation of the position grows from {first[0]:.1f} m "
-        f"to {last[0]:.1f} m, that of the velocity from {first[1]:.2f} m/s to {last[1]:.2f} m/s, and their "
-        f"correlation from {_correlation(before):.2f} to {_correlation(after):.2f}."
+        f"The standard deviation of the position grows from {first:.1f} m to {last:.1f} m, and its correlation with "
+        f"the velocity from {_correlation(before):.2f} to {_correlation(after):.2f}."
     )
     return Answer("tilts", words=words)
 
