@@ -5,7 +5,7 @@ import { h } from "../shared/dom.js";
 
 /** @import { LessonDetail, NeighbourPublic } from "../shared/messages.js" */
 
-const KEYS = [["N", "Next lesson"], ["P", "Previous lesson"], ["D", "New draw"], ["?", "These keys"]];
+const KEYS = [["N", "Next lesson"], ["P", "Previous lesson"], ["D", "New draw"], ["F", "Present in large type; escape ends it"], ["?", "These keys"]];
 const ARROWS = "A slider, or a line in the figure, that has the focus is moved by the arrow keys. Where a run is shown, the keys are those of a session.";
 const TYPING = "input:not([type=range], [type=radio], [type=checkbox]), textarea, select";
 

@@ -4,6 +4,7 @@ import { messageOf, statusOf } from "../shared/api.js";
 import { fill, h, lastOfAddress, part } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
+import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { lessons } from "./api.js";
 import { Course } from "./course.js";
@@ -22,7 +23,7 @@ globalThis.addEventListener("pageshow", (event) => event.persisted && location.r
 
 const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
 navigation("learn");
-fill(part("tools"), themeButton(), keys);
+fill(part("tools"), themeButton(), presentationButton(), keys);
 const opening = new Newest(() => Promise.all([lessons.get(id), lessons.all()]), { answer: ([lesson, all]) => open(lesson, all), refused, lost }, signal);
 opening.ask(null);
 

@@ -84,6 +84,23 @@ def test_the_form_of_an_upload(gallery: Gallery) -> None:
     fits(gallery.page)
 
 
+def test_the_course_and_a_lesson(page: Any) -> None:
+    """All lessons, and one of them with its figure and its question; also presented."""
+    page.goto("/learn")
+    page.locator(".lesson-card").first.wait_for()
+    check(page)
+    fits(page)
+    page.goto("/learn/bayes")
+    page.get_by_role("button", name="Show", exact=True).wait_for()
+    check(page)
+    page.keyboard.press("f")
+    page.get_by_role("button", name="Leave the presentation").wait_for()
+    check(page)
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Present in large type").wait_for()
+    fits(page)
+
+
 @pytest.mark.plots
 def test_a_sweep(page: Any, server: Server) -> None:
     """Its maps and the runs of a cell."""
