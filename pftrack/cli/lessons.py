@@ -72,6 +72,8 @@ def check(
                     "status": "pass" if outcome.passed else "fail",
                 }
             )
+            if outcome.words:
+                note(f"pftrack: {lesson.id}, {claim.name}: {outcome.words}")
             tick(len(found), len(claims))
     if json:
         emit(found)
@@ -127,12 +129,19 @@ def export(
 ) -> None:
     """Write a lesson as a Jupyter notebook, which computes the same numbers."""
     from pftrack.files import write_whole
-    from pftrack.lessons.notebook import demonstration_notebook
+    from pftrack.lessons import Scenario
+    from pftrack.lessons.notebook import demonstration_notebook, lesson_notebook
 
     found = _lesson(lesson, _lessons(folder))
     _suffix(notebook, (".ipynb",))
-    body = _demonstration(found)
-    write_whole(notebook, demonstration_notebook(found, _values(body, assignments), _seed(body, seed), folder))
+    if isinstance(found.body, Scenario):
+        if assignments or seed is not None:
+            raise wrong_use(f"the lesson {found.id} shows a run; change the recipe in its notebook instead")
+        content = lesson_notebook(found)
+    else:
+        body = _demonstration(found)
+        content = demonstration_notebook(found, _values(body, assignments), _seed(body, seed))
+    write_whole(notebook, content)
     note(f"pftrack: written to {notebook}")
 
 

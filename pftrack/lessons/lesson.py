@@ -241,6 +241,7 @@ class Lesson:
         uses: Where it is used.
         number: Place in the course; 0 for one that stands beside it.
         origin: File or package that it comes from; empty for the project's own.
+        source: Text of the file, where it comes from one.
     """
 
     id: str
@@ -254,3 +255,4 @@ class Lesson:
     uses: tuple[Use, ...] = ()
     number: int = 0
     origin: str = ""
+    source: str = ""

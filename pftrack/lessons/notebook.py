@@ -1,50 +1,63 @@
-"""A demonstration lesson as a notebook: predict, then see, with the numbers that the page and the command line have."""
+"""A lesson as a notebook: predict, then see, with the numbers that the page and the command line have."""
 
-from pathlib import Path
-
-from pftrack.lessons.lesson import Demonstration, Lesson, Question
-from pftrack.lessons.registry import LESSONS
-from pftrack.notebook import Cell, code, markdown, notebook
+from pftrack.lessons.cells import CHECKED, asked, checked, found, headed, prediction, seen
+from pftrack.lessons.lesson import Demonstration, Lesson
+from pftrack.lessons.scenario_notebook import scenario_cells
+from pftrack.notebook import Cell, code, notebook
 from pftrack.parameters import Declaration, Parameters, allowed, declarations, flat
 
-__all__ = ["demonstration_cells", "demonstration_notebook"]
+__all__ = ["demonstration_cells", "demonstration_notebook", "lesson_notebook"]
 
 
-def demonstration_notebook(lesson: Lesson, parameters: Parameters, seed: int, folder: Path | None = None) -> bytes:
+def lesson_notebook(lesson: Lesson) -> bytes:
+    """Return a lesson as the content of a Jupyter notebook; a demonstration with its own parameters and seed.
+
+    Raises:
+        LookupError: The experiment of a scenario is not there.
+    """
+    if isinstance(lesson.body, Demonstration):
+        return demonstration_notebook(lesson, lesson.body.parameters, lesson.body.seed)
+    return notebook(scenario_cells(lesson))
+
+
+def demonstration_notebook(lesson: Lesson, parameters: Parameters, seed: int) -> bytes:
     """Return a demonstration as the content of a Jupyter notebook.
 
     Args:
         lesson: The lesson, whose body is a demonstration.
         parameters: With which its figure is shown.
         seed: Of the draws.
-        folder: Where the file of the lesson is, if a lecturer put it into one.
 
     Raises:
         TypeError: The lesson's body is a run.
     """
-    return notebook(demonstration_cells(lesson, parameters, seed, folder))
+    return notebook(demonstration_cells(lesson, parameters, seed))
 
 
-def demonstration_cells(
-    lesson: Lesson, parameters: Parameters, seed: int, folder: Path | None = None
-) -> tuple[Cell, ...]:
+def demonstration_cells(lesson: Lesson, parameters: Parameters, seed: int) -> tuple[Cell, ...]:
     """Return the cells of that notebook; see there."""
     if not isinstance(lesson.body, Demonstration):
         raise TypeError(f"the lesson {lesson.id} is a run, and its notebook is that of a run")
-    tries = "\n".join(f"- {sentence}" for sentence in lesson.tries)
     return (
-        markdown(f"# {f'{lesson.number}. ' if lesson.number else ''}{lesson.title}\n\n{lesson.idea}"),
-        code(_import(lesson, folder)),
-        markdown(f"## Predict\n\n{_asked(lesson.question)}"),
+        headed(lesson),
+        found(lesson, IMPORTS),
+        asked(lesson.question),
         code(ASKED),
-        code(_answer(lesson.question)),
-        markdown(f"## See\n\n{lesson.notice}\n\n## Try\n\n{tries}"),
+        prediction(lesson.question, "lesson.question.answer(asked_at, lesson.body.seed)"),
+        seen(lesson),
         code(_values(parameters, seed)),
         code(SHOWN),
-        markdown(f"## Checked\n\nWhat this lesson claims, computed here beside what is exact. {lesson.question.words}"),
-        code(CHECKED),
+        checked(lesson),
+        CHECKED,
     )
 
+
+IMPORTS = """
+from IPython.display import Image
+
+from pftrack.lessons.plotting import encoded
+from pftrack.parameters import revise
+""".strip()
 
 ASKED = """
 asked_at = revise(lesson.body.parameters, lesson.question.at or {})
@@ -55,48 +68,6 @@ SHOWN = """
 shown = lesson.body.show(parameters, seed)
 print(*shown.numbers, sep="\\n")
 Image(encoded(shown.figure, ".png"), width=900)
-""".strip()
-
-CHECKED = """
-for check in lesson.checks:
-    print(check.title, check.run(), sep="\\n    ")
-""".strip()
-
-
-def _import(lesson: Lesson, folder: Path | None) -> str:
-    if lesson.id in LESSONS:
-        imported, found = "from pftrack.lessons import find, judge", f"find({lesson.id!r})"
-    else:
-        place = "" if folder is None else f"Path({str(folder)!r})"
-        imported = "from pftrack.lessons import judge\nfrom pftrack.lessons.lecturers import read_lessons"
-        found = f"read_lessons({place}).lessons[{lesson.id!r}]"
-    return f"""
-from pathlib import Path
-
-from IPython.display import Image
-
-{imported}
-from pftrack.lessons.plotting import encoded
-from pftrack.parameters import revise
-
-lesson = {found}
-""".strip()
-
-
-def _asked(question: Question) -> str:
-    choices = "\n".join(f"- `{name!r}`: {words}" for name, words in (question.choices or {}).items())
-    return f"{question.text}\n\n{choices}".strip()
-
-
-def _answer(question: Question) -> str:
-    low, high = question.bounds
-    unit = f" {question.unit}" if question.unit else ""
-    kind = "one of the names above" if question.choices else f"a number from {low:g} to {high:g}{unit}"
-    return f"""
-prediction = None  # write {kind} in its place
-if prediction is not None:
-    right = lesson.question.answer(asked_at, lesson.body.seed)
-    print(*judge(lesson.question, right, prediction).words, sep="\\n")
 """.strip()
 
 

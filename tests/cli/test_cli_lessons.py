@@ -184,7 +184,7 @@ def test_lessons_of_a_folder_stand_beside_the_course(call: Call, lectured: Path)
 
 
 def test_a_lesson_of_a_folder_is_drawn_and_exported(call: Call, lectured: Path, tmp_path: Path) -> None:
-    """Its figure has its own values; its notebook reads the folder again."""
+    """Its figure has its own values; its notebook carries the file and needs no folder."""
     place = tmp_path / "halves.json"
     assert call("lessons", "figure", "halves", "--lessons", lectured, "--out", place)[0] == 0
     data = json.loads(place.read_text(encoding="utf-8"))
@@ -196,6 +196,24 @@ def test_a_lesson_of_a_folder_is_drawn_and_exported(call: Call, lectured: Path, 
     known: dict[str, object] = {}
     exec("".join(cells[0]["source"]), known)  # noqa: S102 - it is the code that is tested
     assert getattr(known["lesson"], "title", "") == "Two halves"
+    assert str(lectured) not in book.read_text(encoding="utf-8")
+
+
+def test_a_scenario_is_exported_as_it_is(call: Call, tmp_path: Path) -> None:
+    """Its notebook has the recipe that is asked about; values are changed there and not on the command line."""
+    book = tmp_path / "colour.ipynb"
+    assert call("lessons", "export", 12, "--notebook", book)[0] == 0
+    assert "sharpness': 200" in book.read_text(encoding="utf-8").replace('\\"', "'")
+    refused(call("lessons", "export", 12, "--seed", 3, "--notebook", book), 2, "shows a run", "recipe in its notebook")
+
+
+def test_a_check_that_cannot_be_computed_says_why(call: Call, lectured: Path) -> None:
+    """The answer of a lecturer's lesson may have no value: the check fails, and the sentence is told."""
+    (lectured / "halves.md").write_text(LECTURED.replace("first(value)", "value[7]"), encoding="utf-8")
+    status, out, err = call("lessons", "check", "halves", "--lessons", lectured, "--json")
+    assert status == 1
+    assert [(row["ours"], row["status"]) for row in json.loads(out)] == [(None, "fail")]
+    assert "halves, answer: `[7]` is beyond" in err
 
 
 def test_a_folder_that_is_none_is_refused(call: Call, tmp_path: Path) -> None:

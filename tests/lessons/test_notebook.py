@@ -7,10 +7,14 @@ from typing import Any
 import pytest
 
 from pftrack.lessons import LESSONS, Scenario
-from pftrack.lessons.notebook import demonstration_notebook
+from pftrack.lessons.cells import found
+from pftrack.lessons.lecturers import read_lessons
+from pftrack.lessons.notebook import demonstration_notebook, lesson_notebook
+from pftrack.lessons.running import answer_of, asked
 from pftrack.notebook import code, markdown, notebook
 from pftrack.parameters import revise
 from pftrack.runs.recipe import Recipe
+from pftrack.runs.record import make
 from tests.lessons.demonstrations import DEMONSTRATIONS, demonstration
 from tests.notebooks import executed
 
@@ -73,6 +77,44 @@ def test_a_run_is_no_demonstration() -> None:
     lesson = replace(LESSONS["bayes"], body=Scenario(Recipe(experiment="sine", tracker="kalman")))
     with pytest.raises(TypeError, match=lesson.id):
         demonstration_notebook(lesson, demonstration(LESSONS["probability"]).parameters, 1)
+
+
+def test_a_lecturers_scenario_runs_in_a_kernel() -> None:
+    """The notebook carries the file and the recipe, and comes to the answer that the library computes."""
+    lesson = read_lessons().lessons["cost-of-a-threshold"]
+    printed = executed(lesson_notebook(lesson))
+    assert printed[-2] == f"{answer_of(lesson).exact}\n"
+    assert printed[-1].splitlines() == [line for it in lesson.checks for line in (it.title, f"    {it.run()}")]
+    assert any("log_evidence" in text for text in printed)
+
+
+@pytest.mark.parametrize("name", [name for name, it in read_lessons().lessons.items() if isinstance(it.body, Scenario)])
+def test_every_scenario_is_found_and_asked_about_in_its_cells(name: str) -> None:
+    """The lesson is the same again, the run is the one that the question is about, and all code is Python."""
+    lesson = read_lessons().lessons[name]
+    content = lesson_notebook(lesson)
+    known: dict[str, Any] = {}
+    sources = cells(content, "code")
+    for source in sources:
+        compile(source, name, "exec")
+    for source in (sources[0], *(source for source in sources if source.startswith("from pftrack.runs.recipe"))):
+        exec(source, known)  # noqa: S102 - see above
+    assert known["lesson"].question.text == lesson.question.text
+    assert make(known["recipe"]).parameters_at(0) == make(asked(lesson)).parameters_at(0)
+    first, question, *_ = cells(content, "markdown")
+    assert lesson.title in first
+    assert lesson.question.text in question
+    assert lesson.question.words not in question
+
+
+@pytest.mark.parametrize("text", ["quoted ''' in", "back\\", "a \u2028 sign", "it's \\alpha", "ends '"])
+def test_any_text_of_a_file_comes_back_from_its_cell(text: str) -> None:
+    """Quotes, LaTeX and odd signs are carried as they are."""
+    lesson = replace(read_lessons().lessons["cost-of-a-threshold"], source=text)
+    source = found(lesson, "").source
+    read: list[str] = []
+    exec(source[source.index("lesson = ") :], {"read_lesson": read.append})  # noqa: S102 - see above
+    assert read == [text]
 
 
 def test_cells_become_a_file() -> None:

@@ -9,6 +9,6 @@ A lecturer writes no Python. A file comes from a folder or a package, may come f
 - `library`: all files of the project, of packages and of folders, in `read_lessons`.
 """
 
-from pftrack.lessons.lecturers.library import Library, Problem, read_lessons
+from pftrack.lessons.lecturers.library import Library, Problem, read_lesson, read_lessons
 
-__all__ = ["Library", "Problem", "read_lessons"]
+__all__ = ["Library", "Problem", "read_lesson", "read_lessons"]

@@ -9,6 +9,7 @@ A file may come from anybody: its size is limited before it is read, nothing in 
 and its head is neither deep nor of kinds other than those of JSON.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +17,13 @@ from typing import Any, Final, TypeAlias
 
 import yaml
 
-__all__ = ["LARGEST_BYTES", "Document", "DocumentError", "Place", "read_document"]
+__all__ = ["LARGEST_BYTES", "Document", "DocumentError", "Place", "document_of", "read_document"]
 
 LARGEST_BYTES: Final = 32 * 1024
 DEEPEST: Final = 8
 FENCE: Final = "---"
+EXPONENT: Final = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d{1,3}")
+"""A number, which YAML 1.1 takes for a text unless it has a point and a sign."""
 
 Place: TypeAlias = "tuple[str | int, ...]"
 """The keys and numbers that lead to a value of the head."""
@@ -49,12 +52,14 @@ class Document:
         lines: Of the values, and of keys, from 1.
         text: What follows the head.
         text_line: Where that begins.
+        source: All of the file.
     """
 
     head: Mapping[str, Any]
     lines: Mapping[Place, int]
     text: str
     text_line: int
+    source: str
 
     def line(self, place: Place) -> int:
         """Return where a value stands, or what it would be a part of."""
@@ -79,10 +84,16 @@ def read_document(path: Path) -> Document:
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise DocumentError(line, "this is no UTF-8; save the file with that encoding") from None
-    return _parted(text.splitlines())
+    return document_of(text)
 
 
-def _parted(lines: list[str]) -> Document:
+def document_of(text: str) -> Document:
+    """Read the text of a file.
+
+    Raises:
+        DocumentError: It has no head, or one that is none.
+    """
+    lines = text.splitlines()
     if not lines or lines[0].rstrip() != FENCE:
         raise DocumentError(1, f"a lesson begins with a head between two lines of {FENCE}; the first line is another")
     end = next((number for number, line in enumerate(lines[1:], 1) if line.rstrip() == FENCE), None)
@@ -92,7 +103,7 @@ def _parted(lines: list[str]) -> Document:
     head = _read("\n".join(lines[1:end]), places)
     body = lines[end + 1 :]
     blank = next((number for number, line in enumerate(body) if line.strip()), 0)
-    return Document(head, places, "\n".join(body).strip(), end + 2 + blank)
+    return Document(head, places, "\n".join(body).strip(), end + 2 + blank, "\n".join(lines) + "\n")
 
 
 def _read(text: str, places: dict[Place, int]) -> dict[str, Any]:
@@ -143,6 +154,8 @@ def _built(node: yaml.Node, place: Place, loader: yaml.SafeLoader, places: dict[
         value = loader.construct_object(node)
     except ValueError:
         raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is no value; put it in quotes") from None
+    if isinstance(value, str) and node.style is None and EXPONENT.fullmatch(value):
+        return float(value)
     return value if isinstance(value, bool | int | float | str) else node.value
 
 

@@ -12,12 +12,12 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Final, TypeAlias, cast
 
-from pftrack.lessons.lecturers.document import DocumentError, read_document
+from pftrack.lessons.lecturers.document import DocumentError, document_of, read_document
 from pftrack.lessons.lecturers.making import lesson_of
 from pftrack.lessons.lesson import Lesson
 from pftrack.lessons.registry import LESSONS
 
-__all__ = ["GROUP", "Library", "Problem", "read_lessons"]
+__all__ = ["GROUP", "Library", "Problem", "read_lesson", "read_lessons"]
 
 GROUP: Final = "pftrack.lessons"
 SHIPPED: Final = Path(__file__).parent / "shipped"
@@ -94,6 +94,19 @@ def read_lessons(*folders: Path) -> Library:
                 known[lesson.id] = lesson
     course = cast("MutableMapping[str, Lesson]", LESSONS)  # what is chained behind the first is only read
     return Library(ChainMap(known, course), tuple(problems))
+
+
+def read_lesson(text: str) -> Lesson:
+    """Return the lesson of the text of a file, as a notebook carries it.
+
+    Raises:
+        ValueError: It is none; the sentences say why.
+    """
+    match lesson_of(document_of(text), "a notebook"):
+        case Lesson() as lesson:
+            return lesson
+        case problems:
+            raise ValueError("; ".join(f"line {error.line}: {error.message}" for error in problems))
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,6 +50,7 @@ def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
         tries=head.tries,
         question=question_of(head, body, expression),
         origin=origin,
+        source=document.source,
     )
     return replace(lesson, checks=(_check(lesson, head),))
 

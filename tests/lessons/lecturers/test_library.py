@@ -173,6 +173,13 @@ def test_windows_saves_files_in_its_own_way(tmp_path: Path) -> None:
     assert read(tmp_path, b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode()).problems == ()
 
 
+def test_numbers_with_an_exponent_are_numbers(tmp_path: Path) -> None:
+    """YAML 1.1 takes 1e-1 for a text, which nobody means."""
+    lesson = read(tmp_path, changed("given: [50, 100]", "given: 1e1").replace("tolerance: 1", "tolerance: 1e-1"))
+    question = lesson.lessons["my-lesson"].question
+    assert (question.tolerance, question.mistakes[0].given) == (0.1, 10.0)
+
+
 def test_the_first_of_two_files_with_one_id_is_taken(tmp_path: Path) -> None:
     """The other is told whose the id is."""
     (tmp_path / "a.md").write_text(GOOD)
@@ -207,7 +214,8 @@ def test_a_figure_of_the_course_can_be_asked_about_anew(tmp_path: Path) -> None:
     shown = lesson.body.show(lesson.body.parameters, lesson.body.seed)
     assert answer_of(lesson).exact == shown.numbers[0].value
     assert getattr(lesson.body.parameters, number.name) == number.maximum
-    wrong = read(tmp_path, text.replace(f"{number.name}: {number.maximum}", f"{number.name}: 1e300\nunlocked: [seed]"))
+    beyond = text.replace(f"{number.name}: {number.maximum}}}", f"{number.name}: 1e300}}\nunlocked: [seed]")
+    wrong = read(tmp_path, beyond)
     assert [problem.line for problem in wrong.problems if problem.origin == "mine.md"] == [6, 5]
 
 

@@ -1,0 +1,79 @@
+"""Cells that the notebooks of all lessons have: the lesson itself, what is asked, a prediction judged, the checks."""
+
+from pftrack.lessons.lesson import Lesson, Question
+from pftrack.notebook import Cell, code, markdown
+
+__all__ = ["CHECKED", "asked", "checked", "found", "headed", "prediction", "seen"]
+
+
+def headed(lesson: Lesson) -> Cell:
+    """Return the cell with title and idea."""
+    return markdown(f"# {f'{lesson.number}. ' if lesson.number else ''}{lesson.title}\n\n{lesson.idea}")
+
+
+def found(lesson: Lesson, imports: str) -> Cell:
+    """Return the cell in which the lesson is found, or read again, where a lecturer wrote it.
+
+    Args:
+        lesson: The lesson.
+        imports: Further lines of imports.
+    """
+    if not lesson.source:
+        return code(f"{imports}\nfrom pftrack.lessons import find, judge\n\nlesson = find({lesson.id!r})")
+    again = f"lesson = read_lesson({_quoted(lesson.source)})"
+    return code(
+        f"{imports}\nfrom pftrack.lessons import judge\nfrom pftrack.lessons.lecturers import read_lesson\n\n{again}"
+    )
+
+
+def asked(question: Question) -> Cell:
+    """Return the cell that asks."""
+    choices = "\n".join(f"- `{name!r}`: {words}" for name, words in (question.choices or {}).items())
+    return markdown(f"## Predict\n\n{question.text}\n\n{choices}".strip())
+
+
+def prediction(question: Question, right: str) -> Cell:
+    """Return the cell in which a person answers.
+
+    Args:
+        question: What is asked.
+        right: What computes the right answer, an expression.
+    """
+    low, high = question.bounds
+    unit = f" {question.unit}" if question.unit else ""
+    kind = "one of the names above" if question.choices else f"a number from {low:g} to {high:g}{unit}"
+    return code(
+        f"""
+prediction = None  # write {kind} in its place
+if prediction is not None:
+    right = {right}
+    print(*judge(lesson.question, right, prediction).words, sep="\\n")
+""".strip()
+    )
+
+
+def seen(lesson: Lesson) -> Cell:
+    """Return the cell that says what to notice and to try."""
+    tries = "\n".join(f"- {sentence}" for sentence in lesson.tries)
+    return markdown(f"## See\n\n{lesson.notice}\n\n## Try\n\n{tries}")
+
+
+def checked(lesson: Lesson) -> Cell:
+    """Return the cell that says what the checks are."""
+    return markdown(
+        f"## Checked\n\nWhat this lesson claims, computed here beside what is exact. {lesson.question.words}"
+    )
+
+
+CHECKED = code(
+    """
+for check in lesson.checks:
+    print(check.title, check.run(), sep="\\n    ")
+""".strip()
+)
+
+
+def _quoted(text: str) -> str:
+    """Return a text as Python has it, line by line where that can be."""
+    lines_up = "'''" not in text and not text.endswith(("'", "\\")) and text.replace("\n", "").isprintable()
+    return f"r'''{text}'''" if lines_up else repr(text)

@@ -1,0 +1,37 @@
+"""A scenario lesson as a notebook: predict, then compute the run that the question is about, and see."""
+
+from pftrack.experiments import find
+from pftrack.lessons.cells import CHECKED, asked, checked, found, headed, prediction, seen
+from pftrack.lessons.lesson import Lesson, Scenario
+from pftrack.lessons.running import asked as asked_run
+from pftrack.notebook import Cell, code
+from pftrack.runs.notebook import run_cells
+
+__all__ = ["scenario_cells"]
+
+IMPORTS = "from pftrack.lessons.running import answer_of, numbers_of_run"
+
+ANSWERED = "print(lesson.question.answer(numbers_of_run(run)).exact)"
+
+
+def scenario_cells(lesson: Lesson) -> tuple[Cell, ...]:
+    """Return the cells of the notebook of a lesson that shows a run.
+
+    Raises:
+        TypeError: The lesson shows a figure.
+        LookupError: Its experiment is not there.
+    """
+    if not isinstance(lesson.body, Scenario):
+        raise TypeError(f"the lesson {lesson.id} shows a figure, and its notebook is that of a demonstration")
+    recipe = asked_run(lesson)
+    return (
+        headed(lesson),
+        found(lesson, IMPORTS),
+        asked(lesson.question),
+        prediction(lesson.question, "answer_of(lesson)"),
+        seen(lesson),
+        *run_cells(recipe, find(recipe.experiment), plots=lesson.body.plots),
+        checked(lesson),
+        code(ANSWERED),
+        CHECKED,
+    )
