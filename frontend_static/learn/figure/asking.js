@@ -46,6 +46,7 @@ export class Asking {
       this.#at = this.#beside = null;
       return;
     }
+    this.element.dataset.along = asked.along;
     const { left, top, width, height } = asked.box;
     Object.assign(this.#hint.style, { left: `${left}px`, top: `${top}px`, width: `${width}px`, height: `${height}px` });
     this.#grip.show(this.#stand(this.#at ?? this.#middle));
