@@ -7,6 +7,7 @@ import pytest
 
 from pftrack.lessons.figure import Figure, Panel, Trace
 from pftrack.palette import COLOURS, VIRIDIS
+from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT, RED, SCENE, cloud
 from tests.browser.views import View
@@ -17,7 +18,7 @@ BARE = """<head><title>Figures</title><link rel="stylesheet" href="/static/share
 <body><main style="height: 560px"></main></body>"""
 
 START = """async (text) => {
-    document.documentElement.innerHTML = text;
+    Object.assign(document.documentElement, { lang: 'en', innerHTML: text });
     const loaded = [...document.querySelectorAll('link')].map((link) => new Promise((done) => (link.onload = done)));
     const { LessonFigure } = await import('/static/learn/figure/figure.js');
     await Promise.all(loaded);
@@ -283,6 +284,14 @@ def test_dark_large_and_narrow(figures: FigurePage) -> None:
     tops = "[...document.querySelectorAll('.figure-panel')].map((panel) => panel.getBoundingClientRect().top)"
     figures.until(lambda: len(set(page.evaluate(tops))) == 4, "panels stand below each other")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_axe_finds_nothing_in_a_figure_that_is_asked_about_and_marked(figures: FigurePage) -> None:
+    """Names, roles and contrasts of all that a figure is made of, in both colours."""
+    figures.show(EVERY["curves"])
+    figures.page.evaluate("figure.ask({ panel: 'stems', along: 'x' })")
+    figures.page.evaluate("figure.mark({ panel: 'densities', along: 'y', at: 0.3, exact: 0.84 })")
+    check(figures.page)
 
 
 def test_thousands_of_points_look_like_few(figures: FigurePage) -> None:
