@@ -20,7 +20,7 @@ from pftrack.lessons.course.corridor import (
 from pftrack.lessons.figure import Axis, Curve, Handle, HeatMap, Histogram, Panel, Rule, Scatter, Stems
 from pftrack.particles import ParticleSet
 
-__all__ = ["redrawn", "so_far", "weighed"]
+__all__ = ["redrawn", "steps_so_far", "weighed"]
 
 MOST_STEMS, MOST_DOTS = 400, 50
 """Particles that are drawn of a step, spread evenly over all of them."""
@@ -30,18 +30,17 @@ PER_COLUMN = 10
 """Cells to a column of the map."""
 
 
-def so_far(redrawn: list[NDArray[np.float64]], walk: Walk, exact: Exact, step: int) -> Panel:
-    """Return the map of all steps up to one: what can be known, where the particles are, and where the robot is."""
+def steps_so_far(redrawn: list[NDArray[np.float64]], walk: Walk, exact: Exact, step: int) -> Panel:
+    """Return the map of all steps: what can be known, and up to one of them where particles and robot are."""
     columns = exact.given.reshape(STEPS + 1, -1, PER_COLUMN).mean(axis=2)
     # The root, since at first it is spread over all of the corridor and at last over a few metres.
     known = np.sqrt(columns)
-    known[step + 1 :] = 0.0
     every = max(len(redrawn[0]) // MOST_DOTS, 1)
     dots = np.array([places[::every] for places in redrawn])
     steps = np.arange(STEPS + 1.0)
     return Panel(
-        id="so-far",
-        title="All steps so far: exact density, particles and robot",
+        id="steps",
+        title="All steps: the exact density; up to this one the particles, and the robot",
         x=Axis(title="", low=0.0, high=LENGTH_M, hidden=True),
         y=Axis(title="step", low=-0.5, high=STEPS + 0.5),
         traces=(

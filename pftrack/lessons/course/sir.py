@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pftrack.filters import bootstrap
 from pftrack.lessons.course.corridor import CELL_M, CELLS_M, STEPS, Corridor, Pace, binned, known, total_variation
-from pftrack.lessons.course.corridor_panels import redrawn, so_far, weighed
+from pftrack.lessons.course.corridor_panels import redrawn, steps_so_far, weighed
 from pftrack.lessons.course.rounds import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
 from pftrack.lessons.figure import Figure
 from pftrack.lessons.lesson import (
@@ -79,7 +79,7 @@ def show(parameters: SirParameters, seed: int) -> Shown:
     return Shown(
         Figure(
             panels=(
-                so_far(drawn, walk, exact, step),
+                steps_so_far(drawn, walk, exact, step),
                 weighed(clouds[-1], walk, exact, corridor, step),
                 redrawn(drawn[-1], walk, exact, step),
             )
