@@ -49,3 +49,12 @@ def test_stems_end_on_the_exact_curve() -> None:
     figure = show(ImportanceParameters(), 3).figure
     curve, stems = next(panel for panel in figure.panels if panel.id == "weights").traces
     assert np.interp(stems.x, curve.x, curve.y) == pytest.approx(stems.y, abs=2e-3)
+
+
+def test_of_many_draws_the_heaviest_are_shown() -> None:
+    """However many there are, the draw that carries the most weight has its stem."""
+    parameters = ImportanceParameters(draws=5000, spread=0.2, centre=-3.0)
+    _, stems = next(panel for panel in show(parameters, 1).figure.panels if panel.id == "weights").traces
+    cloud = Proposal(-3.0, 0.2).draw(Stream(1, 0, Purpose.TRACK), 5000)
+    assert stems.y.max() == pytest.approx(5000 * cloud.weights.max())
+    assert 200 <= len(stems.x) <= 400

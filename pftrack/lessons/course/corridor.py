@@ -19,14 +19,18 @@ from pftrack.resampling import Resampler, systematic
 
 __all__ = [
     "BINS_M",
+    "BIN_M",
     "CELLS_M",
     "CELL_M",
     "DOORS_M",
     "LENGTH_M",
     "STEPS",
     "Corridor",
+    "Exact",
+    "Pace",
     "Walk",
     "binned",
+    "known",
     "total_variation",
 ]
 

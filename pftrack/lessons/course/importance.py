@@ -44,7 +44,6 @@ MOST_STEMS = 400
 """Draws that are drawn; a screen has room for no more."""
 FEW = 10
 """Effective draws below which nothing is said of how far off their number may be."""
-TINY = 1e-300
 ROUNDING = 1e-9
 """How far off a number may be that is no matter of chance."""
 REPEATS, MANY = 200, 2000
@@ -165,10 +164,19 @@ def _densities(cloud: ParticleSet, proposal: Proposal, mean: float) -> Panel:
 
 
 def _weights(cloud: ParticleSet, proposal: Proposal) -> Panel:
-    here, weights = cloud.states[:MOST_STEMS, 0], (len(cloud) * cloud.weights)[:MOST_STEMS]
+    # Where there are too many, the heaviest and the first of them.
+    heaviest = np.argsort(-cloud.weights, kind="stable")[: MOST_STEMS // 2]
+    shown = (
+        np.union1d(heaviest, np.arange(min(len(cloud), MOST_STEMS // 2))) if len(cloud) > MOST_STEMS else slice(None)
+    )
+    here, weights = cloud.states[shown, 0], (len(cloud) * cloud.weights)[shown]
     top = ceiling(max(float(weights.max()), 1.0))
     # Scaled as the weights are, which add up to the number of draws.
-    logs = proposal.log_ratio(AXIS) - proposal.log_ratio(here[:1]) + math.log(max(weights[0], TINY))
+    logs = (
+        proposal.log_ratio(AXIS)
+        - proposal.log_ratio(cloud.states[heaviest[:1], 0])
+        + math.log(len(cloud) * cloud.weights[heaviest[0]])
+    )
     ratio = np.exp(np.minimum(logs, math.log(2.0 * top)))
     greatest = float(cloud.weights.max())
     return Panel(
