@@ -108,9 +108,9 @@ def redrawn(places: NDArray[np.float64], walk: Walk, exact: Exact, step: int) ->
         x=Axis(title="position", unit="m", low=0.0, high=LENGTH_M),
         y=Axis(title="p", unit="1/m", low=0.0, high=ceiling(max(float(density.max()), float(heights.max())))),
         traces=(
-            Histogram(title="particles", ink="estimate", edges=BINS_M, heights=heights),
             Curve(title="exact density", ink="truth", x=CELLS_M[::COARSE], y=density[::COARSE]),
             *_doors(),
+            Histogram(title="particles", ink="estimate", edges=BINS_M, heights=heights),
             Rule(title="the robot", ink="second", at=float(walk.positions_m[step])),
         ),
         words=(

@@ -151,9 +151,9 @@ def _densities(cloud: ParticleSet, proposal: Proposal, mean: float) -> Panel:
         x=Axis(title="x", low=LOW, high=HIGH),
         y=Axis(title="density", low=0.0, high=ceiling(max(heights.max(), wanted.max(), min(sampled.max(), 1.2)))),
         traces=(
-            Histogram(title="weighted draws", ink="estimate", edges=EDGES, heights=heights),
             Curve(title="p, which is wanted", ink="truth", x=AXIS, y=wanted),
             Curve(title="q, which is sampled", ink="prediction", x=AXIS, y=sampled, dashed=True),
+            Histogram(title="weighted draws", ink="estimate", edges=EDGES, heights=heights),
             Rule(title="weighted mean", ink="estimate", at=mean, dashed=True),
         ),
         handles=(Handle(parameter="centre", at=proposal.centre),),
