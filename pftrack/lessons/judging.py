@@ -48,7 +48,8 @@ def judge(question: Question, answer: Answer, given: Given) -> Verdict:
         off = value - answer.exact
         right = abs(off) <= question.tolerance * (1 + 1e-12)
     mistake = None if right else next((each for each in question.mistakes if _fits(each, value, question)), None)
-    said = (_how_far(question, value, answer, right), answer.words, mistake.words if mistake else "", question.words)
+    # What was probably thought comes right after what was said, as it speaks of that.
+    said = (_how_far(question, value, answer, right), mistake.words if mistake else "", answer.words, question.words)
     return Verdict(right, value, answer.exact, answer.measured, off, tuple(words for words in said if words))
 
 

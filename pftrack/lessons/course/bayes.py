@@ -116,7 +116,7 @@ def show(parameters: BayesParameters, seed: int) -> Shown:
     numbers = (
         Number("Posterior mean", mean, exact_mean, tolerance, unit="m", reveals=True),
         Number("Posterior variance", variance, exact_variance, tolerance, unit="m²", reveals=True),
-        Number("Area of the likelihood over x", STEP * float(likelihood.sum()), likelihood_area(p), 1e-3, digits=3),
+        Number("Area of the likelihood", STEP * float(likelihood.sum()), likelihood_area(p), 1e-3, digits=3),
     )
     prior = normal(GRID, p.prior_mean, p.prior_sd)
     top = ceiling(1.02 * float(max(prior.max(), density[DRAWN].max())))
@@ -243,8 +243,8 @@ LESSON = Lesson(
         },
         at=AT_A_DISTANCE,
         words=(
-            "Both 2 m and 8 m explain the distance, and the wide prior allows both. Each peak is drawn towards 6 m by "
-            "a few centimetres, and the right one is higher, as the prior is higher there."
+            "Both 2 m and 8 m explain the distance, and the wide prior allows both. It draws each peak a little "
+            "towards 6 m, and makes the right one higher."
         ),
         mistakes=(
             Mistake(
@@ -254,8 +254,7 @@ LESSON = Lesson(
             ),
             Mistake(
                 "middle",
-                "That is the middle of two answers, and no answer: at 5 m the camera would measure 0 m, not 3 m. The "
-                "likelihood is nearly nothing there, and so is the product.",
+                "That is the middle of two answers, and no answer: at 5 m the camera would measure 0 m, not 3 m.",
             ),
             Mistake(
                 "prior",
