@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from tests.browser.accessible import check, fits
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import View
@@ -39,10 +40,6 @@ class FailurePage(View):
     def stand_at(self, frame: int) -> None:
         self.until(lambda: self.frames == [frame, frame], f"both show frame {frame}")
 
-    @property
-    def overflows(self) -> bool:
-        return bool(self.page.evaluate("document.documentElement.scrollWidth > innerWidth"))
-
 
 @pytest.fixture
 def failure(page: Any) -> FailurePage:
@@ -60,8 +57,8 @@ def test_failure_three_is_found_in_the_gallery(failure: FailurePage) -> None:
     assert "Error over 60 frames. It fails after frame 6: up to 138.9 px" in words
     card = page.locator(".failure-card", has=page.locator(".failure-number", has_text="3"))
     assert card.locator("h3").inner_text().split() == ["3", "Look-alike", "capture"]
-    page.set_viewport_size({"width": 390, "height": 800})
-    assert not failure.overflows
+    check(page)
+    fits(page)
     page.set_viewport_size({"width": 1280, "height": 800})
     card.locator("h3 a").click()
     page.wait_for_url("**/failures/look-alike-capture")
@@ -91,6 +88,8 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     page.get_by_role("button", name="Frame 6, before it happens").click()
     failure.stand_at(6)
 
+    check(page)
+    fits(page)
     sizes = {width: shape(failure, width) for width in (1280, *WIDTHS)}
     assert sizes[1280] == "beside"
     assert all(sizes[width] == "below" for width in WIDTHS)
@@ -103,7 +102,6 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
 def shape(failure: FailurePage, width: int) -> str:
     """Whether the cured run stands beside the failing one or below it, in a window of a width."""
     failure.page.set_viewport_size({"width": width, "height": 800})
-    assert not failure.overflows
     one, other = (failure.page.locator(f"[data-side={side}]").bounding_box() for side in ("failing", "cured"))
     assert one
     assert other

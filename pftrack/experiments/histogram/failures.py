@@ -217,6 +217,7 @@ FAILURES = (
             {"renewal_likeness": 0.95, "renewal_spread": 0.5},
         ),
         {"renewal_rate": 0.2, "renewal_likeness": 0, "renewal_spread": 10},
+        seed=6,
     ),
     Failure(
         "detector-seized-by-background",
