@@ -40,8 +40,8 @@ MEAN, SD = 1.0, 0.5
 LOW, HIGH = -4.0, 5.0
 AXIS: NDArray[np.float64] = np.linspace(LOW, HIGH, 361)
 EDGES: NDArray[np.float64] = np.linspace(LOW, HIGH, 46)
-MOST_STEMS = 400
-"""Draws that are drawn; a screen has room for no more."""
+MOST_DRAWS, MOST_STEMS = 5000, 400
+"""How many draws there may be, and how many are shown: a screen has room for no more."""
 FEW = 10
 """Effective draws below which nothing is said of how far off their number may be."""
 ROUNDING = 1e-9
@@ -61,7 +61,7 @@ class ImportanceParameters(Parameters):
         ge=0.2, le=4, step=0.05)
     centre: float = parameter(
         0, "Centre c", "Mean of the density q that is sampled; that of p is 1.", ge=-3, le=4, step=0.05)
-    draws: int = parameter(200, "Draws N", "How many draws there are.", ge=10, le=5000, step=10)
+    draws: int = parameter(200, "Draws N", "How many draws there are.", ge=10, le=MOST_DRAWS, step=10)
     # fmt: on
 
 
@@ -74,7 +74,8 @@ class Proposal:
 
     def draw(self, rng: Stream, count: int) -> ParticleSet:
         """Return (count, 1) draws with weights in proportion to p/q."""
-        drawn = self.centre + self.spread * rng.standard_normal((count, 1))
+        # The first of as many as there may be: the same ones, whatever the count.
+        drawn = self.centre + self.spread * rng.standard_normal((MOST_DRAWS, 1))[:count]
         return ParticleSet(drawn, normalise(self.log_ratio(drawn[:, 0]))[0], np.arange(count))
 
     def log_ratio(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
