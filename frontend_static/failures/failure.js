@@ -5,6 +5,7 @@ import { whenCompiled } from "../shared/compiling.js";
 import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
+import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
 import { column } from "./column.js";
@@ -23,7 +24,7 @@ const root = part("failure");
 let pair = null;
 
 navigation("failures");
-part("tools").append(themeButton());
+part("tools").append(themeButton(), presentationButton());
 // The sessions are the page's own; whoever comes back by the browser's cache begins anew.
 addEventListener("pagehide", () => pair?.end());
 addEventListener("pageshow", (event) => event.persisted && location.reload());

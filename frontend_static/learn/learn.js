@@ -26,7 +26,7 @@ navigation("learn");
 fill(part("tools"), themeButton());
 const listing = new Newest(() => lessons.all(), {
   answer: (all) => show(all),
-  refused: (error) => fill(part("learn"), notice("The lessons cannot be listed", messageOf(error), { label: "Back to the gallery", href: "/" })),
+  refused: (error) => fill(part("learn"), notice("The lessons cannot be listed", messageOf(error), { label: "Back to the experiments", href: "/" })),
   lost: (isLost) => (part("disconnected").hidden = !isLost),
 }, page.signal);
 listing.ask(null);

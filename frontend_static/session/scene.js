@@ -219,5 +219,5 @@ function viewSwitch(kind, choose) {
 }
 
 function skeleton() {
-  return h("div", { class: "skeleton-scene", "aria-label": "Loading the scene", data: { said: "loading" } }, h("div", { class: "shimmer" }));
+  return h("div", { class: "skeleton-scene", role: "img", "aria-label": "Loading the scene", data: { said: "loading" } }, h("div", { class: "shimmer" }));
 }

@@ -61,8 +61,8 @@ export class SessionStart {
     const { play, ...body } = recipe;
     // A link of an earlier version has no recipe.
     const { experiment } = /** @type {{experiment: string}} */ (body.recipe ?? body);
-    const tell = (/** @type {string} */ sentence) => this.#wait(sentence);
-    const session = await whenRoom(() => whenCompiled(experiment, () => api.start(body), tell, this.signal), tell, this.signal);
+    const begin = () => whenCompiled(experiment, () => api.start(body), (sentence) => this.#wait(sentence), this.signal);
+    const session = await whenRoom(begin, (sentence) => this.#wait(sentence, h("a", { href: "/work?show=sessions" }, "Running sessions")), this.signal);
     if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
     return { session, recipe };
   }
@@ -71,12 +71,12 @@ export class SessionStart {
    * Show what the session has to wait for: the compiler, once after an installation, or a place; nothing when it need not.
    *
    * @param {string} sentence
+   * @param {HTMLElement} [way] Where something can be done about it.
    */
-  #wait(sentence) {
+  #wait(sentence, way) {
     this.element.querySelector(".compiling")?.remove();
     if (!sentence) return;
-    const work = h("a", { href: "/work?show=sessions" }, "Running sessions");
-    this.element.prepend(h("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself. `, work));
+    this.element.prepend(h("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself. `, way));
   }
 
   /**

@@ -42,7 +42,7 @@ def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Any) -> Non
     page.goto("/session/0123456789abcdef")
     page.locator(".notice").wait_for()
     assert "There is no such session" in page.inner_text(".notice")
-    page.click("text=Back to the gallery")
+    page.click("text=Back to the experiments")
     Gallery(page).card("ball").wait_for()
 
 
