@@ -199,6 +199,9 @@ def test_a_prediction_is_placed_by_pointer_finger_and_keys(figures: FigurePage) 
     figures.page.evaluate("figure.ask({ panel: 'densities', along: 'x' })")
     asked = figures.page.get_by_role("slider", name="your prediction")
     assert asked.get_attribute("aria-valuetext") == "not placed yet"
+    asked.press("Enter")
+    ((_, middle, _),) = figures.heard
+    assert middle == 0
     assert figures.handle("z").get_attribute("aria-disabled") == "true"
     figures.page.mouse.click(*figures.place(DENSITIES, -2, 0.6))
     ((panel, x, y),) = figures.heard

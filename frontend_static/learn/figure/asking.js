@@ -1,7 +1,7 @@
 /** Asking for a place in a panel: a person puts a line where they expect the answer, by pointer, touch or keys. */
 
 import { h } from "../../shared/dom.js";
-import { Grip, boundsOf } from "./grip.js";
+import { Grip, boundsOf, stepped } from "./grip.js";
 
 /** @import { Box } from "./box.js" */
 /** @import { Scale } from "./scale.js" */
@@ -35,6 +35,11 @@ export class Asking {
       // Its old place must not pass for a new one.
       this.#grip.show(this.#stand(NaN));
       this.#grip.hold(event);
+    });
+    this.#grip.element.addEventListener("keydown", (event) => {
+      if (this.#asked === null || (event.key !== "Enter" && event.key !== " ")) return;
+      event.preventDefault();
+      this.#put(this.#at ?? stepped(this.#middle, boundsOf(this.#asked.axes[this.#asked.along])));
     });
   }
 

@@ -148,6 +148,7 @@ export class LessonFigure {
     const made = JSON.stringify(panels.map(({ id, row, share }) => [id, row, share]));
     if (made === this.#made) return;
     this.#made = made;
+    this.#shared.tip.hide();
     this.#views = new Map(panels.map((panel) => [panel.id, new PanelView(panel, this.#shared)]));
     const heights = rowsOf(panels).map((row) => Math.max(...row.map(({ share }) => share[0])));
     const rows = rowsOf(panels).map((row, number) => {
