@@ -5,6 +5,7 @@ import { fill, h, part } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
+import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { lessons } from "./api.js";
 import { Newest } from "./newest.js";
@@ -23,7 +24,7 @@ const SIGNS = { open: "", skipped: "–", right: "✓", wrong: "✗" };
 const page = new AbortController();
 const progress = new Progress();
 navigation("learn");
-fill(part("tools"), themeButton());
+fill(part("tools"), presentationButton(), themeButton());
 const listing = new Newest(() => lessons.all(), {
   answer: (all) => show(all),
   refused: (error) => fill(part("learn"), notice("The lessons cannot be listed", messageOf(error), { label: "Back to the experiments", href: "/" })),

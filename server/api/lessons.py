@@ -23,6 +23,8 @@ from server.schemas.lessons import (
 
 __all__ = ["router"]
 
+NOTEBOOK = "application/x-ipynb+json"
+
 router = APIRouter(prefix="/lessons", tags=["lessons"])
 
 
@@ -64,6 +66,17 @@ async def answer(
         response.status_code = HTTPStatus.ACCEPTED
         return said
     return verdict_view(said)
+
+
+@router.get(
+    "/{lesson}/notebook.ipynb",
+    response_class=Response,
+    responses={200: {"content": {NOTEBOOK: {"schema": {"type": "string", "format": "binary"}}}}},
+)
+async def notebook(lesson: ALesson, lessons: TheLessons) -> Response:
+    """Return a lesson as a Jupyter notebook that computes the same numbers."""
+    headers = {"Content-Disposition": f'attachment; filename="{lesson.id}.ipynb"'}
+    return Response(await lessons.notebook(lesson), media_type=NOTEBOOK, headers=headers)
 
 
 @router.get("/{lesson}/checks")

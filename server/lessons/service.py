@@ -10,6 +10,7 @@ from pftrack.lessons import Lesson, Verdict
 from pftrack.lessons.judging import read_answer
 from pftrack.lessons.lecturers import Library, read_lessons
 from pftrack.lessons.lesson import Demonstration, Given, Scenario
+from pftrack.lessons.notebook import demonstration_notebook
 from pftrack.lessons.running import asked
 from server.errors import NotFoundError, RefusedError
 from server.lessons import functions
@@ -75,6 +76,16 @@ class Lessons:
         told = asked_for.parameters, asked_for.seed, asked_for.revealed, asked_for.nearest
         drawn: bytes = await self._pool.call(functions.draw, self._folder, lesson.id, *told)
         return drawn
+
+    async def notebook(self, lesson: Lesson) -> bytes:
+        """Return a demonstration as a Jupyter notebook, with its defaults.
+
+        Raises:
+            NotFoundError: The lesson is a run, which has its notebook where it is a session.
+        """
+        if not isinstance(lesson.body, Demonstration):
+            raise NotFoundError("This lesson is a run: open it as a session, whose files have a notebook.")
+        return await asyncio.to_thread(demonstration_notebook, lesson, lesson.body.parameters, lesson.body.seed)
 
     async def judge(self, lesson: Lesson, given: Given) -> Verdict | ComputingPublic:
         """Judge an answer, or tell how far the run is that it is judged by.

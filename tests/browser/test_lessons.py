@@ -1,0 +1,312 @@
+"""Lessons as a person takes them: predict, then see, then turn everything; and what may go wrong on the way."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.browser.conftest import Complaints
+from tests.browser.host import Server
+from tests.browser.views import View
+
+STORE = "localStorage['pftrack-lessons']"
+BROKEN = "---\ntitle: A lesson with a mistake\nexperiment: ball\nsead: 3\n---\nNothing is right here.\n"
+
+# Remembers what was asked for, and how many requests were under way at one time.
+COUNT = """(() => {
+    const real = window.fetch;
+    window.asked = [];
+    window.most = 0;
+    let now = 0;
+    window.fetch = async (address, options) => {
+        if (!String(address).endsWith('/figure')) return real(address, options);
+        window.asked.push(JSON.parse(options.body));
+        window.most = Math.max(window.most, now += 1);
+        try {
+            return await real(address, options);
+        } finally {
+            now -= 1;
+        }
+    };
+})()"""
+
+
+class LessonPage(View):
+    """The page of a lesson."""
+
+    def open(self, lesson: str) -> "LessonPage":
+        self.page.goto(f"/learn/{lesson}")
+        self.until(lambda: self.stage is not None, "the question, or what came of it, is there")
+        return self
+
+    @property
+    def stage(self) -> str | None:
+        stage: str | None = self.page.locator("[data-part=question]").get_attribute("data-stage")
+        return stage
+
+    @property
+    def shown(self) -> int:
+        """How many figures were drawn."""
+        return int(self.page.locator("[data-part=show]").get_attribute("data-shown") or 0)
+
+    def drawn(self) -> None:
+        self.until(lambda: self.shown > 0, "a figure is drawn")
+
+    def answer(self, text: str) -> None:
+        self.page.fill(".question-number", text)
+        self.page.click("text=Show")
+
+    def becomes(self, stage: str) -> None:
+        self.until(lambda: self.stage == stage, f"the question is {stage}")
+
+    def is_open(self) -> bool:
+        """Tell whether the controls can be used."""
+        return not self.page.evaluate("document.querySelector('.lesson-fields').disabled")
+
+    @property
+    def words(self) -> str:
+        return str(self.page.inner_text("[data-part=question]"))
+
+
+@pytest.fixture
+def lesson(page: Any) -> LessonPage:
+    return LessonPage(page)
+
+
+@pytest.fixture
+def broken(server: Server) -> Iterator[Path]:
+    """A lecturer's file with a mistake in its fourth line."""
+    path = server.data / "lessons" / "mistaken.md"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(BROKEN)
+    yield path
+    path.unlink()
+
+
+def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, complaints: Complaints) -> None:
+    """What is no number is told with what is allowed; a wrong answer is explained; the right one is kept here.
+
+    Before an answer the figure is veiled and nothing can be turned.
+    """
+    complaints.expected = ("422",)
+    lesson.open("9")
+    assert lesson.page.url.endswith("/learn/sir")
+    lesson.drawn()
+    assert not lesson.is_open()
+    assert "0 of 12 done" in lesson.page.inner_text("[data-part=progress]")
+
+    lesson.answer("")
+    lesson.until(lambda: "Type a number first" in lesson.words, "an empty answer is told")
+    lesson.answer("half")
+    lesson.until(lambda: "must be a number between 0 and 1000, got 'half'" in lesson.words, "what is no number is told")
+    assert lesson.stage == "asked"
+
+    lesson.answer("4")
+    lesson.becomes("wrong")
+    assert "You said 4; it is 2" in lesson.words
+    assert "Were it one over N" in lesson.words
+    lesson.until(lesson.is_open, "everything can be turned")
+
+    lesson.page.click("text=Ask me again")
+    lesson.becomes("asked")
+    assert not lesson.is_open()
+    lesson.answer("2")
+    lesson.becomes("right")
+    assert "1 of 12 done" in lesson.page.inner_text("[data-part=progress]")
+
+    lesson.page.reload()
+    lesson.until(lambda: lesson.stage == "right", "the answer is still known")
+    assert "1 of 12 done" in lesson.page.inner_text("[data-part=progress]")
+    lesson.page.goto("/learn")
+    card = lesson.page.locator("[data-lesson=sir]")
+    card.wait_for()
+    assert "answered rightly" in card.inner_text()
+
+
+def test_a_slider_redraws_and_never_queues(lesson: LessonPage) -> None:
+    """However often a slider moves, one figure is computed at a time, and the last is that of the last value.
+
+    A new draw changes the seed alone, and the way back gives each value its default.
+    """
+    lesson.page.add_init_script(COUNT)
+    lesson.open("probability")
+    lesson.page.click(".lesson-question >> text=Skip")
+    lesson.becomes("skipped")
+    lesson.until(lesson.is_open, "everything can be turned")
+    slider = lesson.page.locator("[data-control=count] input[type=range]")
+    before = lesson.page.evaluate("asked.length")
+    slider.evaluate("""(slider) => {
+        for (let value = 100; value <= 1000; value += 10) {
+            slider.value = String(value);
+            slider.dispatchEvent(new Event('input', { bubbles: true }));
+        }
+    }""")
+    last = slider.input_value()
+    newest = "asked.at(-1).parameters.count"
+    lesson.until(lambda: str(lesson.page.evaluate(newest)) == last, "the last value is asked for")
+    lesson.until(
+        lambda: lesson.page.locator("[data-control=count] input[type=number]").input_value() == last, "it is shown"
+    )
+    assert lesson.page.evaluate("most") == 1
+    assert lesson.page.evaluate("asked.length") - before <= 10
+
+    shown = lesson.shown
+    lesson.page.click("[data-role=draw]")
+    lesson.until(lambda: lesson.shown > shown, "another draw is shown")
+    assert lesson.page.locator("[data-control=seed] input").input_value() == "2"
+    lesson.page.click("[data-control=count] button")
+    lesson.until(lambda: lesson.page.evaluate(newest) == 500, "the default is asked for")
+
+
+def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
+    """The figure asks for a place; what is placed by the arrow keys is judged."""
+    lesson.open("estimate")
+    lesson.drawn()
+    lesson.page.click("text=Show")
+    lesson.until(lambda: "Place your prediction in the figure first" in lesson.words, "that nothing is placed is told")
+    asking = lesson.page.locator(".lesson-figure-place [tabindex='0']").first
+    asking.focus()
+    asking.press("ArrowRight")
+    lesson.until(lambda: "nowhere yet" not in lesson.words, "the place is told")
+    lesson.page.click("text=Show")
+    lesson.until(lambda: lesson.stage in {"right", "wrong"}, "it is judged")
+
+
+@pytest.mark.parametrize(
+    ("stored", "remark"),
+    [
+        (
+            {"version": 9, "lessons": {"sir": {"given": 2, "right": True, "stars": 3}, "joint": 5}},
+            "1 of 2 lessons could be read",
+        ),
+        ("no JSON", "begins anew"),
+    ],
+)
+def test_a_store_of_another_version_is_taken_up(lesson: LessonPage, stored: object, remark: str) -> None:
+    """What can be read of it counts, the rest is left aside, and a sentence says so."""
+    text = stored if isinstance(stored, str) else json.dumps(stored)
+    lesson.page.goto("/healthz")
+    lesson.page.evaluate(f"(text) => {{ {STORE} = text; }}", text)
+    lesson.page.goto("/learn")
+    lesson.page.locator(".learn .note").wait_for()
+    assert remark in lesson.page.inner_text(".learn .note")
+    assert ("answered rightly" in lesson.page.inner_text("[data-lesson=sir]")) == (not isinstance(stored, str))
+    lesson.open("joint")
+    lesson.page.click(".lesson-question >> text=Skip")
+    lesson.becomes("skipped")
+    assert json.loads(lesson.page.evaluate(STORE))["lessons"]["joint"] == {"skipped": True}
+    assert lesson.page.evaluate("localStorage['pftrack-lessons-unread']") == text
+
+
+def test_a_full_store_is_no_error(lesson: LessonPage) -> None:
+    """Progress then lasts as long as the page, which says so."""
+    lesson.page.add_init_script(
+        "Storage.prototype.setItem = () => { throw new DOMException('full', 'QuotaExceededError'); }"
+    )
+    lesson.open("joint")
+    lesson.page.click(".lesson-question >> text=Skip")
+    lesson.becomes("skipped")
+    assert "until you close this page" in lesson.page.inner_text("[data-part=remark]")
+
+
+def test_a_broken_file_is_told_with_its_line(lesson: LessonPage, broken: Path) -> None:
+    """The overview names file and line; all lessons of the course are there."""
+    lesson.page.goto("/learn")
+    problems = lesson.page.locator(".learn-problems")
+    problems.wait_for()
+    assert "mistaken.md, line 4" in problems.inner_text()
+    assert "sead" in problems.inner_text()
+    assert lesson.page.locator("ol.course .lesson-card").count() == 12
+
+
+def test_an_unknown_lesson_has_a_way_back(lesson: LessonPage, complaints: Complaints) -> None:
+    """The page says that there is none, and which there are."""
+    complaints.expected = ("404",)
+    answer = lesson.page.goto("/learn/alchemy")
+    assert answer.status == 404
+    lesson.page.locator(".notice").wait_for()
+    assert "There is no such lesson" in lesson.page.inner_text(".notice")
+    assert "9 sir" in lesson.page.inner_text(".notice")
+    lesson.page.click("text=All lessons")
+    lesson.page.locator("[data-lesson=sir]").wait_for()
+
+
+def test_checks_are_told_on_the_page(lesson: LessonPage) -> None:
+    """Each is computed on the server, and stands beside what is exact."""
+    lesson.open("bayes")
+    lesson.page.click("text=What is checked")
+    lesson.until(lambda: "checks pass" in lesson.page.inner_text("[data-part=text]"), "the checks are computed")
+    for check in lesson.page.locator(".checks li").all():
+        assert re.search(r"checked: \S+, exact \S+, within \S+ ✓", check.inner_text()), check.inner_text()
+
+
+def test_a_server_that_is_gone_is_told_and_tried_again(lesson: LessonPage, complaints: Complaints) -> None:
+    """A bar says so while sliders move; when it is back, the newest value is shown."""
+    complaints.expected = ("ERR_FAILED", "Failed to load resource")
+    lesson.open("bayes")
+    lesson.page.click(".lesson-question >> text=Skip")
+    lesson.until(lesson.is_open, "everything can be turned")
+    lesson.drawn()
+    lesson.page.route("**/figure", lambda route: route.abort())
+    slider = lesson.page.locator("input[type=range]").first
+    slider.focus()
+    slider.press("ArrowRight")
+    bar = lesson.page.locator("[data-part=disconnected]")
+    bar.wait_for(state="visible")
+    slider.press("ArrowRight")
+    wanted, shown = slider.input_value(), lesson.shown
+    lesson.page.unroute("**/figure")
+    bar.wait_for(state="hidden")
+    lesson.until(lambda: lesson.shown > shown, "a figure is drawn again")
+    assert slider.input_value() == wanted
+
+
+def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPage, server: Server) -> None:
+    """Before the answer no key and no control moves it; after it the unlocked controls do. It ends with the page."""
+    sessions = {session["id"] for session in server.get("sessions")}
+    lesson.open("colour")
+    lesson.until(
+        lambda: lesson.page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame !== undefined"), "a frame"
+    )
+    (started,) = [session for session in server.get("sessions") if session["id"] not in sessions]
+    assert started["parameters"]["sharpness"] == 200
+    lesson.until(lambda: lesson.page.locator("[data-control]").count() > 0, "the unlocked controls are there")
+    assert not lesson.is_open()
+    lesson.page.keyboard.press("ArrowRight")
+    assert server.session(started["id"])["position"] == started["position"]
+
+    lesson.answer("92")
+    lesson.becomes("right")
+    lesson.until(lesson.is_open, "everything unlocked can be turned")
+    names = {each.get_attribute("data-control") for each in lesson.page.locator("[data-control]").all()}
+    assert "sharpness" in names
+    assert len(names) < len(started["controls"])
+    lesson.page.locator("[data-control=sharpness] input[type=number]").fill("20")
+    lesson.page.keyboard.press("Enter")
+    lesson.until(lambda: server.session(started["id"])["parameters"]["sharpness"] == 20, "the session has the value")
+    lesson.page.locator("[data-control=sharpness] button").click()
+    lesson.until(
+        lambda: server.session(started["id"])["parameters"]["sharpness"] == 200, "the way back gives the first"
+    )
+
+    lesson.page.goto("/learn")
+    lesson.until(
+        lambda: started["id"] not in {session["id"] for session in server.get("sessions")}, "the session has ended"
+    )
+
+
+def test_where_it_is_used_is_shown_beside_the_text(lesson: LessonPage, server: Server) -> None:
+    """A link puts a session in the place of the figure; the way back ends it."""
+    sessions = len(server.get("sessions"))
+    lesson.open("sir#use-1")
+    lesson.until(
+        lambda: lesson.page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame !== undefined"), "a frame"
+    )
+    assert lesson.page.locator("[data-part=own]").is_hidden()
+    lesson.until(lambda: lesson.page.locator("[data-part=use] [data-control]").count() > 0, "what is unlocked is there")
+    lesson.page.click("text=Back to the lesson")
+    lesson.page.locator("[data-part=own]").wait_for(state="visible")
+    lesson.until(lambda: len(server.get("sessions")) == sessions, "the session has ended")
