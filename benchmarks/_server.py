@@ -107,7 +107,7 @@ class Server:
 @contextlib.contextmanager
 def chromium() -> Iterator[Any]:
     """Open a browser, or None where there is none."""
-    place = shutil.which("chromium")
+    place = shutil.which("chromium") or shutil.which("chromium-headless-shell")
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:

@@ -12,6 +12,7 @@ from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import View
 
+SHOW, SKIP = ".question button[type=submit]", ".question button.quiet"
 STORE = "localStorage['pftrack-lessons']"
 BROKEN = "---\ntitle: A lesson with a mistake\nexperiment: ball\nsead: 3\n---\nNothing is right here.\n"
 
@@ -57,7 +58,7 @@ class LessonPage(View):
 
     def answer(self, text: str) -> None:
         self.page.fill(".question-number", text)
-        self.page.click("text=Show")
+        self.page.click(SHOW)
 
     def becomes(self, stage: str) -> None:
         self.until(lambda: self.stage == stage, f"the question is {stage}")
@@ -133,7 +134,7 @@ def test_a_slider_redraws_and_never_queues(lesson: LessonPage) -> None:
     """
     lesson.page.add_init_script(COUNT)
     lesson.open("probability")
-    lesson.page.click(".lesson-question >> text=Skip")
+    lesson.page.click(SKIP)
     lesson.becomes("skipped")
     lesson.until(lesson.is_open, "everything can be turned")
     slider = lesson.page.locator("[data-control=count] input[type=range]")
@@ -165,13 +166,13 @@ def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
     """The figure asks for a place; what is placed by the arrow keys is judged."""
     lesson.open("estimate")
     lesson.drawn()
-    lesson.page.click("text=Show")
+    lesson.page.click(SHOW)
     lesson.until(lambda: "Place your prediction in the figure first" in lesson.words, "that nothing is placed is told")
-    asking = lesson.page.locator(".lesson-figure-place [tabindex='0']").first
+    asking = lesson.page.get_by_role("slider", name="your prediction")
     asking.focus()
     asking.press("ArrowRight")
     lesson.until(lambda: "nowhere yet" not in lesson.words, "the place is told")
-    lesson.page.click("text=Show")
+    lesson.page.click(SHOW)
     lesson.until(lambda: lesson.stage in {"right", "wrong"}, "it is judged")
 
 
@@ -195,7 +196,7 @@ def test_a_store_of_another_version_is_taken_up(lesson: LessonPage, stored: obje
     assert remark in lesson.page.inner_text(".learn .note")
     assert ("answered rightly" in lesson.page.inner_text("[data-lesson=sir]")) == (not isinstance(stored, str))
     lesson.open("joint")
-    lesson.page.click(".lesson-question >> text=Skip")
+    lesson.page.click(SKIP)
     lesson.becomes("skipped")
     assert json.loads(lesson.page.evaluate(STORE))["lessons"]["joint"] == {"skipped": True}
     assert lesson.page.evaluate("localStorage['pftrack-lessons-unread']") == text
@@ -207,7 +208,7 @@ def test_a_full_store_is_no_error(lesson: LessonPage) -> None:
         "Storage.prototype.setItem = () => { throw new DOMException('full', 'QuotaExceededError'); }"
     )
     lesson.open("joint")
-    lesson.page.click(".lesson-question >> text=Skip")
+    lesson.page.click(SKIP)
     lesson.becomes("skipped")
     assert "until you close this page" in lesson.page.inner_text("[data-part=remark]")
 
@@ -247,7 +248,7 @@ def test_a_server_that_is_gone_is_told_and_tried_again(lesson: LessonPage, compl
     """A bar says so while sliders move; when it is back, the newest value is shown."""
     complaints.expected = ("ERR_FAILED", "Failed to load resource")
     lesson.open("bayes")
-    lesson.page.click(".lesson-question >> text=Skip")
+    lesson.page.click(SKIP)
     lesson.until(lesson.is_open, "everything can be turned")
     lesson.drawn()
     lesson.page.route("**/figure", lambda route: route.abort())

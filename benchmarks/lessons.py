@@ -1,0 +1,94 @@
+"""Slider to figure: from the move of a lesson's slider to the figure that shows it, in a browser.
+
+In Debian's Chromium, headless with software rendering, at 1280 x 800, every demonstration of the course at its
+defaults. From the event to the moment when the figure has been painted with what the server computed: the request, the
+worker, the answer's JSON and the drawing on canvases. Each move waits for the figure of the one before.
+"""
+
+from _table import arguments, progress, report, single_threaded
+
+single_threaded()
+
+import tempfile  # noqa: E402
+from collections.abc import Iterator  # noqa: E402
+from statistics import median  # noqa: E402
+from typing import Any  # noqa: E402
+
+from _server import Server, chromium, percentile, row, until  # noqa: E402
+
+GOAL_MS = 50.0
+
+# Moves a slider to and fro, each time when the figure of the last move is painted, and returns how long each took.
+MOVE = """async (repeats) => {
+    const slider = [...document.querySelectorAll('.lesson-control input[type=range]')][0];
+    const show = document.querySelector('[data-part=show]');
+    const painted = (from) => new Promise((resolve) => {
+        const look = () => (show.dataset.shown === from ? setTimeout(look, 0) : resolve());
+        look();
+    });
+    const [low, high] = [Number(slider.min), Number(slider.max)];
+    const step = Number(slider.step) || (high - low) / 100;
+    const first = Number(slider.value);
+    const taken = [];
+    for (let number = 0; number < repeats; number += 1) {
+        await new Promise((resolve) => setTimeout(resolve, 30));
+        const away = first + step * (1 + (number % 5));
+        const next = number % 2 ? first : away > high ? Math.max(low, first - step * (1 + (number % 5))) : away;
+        const from = show.dataset.shown;
+        const began = performance.now();
+        slider.value = String(next);
+        slider.dispatchEvent(new Event('input', { bubbles: true }));
+        await painted(from);
+        taken.push(performance.now() - began);
+    }
+    return taken;
+}"""
+
+
+def lessons_of(server: Server) -> list[str]:
+    """Return the demonstrations of the course."""
+    listed = server.ask("GET", "/api/v1/lessons")["lessons"]
+    return [each["id"] for each in listed if each["number"] and each["kind"] == "demonstration"]
+
+
+def moved(page: Any, server: Server, lesson: str, repeats: int) -> list[float]:
+    """Return how long each move of a lesson's first slider took, ms."""
+    page.goto(f"{server.url}/learn/{lesson}")
+    until(page, "document.querySelector('[data-part=show]')?.dataset.shown !== undefined")
+    page.click(".question button.quiet")
+    until(page, "document.querySelector('[data-part=question]')?.dataset.stage === 'skipped'")
+    page.wait_for_timeout(300)
+    page.evaluate(MOVE, 6)  # the first of all have the browser compile the page's scripts
+    taken: list[float] = page.evaluate(MOVE, repeats)
+    return taken
+
+
+def measured(server: Server, repeats: int) -> Iterator[dict[str, object]]:
+    """Yield a row for each lesson, and one for all of them."""
+    everything: list[float] = []
+    with chromium() as browser:
+        if browser is None:
+            return
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        for lesson in lessons_of(server):
+            progress(lesson)
+            taken = moved(page, server, lesson, repeats)
+            everything += taken
+            yield row(f"{lesson}, ms", median(taken), percentile(taken, 0.95), GOAL_MS)
+    yield row("all, ms", median(everything), percentile(everything, 0.95), GOAL_MS)
+
+
+def main() -> None:
+    """Measure and report."""
+    given = arguments(__doc__.splitlines()[0], repeats={"type": int, "default": 60, "help": "moves of each slider"})
+    with tempfile.TemporaryDirectory() as folder:
+        server = Server(folder)
+        try:
+            rows = list(measured(server, given.repeats))
+        finally:
+            server.close()
+    report("Slider to figure", rows, as_json=given.json)
+
+
+if __name__ == "__main__":
+    main()
