@@ -13,14 +13,14 @@ import { rich } from "./rich.js";
  * @param {AbortSignal} signal
  */
 export function describe(lesson, signal) {
-  const { idea, tries, notice, origin, previous, next, id, kind } = lesson;
+  const { idea, tries, notice, origin, previous, next, id } = lesson;
   fill(
     part("text"),
     rich("div", idea, { class: "idea" }),
     tries.length > 0 && h("section", { class: "tries" }, h("h2", {}, "Try"), h("ul", {}, tries.map((each) => rich("li", each)))),
     h("details", { class: "lesson-fold uses", data: { part: "uses" }, hidden: true }),
     checksOf(lesson, signal),
-    kind === "demonstration" && h("p", { class: "hint" }, h("a", { href: lessons.notebook(id), download: `${id}.ipynb` }, "Notebook of this lesson")),
+    h("p", { class: "hint" }, h("a", { href: lessons.notebook(id), download: `${id}.ipynb` }, "Notebook of this lesson")),
     origin && h("p", { class: "hint" }, `From ${origin}`),
   );
   fill(part("neighbours"), neighbour(previous, "previous"), neighbour(next, "next"));

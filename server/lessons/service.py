@@ -10,7 +10,7 @@ from pftrack.lessons import Lesson, Verdict
 from pftrack.lessons.judging import read_answer
 from pftrack.lessons.lecturers import Library, read_lessons
 from pftrack.lessons.lesson import Demonstration, Given, Scenario
-from pftrack.lessons.notebook import demonstration_notebook
+from pftrack.lessons.notebook import lesson_notebook
 from pftrack.lessons.running import asked
 from server.errors import NotFoundError, RefusedError
 from server.lessons import functions
@@ -78,14 +78,14 @@ class Lessons:
         return drawn
 
     async def notebook(self, lesson: Lesson) -> bytes:
-        """Return a demonstration as a Jupyter notebook, with its defaults.
+        """Return a lesson as a Jupyter notebook, with its defaults.
 
         Raises:
-            NotFoundError: The lesson is a run, which has its notebook where it is a session.
+            RefusedError: Its experiment is not here.
         """
-        if not isinstance(lesson.body, Demonstration):
-            raise NotFoundError("This lesson is a run: open it as a session, whose files have a notebook.")
-        return await asyncio.to_thread(demonstration_notebook, lesson, lesson.body.parameters, lesson.body.seed)
+        if isinstance(lesson.body, Scenario) and (problem := missing(lesson.body)):
+            raise RefusedError(problem)
+        return await asyncio.to_thread(lesson_notebook, lesson)
 
     async def judge(self, lesson: Lesson, given: Given) -> Verdict | ComputingPublic:
         """Judge an answer, or tell how far the run is that it is judged by.

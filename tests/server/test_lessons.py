@@ -63,7 +63,7 @@ def test_a_lesson_tells_all_but_its_answer(client: httpx.Client, name: str) -> N
 
 @pytest.mark.parametrize("name", DEMONSTRATIONS)
 def test_the_veil_hides_what_answers_the_question(client: httpx.Client, name: str) -> None:
-    """Before the answer, the figure at the values of the question lacks what reveals it; after it, it is the library's."""
+    """Before the answer, the figure at the question's values lacks what reveals it; after it, it is the library's."""
     lesson = LESSONS[name]
     veiled, open_ = figure(client, name), figure(client, name, revealed=True)
     told = client.get(f"{URL}/{name}").json()
@@ -99,7 +99,7 @@ def test_what_is_typed_out_of_bounds_is_refused_and_what_is_dragged_there_stops(
 
 
 def test_answers_are_judged_in_words(client: httpx.Client) -> None:
-    """The right answer is right, a usual mistake is explained, and what is no answer is refused with what is allowed."""
+    """The right answer is right, a usual mistake is explained, what is no answer is refused with what is allowed."""
     right = client.post(f"{URL}/sir/answer", json={"answer": 2}).json()
     assert (right["right"], right["exact"]) == (True, 2)
     wrong = client.post(f"{URL}/9/answer", json={"answer": 4}).json()
@@ -146,10 +146,11 @@ def test_checks_are_computed_once_and_kept(server: Server, client: httpx.Client)
     assert [path for path in folder.rglob("*") if path.is_file() and b'"results"' in path.read_bytes()]
 
 
-def test_a_notebook_of_a_lesson_can_be_taken_away(client: httpx.Client) -> None:
-    """It is JSON of Jupyter's format under the lesson's name."""
-    answer = client.get(f"{URL}/bayes/notebook.ipynb")
-    assert 'filename="bayes.ipynb"' in answer.headers["content-disposition"]
+@pytest.mark.parametrize("name", ["bayes", "colour"])
+def test_a_notebook_of_a_lesson_can_be_taken_away(client: httpx.Client, name: str) -> None:
+    """It is JSON of Jupyter's format under the lesson's name, of a demonstration and of a run."""
+    answer = client.get(f"{URL}/{name}/notebook.ipynb")
+    assert f'filename="{name}.ipynb"' in answer.headers["content-disposition"]
     assert answer.json()["nbformat"] == 4
 
 
