@@ -120,11 +120,14 @@ def _asked(lesson: Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of p
 
 
 def _checked(each: Check) -> dict[str, Any]:
-    told: dict[str, Any] = {"check": each.name, "title": each.title}
+    told: dict[str, Any] = {"check": each.name, "title": each.title, "passed": False}
+    told |= dict.fromkeys(("ours", "exact", "tolerance"))
     try:
         outcome = each.run()
     except Exception as error:  # noqa: BLE001 - told in its place
-        return {**told, "passed": False, "problem": f"This could not be computed: {error}."}
+        return {**told, "problem": f"This could not be computed: {error}."}
+    if outcome.words:
+        return {**told, "problem": f"This could not be computed: {outcome.words}."}
     numbers = {name: _finite(getattr(outcome, name)) for name in ("ours", "exact", "tolerance")}
     return {**told, **numbers, "passed": outcome.passed}
 

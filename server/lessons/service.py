@@ -113,7 +113,7 @@ class Lessons:
 
     async def checks(self, lesson: Lesson) -> Job:
         """Return what the checks of a lesson came to, or how far they are."""
-        about: Mapping[str, object] = {"lesson": lesson.id, "origin": lesson.origin}
+        about: Mapping[str, object] = {"lesson": lesson.id, "origin": lesson.origin, "source": lesson.source}
         return await self._computed.get(json.dumps(about), functions.check, self._folder, lesson.id)
 
 

@@ -8,6 +8,7 @@ import os
 import socket
 import traceback
 
+from pftrack.lessons.lecturers.expression import ExpressionError
 from pftrack.parameters import ParameterError
 from pftrack.process import confine, leave_interrupts_to_parent, stand_alone
 from server.worker.pipe import WorkerEnd
@@ -47,6 +48,8 @@ def _answer(call: Call) -> Event:
         return Reply(0, call.function(*call.arguments))
     except ParameterError as error:
         return Reply(0, error=error)
+    except ExpressionError as error:
+        return Failed(f"The answer of this lesson cannot be computed: {error}.")
     except MemoryError:
         return Failed(f"This needs more than the {MEMORY_BYTES >> 20} MiB of memory that a lesson may use.")
     except Exception:  # noqa: BLE001 - reported to the log, and the next call may be a better one
