@@ -22,7 +22,9 @@ __all__ = ["Pool"]
 AT_ONCE = 16
 KEPT = 2
 """Workers that are kept while nothing is asked for."""
-LONGEST_S = 15.0
+LONGEST_S = 60.0
+"""Seconds for one figure. It takes some milliseconds, but the first of a worker imports the lesson and loads what is
+compiled, which takes a busy machine many seconds; a worker that is ended then would begin with that again."""
 END_S = 10.0
 
 seldom = Seldom(__name__)
