@@ -163,7 +163,7 @@ LESSON = Lesson(
         frame=30,
         plots=("error", "likeness", "ess"),
     ),
-    notice="While the target is hidden, the cloud drifts on and grows; where it meets the target again, it gathers.",
+    notice="Watch how wide the cloud is and where its best windows lie while nothing of the target is to be seen.",
     tries=(
         "Set lambda to 2, to 20 and to 200, and compare where the cloud is in frame 100.",
         "Set the velocity retention to 0 and watch the look-alike come by at frame 47.",
