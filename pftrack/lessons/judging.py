@@ -66,7 +66,7 @@ def read_answer(question: Question, given: object) -> Given:
         return given
     low, high = question.bounds
     unit = f" {question.unit}" if question.unit else ""
-    allowed = f"a number between {low:g} and {high:g}{unit}"
+    allowed = f"a number between {_written(low)} and {_written(high)}{unit}"
     if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
         raise ParameterError("answer", given, allowed)
     if not low <= given <= high:
@@ -83,8 +83,9 @@ def _fits(mistake: Mistake, value: Given, question: Question) -> bool:
 
 def _how_far(question: Question, value: Given, answer: Answer, right: bool) -> str:
     if isinstance(value, str) or isinstance(answer.exact, str):
-        words = (question.choices or {}).get(str(answer.exact), answer.exact)
-        return "Right." if right else f"Not so: {words}."
+        # Both are named: what follows speaks of "that", the one that was chosen.
+        exact, said = ((question.choices or {}).get(str(each), each) for each in (answer.exact, value))
+        return "Right." if right else f"The right answer is “{exact}”, not “{said}”."
     unit = f" {question.unit}" if question.unit else ""
     if right:
         return f"Right: it is {_written(answer.exact)}{unit}."

@@ -39,9 +39,9 @@ def test_a_usual_mistake_is_explained() -> None:
 
 
 def test_a_choice_is_told_by_its_words() -> None:
-    """A wrong choice is answered with the words of the right one, not with its name."""
+    """A wrong choice is named beside the right one, so that nobody takes the one for the other; both by their words."""
     assert judge(COLOUR, Answer("b"), "b").words[0] == "Right."
-    assert "the second" in judge(COLOUR, Answer("b"), "a").words[0]
+    assert judge(COLOUR, Answer("b"), "a").words[0] == "The right answer is “the second”, not “the first”."
 
 
 @pytest.mark.parametrize("given", ["two", None, True, math.nan, math.inf, 101, -1])
@@ -57,4 +57,6 @@ def test_large_numbers_are_told_whole() -> None:
     assert judge(question, Answer(10_000.0), 1000).words[0] == "You said 1000; it is 10,000, which is 9,000 off."
     assert judge(question, Answer(10_000.0), 9000.4).words[0] == "You said 9000; it is 10,000, which is 1,000 off."
     assert judge(question, Answer(1234567.0), 1234567).words[0] == "Right: it is 1,234,567."
+    with pytest.raises(ParameterError, match="between 0 and 1,000,000,000, got 'many'"):
+        judge(question, Answer(10_000.0), "many")
     assert judge(question, Answer(0.00123), 1).words[0] == "You said 1; it is 0.00123, which is 0.999 off."

@@ -54,7 +54,7 @@ def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
     for source in cells(demonstration_notebook(lesson, body.parameters, body.seed), "code")[:3]:
         exec(source.replace("prediction = None", "prediction = 'middle'"), known)  # noqa: S102 - see above
     told = capsys.readouterr().out
-    assert told.startswith("Not so")
+    assert told.startswith("The right answer is")
     assert lesson.question.words in told
 
 
