@@ -76,18 +76,20 @@ function card(lesson) {
   const { id, number, title, origin, uses, problem, kind } = lesson;
   const entry = progress.of(id);
   const state = stateOf(entry);
+  const titles = uses.map(({ scenario }) => scenario.title);
   const words = [standing(entry), kind === "scenario" && "a run to watch", origin && `from ${origin}`];
   return h(
     "li",
     { class: "lesson-card", data: { lesson: id, state } },
-    h("span", { class: "lesson-sign", "aria-hidden": "true" }, SIGNS[state] || (number > 0 ? number : "·")),
+    h("span", { class: "lesson-sign", "aria-hidden": "true" }, SIGNS[state]),
     h(
       "div",
       { class: "row-words" },
       h("a", { class: "row-title", href: address(lesson) }, number > 0 ? `${number} · ${title}` : title),
       h("span", { class: "hint" }, words.filter(Boolean).join(" · ")),
       problem !== null && h("span", { class: "wrong" }, problem),
-      uses.length > 0 && h("span", { class: "hint" }, "Used in ", uses.map(({ scenario }, index) => [index > 0 && ", ", used(lesson, scenario.title, index)])),
+      titles.length > 0 &&
+        h("span", { class: "hint" }, "Used in ", titles.map((used, index) => titles.indexOf(used) === index && [index > 0 && ", ", use(lesson, used, index)])),
     ),
   );
 }
@@ -97,7 +99,7 @@ function card(lesson) {
  * @param {string} title Of the experiment.
  * @param {number} index
  */
-function used(lesson, title, index) {
+function use(lesson, title, index) {
   return h("a", { href: `${address(lesson)}#use-${index + 1}` }, title);
 }
 
