@@ -101,24 +101,6 @@ def test_the_course_and_a_lesson(page: Any) -> None:
     fits(page)
 
 
-def test_the_gallery_of_failures_and_a_failure(page: Any) -> None:
-    """All failures, and one beside its cure; also presented."""
-    page.goto("/failures")
-    page.locator(".failure-card").first.wait_for()
-    check(page)
-    fits(page)
-    page.set_viewport_size({"width": 1280, "height": 800})
-    page.locator(".failure-card h3 a").first.click()
-    View(page).until(lambda: page.locator(".flat-canvas[data-frame]").count() == 2, "both runs are painted")
-    check(page)
-    page.keyboard.press("f")
-    page.get_by_role("button", name="Leave the presentation").wait_for()
-    check(page)
-    page.keyboard.press("Escape")
-    page.get_by_role("button", name="Present in large type").wait_for()
-    fits(page)
-
-
 @pytest.mark.plots
 def test_a_sweep(page: Any, server: Server) -> None:
     """Its maps and the runs of a cell."""

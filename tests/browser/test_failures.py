@@ -89,6 +89,11 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     failure.stand_at(6)
 
     check(page)
+    page.keyboard.press("f")
+    page.get_by_role("button", name="Leave the presentation").wait_for()
+    check(page)
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Present in large type").wait_for()
     fits(page)
     sizes = {width: shape(failure, width) for width in (1280, *WIDTHS)}
     assert sizes[1280] == "beside"
