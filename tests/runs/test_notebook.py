@@ -15,7 +15,7 @@ from pftrack.runs.notebook import run_cells, run_notebook
 from pftrack.runs.recipe import Recipe
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
-from tests.notebooks import executed
+from tests.notebooks import executed, executed_here
 
 SAME = "The same estimates as in the run that was exported.\n"
 
@@ -59,7 +59,7 @@ def test_a_recording_is_named_and_not_carried(tmp_path: Path) -> None:
     assert str(tmp_path) not in source(content)
     here = content.replace(b"Path('clip.mp4')", f"Path({str(clip)!r})".encode())
     assert here != content
-    assert SAME in executed(here)
+    assert SAME in executed_here(here)
     hostile = run.recipe.with_footage(name="`<img src=x>`\n# Head.mp4")
     told = [cell.source for cell in run_cells(hostile, ball) if "not part" in cell.source]
     assert len(told) == 1
