@@ -30,10 +30,11 @@ export class Lease {
    *
    * @param {HTMLElement} element
    * @param {NewSession} recipe
+   * @param {readonly string[]} layers That are shown from the beginning, beside those that the experiment shows.
    */
-  async begin(element, recipe) {
+  async begin(element, recipe, layers) {
     const kept = await this.#kept();
-    const start = new SessionStart(element, { ...(kept === null ? { recipe } : { session: kept }), parts: PARTS, view: "flat" });
+    const start = new SessionStart(element, { ...(kept === null ? { recipe } : { session: kept }), parts: PARTS, view: "flat", layers });
     start.begun.then(({ session }) => this.#has(session.id), () => {});
     return start;
   }

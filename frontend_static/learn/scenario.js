@@ -74,10 +74,10 @@ export class ScenarioStage {
   }
 
   async #begin() {
-    const { recipe, frame } = this.#scenario;
+    const { recipe, frame, layers } = this.#scenario;
     const element = h("div", { class: "lesson-session", data: { part: "session" } });
     fill(this.#places.show, element);
-    const start = await this.#lease.begin(element, { recipe, position: frame });
+    const start = await this.#lease.begin(element, { recipe, position: frame }, layers);
     if (this.#end.signal.aborted) {
       start.end();
       return;

@@ -33,7 +33,7 @@ const NO_GRAPHICS = "This browser offers no 3-D graphics (WebGL 2). Turning hard
 export class Scene {
   #root;
   #fixed;
-  #hasPanel;
+  #flat;
   #cover = h("div", { class: "cover", hidden: true });
   /** @type {FlatScene|SpatialScene|null} */
   #view = null;
@@ -50,13 +50,14 @@ export class Scene {
   /**
    * @param {HTMLElement} root
    * @param {AbortSignal} signal Aborted when the scene is taken from the page.
-   * @param {{view?: ViewKind, hasPanel?: boolean}} [options] The view to show, without it the page's choice, which a
-   *     switch changes; and whether a flat view has a panel of parameters, which the 3-D scene always has.
+   * @param {{view?: ViewKind, hasPanel?: boolean, layers?: readonly string[]}} [options] The view to show, without it the
+   *     page's choice, which a switch changes; whether a flat view has a panel of parameters, which the 3-D scene always
+   *     has; and the layers that a flat view shows from the beginning, beside those declared so.
    */
-  constructor(root, signal, { view, hasPanel = true } = {}) {
+  constructor(root, signal, { view, hasPanel = true, layers = [] } = {}) {
     this.#root = root;
     this.#fixed = view;
-    this.#hasPanel = hasPanel;
+    this.#flat = { hasPanel, layers };
     fill(root, this.#cover);
     signal.addEventListener("abort", () => this.#endView.abort());
     later(() => !this.#shows && this.#cover.hidden && this.#show(skeleton()), SKELETON_AFTER_MS, signal);
@@ -137,7 +138,7 @@ export class Scene {
     this.#endView = new AbortController();
     const { signal } = this.#endView;
     const on = { seen: () => this.#seeing(), loaded: () => this.#resolveLoaded(), drawn: () => this.#drawnNow() };
-    const view = kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal, this.#hasPanel) : new SpatialScene(this.#id, isFresh, on, signal);
+    const view = kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal, this.#flat) : new SpatialScene(this.#id, isFresh, on, signal);
     this.#view = view;
     this.#cover.before(view.element);
     if (this.#mounted) view.follow(this.#mounted);

@@ -860,6 +860,8 @@ export interface ScenarioPublic {
   frame: number;
   /** Ids of the plots to show; all of them if none is named */
   plots: string[];
+  /** Names of layers to show beside those that are shown anyway */
+  layers: string[];
   /** Of the experiment */
   title: string;
   /** Why it cannot be run here, one sentence */

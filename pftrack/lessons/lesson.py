@@ -97,12 +97,14 @@ class Scenario:
         unlocked: Names of the parameters that may be turned, "tracker" and "seed" among them where these may.
         frame: Where it stands at first.
         plots: Ids of the experiment's plots that are shown beside it; none for all of them.
+        layers: Names of layers that are shown from the beginning, beside those that the experiment shows.
     """
 
     recipe: Recipe
     unlocked: tuple[str, ...] = ()
     frame: int = 0
     plots: tuple[str, ...] = ()
+    layers: tuple[str, ...] = ()
 
 
 Given: TypeAlias = float | str

@@ -122,6 +122,7 @@ def _scenario(scenario: Scenario, recipe: Recipe | None = None) -> ScenarioPubli
         unlocked=list(scenario.unlocked),
         frame=scenario.frame,
         plots=list(scenario.plots),
+        layers=list(scenario.layers),
         title=scenario.recipe.experiment if problem else find_experiment(scenario.recipe.experiment).title,
         problem=problem,
     )

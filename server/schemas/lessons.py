@@ -49,6 +49,7 @@ class ScenarioPublic(_Public):
     unlocked: list[str]
     frame: int
     plots: list[str] = Field(description="Ids of the plots to show; all of them if none is named")
+    layers: list[str] = Field(description="Names of layers to show beside those that are shown anyway")
     title: str = Field("", description="Of the experiment")
     problem: str | None = Field(None, description="Why it cannot be run here, one sentence")
 

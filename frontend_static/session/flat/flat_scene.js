@@ -29,16 +29,16 @@ export class FlatScene {
    * @param {Promise<SessionPublic>} session What else is known of it.
    * @param {import("../scene.js").Progress} on
    * @param {AbortSignal} signal
-   * @param {boolean} hasPanel
+   * @param {{hasPanel: boolean, layers: readonly string[]}} options Names of layers to show from the beginning, beside those declared so.
    */
-  constructor(id, session, on, signal, hasPanel) {
+  constructor(id, session, on, signal, { hasPanel, layers: named }) {
     this.#on = on;
     this.#signal = signal;
     this.#hasPanel = hasPanel;
     if (hasPanel) this.element.append(this.#controls, this.#opener);
     else this.element.classList.add("bare");
     // Without knowing which layers are shown the first picture would flash all of them.
-    this.#layers = session.then(({ layers }) => new Layers(layers));
+    this.#layers = session.then(({ layers }) => new Layers(layers.map((layer) => ({ ...layer, shown: layer.shown || named.includes(layer.name) }))));
     this.#layers.then((layers) => this.#show(id, layers), () => {});
   }
 

@@ -162,6 +162,7 @@ LESSON = Lesson(
         unlocked=("sample_count", "sharpness", "velocity_retention", "look_alike_red", "column_colours", "seed"),
         frame=30,
         plots=("error", "likeness", "ess"),
+        layers=("likeness",),
     ),
     notice="Watch how wide the cloud is and where its best windows lie while nothing of the target is to be seen.",
     tries=(

@@ -69,6 +69,7 @@ class Head(_Part):
     timeline: Annotated[tuple[ChangeHead, ...], Field(max_length=200)] = ()
     unlocked: Annotated[tuple[Name, ...], Field(max_length=8)] = ()
     plots: Annotated[tuple[Name, ...], Field(max_length=8)] = ()
+    layers: Annotated[tuple[Words, ...], Field(max_length=8)] = ()
     frame: Annotated[int, Field(ge=0)] = 0
     question: QuestionHead
     answer: str | int | float

@@ -62,7 +62,7 @@ def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, Mapping[str
     frames = head.frames or available or experiment.frames
     _check_frames(head, min(frames, available or frames), found)
     recipe = Recipe(experiment=experiment.id, tracker=tracker, seed=seed, frames=frames, timeline=timeline.changes)
-    return Scenario(recipe, head.unlocked, head.frame, head.plots), known_numbers(experiment, frames)
+    return Scenario(recipe, head.unlocked, head.frame, head.plots, head.layers), known_numbers(experiment, frames)
 
 
 def _check_frames(head: Head, frames: int, found: Findings) -> None:
@@ -95,16 +95,17 @@ def _check_names(head: Head, experiment: Experiment, model: type[Parameters], fo
         if name not in known:
             message = f"`unlocked` names {name}, which {experiment.id} does not have; {near(name, known)}"
             found.add(("unlocked", number), message)
-    plots = [plot.id for plot in experiment.plots]
-    for number, name in enumerate(head.plots):
-        if name not in plots:
-            message = f"`plots` names {name}, which {experiment.id} does not have; {near(name, plots)}"
-            found.add(("plots", number), message)
+    shown = {"plots": [plot.id for plot in experiment.plots], "layers": [layer.name for layer in experiment.layers]}
+    for field, names in shown.items():
+        for number, name in enumerate(getattr(head, field)):
+            if name not in names:
+                message = f"`{field}` names {name}, which {experiment.id} does not have; {near(name, names)}"
+                found.add((field, number), message)
 
 
 def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, Mapping[str, Any]]:
     lesson: Lesson | None = found.tried(("figure",), lambda: find_lesson(str(head.figure)))
-    for name in ("tracker", "frames", "timeline", "unlocked", "plots", "frame"):
+    for name in ("tracker", "frames", "timeline", "unlocked", "plots", "layers", "frame"):
         if name in head.model_fields_set:
             found.add((name,), f"`{name}` is of an experiment; a figure has `parameters` and `seed`, all unlocked")
     if lesson is None:

@@ -104,6 +104,7 @@ BAD = {
     "frame": (changed("frame: 4", "frame: 12"), 14, "the last of 12 frames is 11"),
     "late": (changed("frame: 5", "frame: 50"), 10, "comes in frame 50, and the last is 11"),
     "plot": (changed("plots: [error]", "plots: [eror]"), 13, "did you mean error?"),
+    "layer": (changed("plots: [error]", "layers: [trial]"), 13, "did you mean trail?"),
     "syntax": (changed("mean(error[2:])", "mean(error[2:]"), 24, "is no expression"),
     "column": (changed("mean(error[2:])", "mean(eror[2:])"), 24, "no numbers called eror; did you mean error?"),
     "no number": (changed("mean(error[2:])", "error[2:]"), 24, "it comes to 10 numbers, not to one"),
