@@ -52,6 +52,7 @@ def test_failure_three_is_found_in_the_gallery(failure: FailurePage) -> None:
     page.goto("/failures")
     failure.until(lambda: page.locator(".failure-card").count() == 10, "all ten are there")
     assert page.locator("section h2").count() == 4
+    assert page.locator("h1").bounding_box()["width"] <= 1, "the navigation says where one is, nothing says it twice"
     failure.until(lambda: page.locator(".curve svg").count() == 10, "the errors of all are drawn")
     words = page.locator("[data-failure=wrong-dynamics] svg").get_attribute("aria-label")
     assert "Error over 60 frames. It fails after frame 6: up to 138.9 px" in words

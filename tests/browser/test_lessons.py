@@ -125,6 +125,22 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
     card = lesson.page.locator("[data-lesson=sir]")
     card.wait_for()
     assert "answered rightly" in card.inner_text()
+    assert card.inner_text().count("Ball behind an occluder") == 1, "two uses in one experiment are one link here"
+
+
+def test_a_presented_figure_is_the_hero(lesson: LessonPage) -> None:
+    """Three panels in a window of 800 px are all high enough to be read; the page scrolls instead."""
+    lesson.open("sir")
+    lesson.drawn()
+    lesson.page.click(SKIP)
+    lesson.becomes("skipped")
+    lesson.page.keyboard.press("f")
+    panels = lesson.page.locator(".lesson-show .figure-picture")
+
+    def heights() -> list[float]:
+        return [box["height"] for box in (panel.bounding_box() for panel in panels.all()) if box]
+
+    lesson.until(lambda: len(heights()) > 0 and min(heights()) >= 60, "all panels are at least 60 px high")
 
 
 def test_a_slider_redraws_and_never_queues(lesson: LessonPage) -> None:
