@@ -105,6 +105,8 @@ for row in range(0, len(columns["frame"]), max(1, len(columns["frame"]) // 20)):
 PLOTS = """
 import matplotlib.pyplot as plt
 
+from pftrack.palette import COLOURS, hexadecimal
+
 plots = LISTED
 
 frames = columns["frame"]
@@ -116,8 +118,8 @@ figure, panels = plt.subplots(
 for panel, (title, names) in zip(panels[:, 0], plots):
     for name in names:
         panel.plot(frames, columns[name].reshape(len(frames), -1), label=name)
-    for name, colour in (("hidden", "0.6"), ("lost", "#d55e00")):
-        where = columns[name] == 1
+    for name in ("hidden", "lost"):
+        where, colour = columns[name] == 1, hexadecimal(COLOURS[name])
         panel.fill_between(frames, 0, 1, where, transform=panel.get_xaxis_transform(), color=colour, alpha=0.2, lw=0)
     panel.set_title(title, loc="left")
 panels[-1, 0].set_xlabel("frame; grey where the target is hidden, red where it is lost")

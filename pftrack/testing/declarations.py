@@ -8,7 +8,7 @@ from pftrack.experiment import Experiment
 from pftrack.experiments import NAME, find
 from pftrack.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
 from pftrack.plot import Plot
-from pftrack.runs.run import Change
+from pftrack.runs.run import Change, Run
 from pftrack.series import SeriesShape
 from pftrack.sweep import Axis, Plan, SweepError
 from pftrack.sweep.quantities import COMMON
@@ -167,8 +167,9 @@ def _presets_run(experiment: Experiment) -> None:
         if preset.tour is not None:
             _demand_end(preset.tour.begin, ".", f"the beginning of the tour of the preset {preset.name}")
             _demand_end(preset.tour.reason, ".", f"the reason that the tour of the preset {preset.name} gives")
-            run.seek(run.frames - 1)
-            lost = any(row.lost for row in run.diagnostics)
+            whole = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+            whole.finish()
+            lost = any(row.lost for row in whole.diagnostics)
             demand(lost, f"the preset {preset.name} has a tour and never loses its target")
 
 

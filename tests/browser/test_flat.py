@@ -123,7 +123,7 @@ def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Serve
     server.seek(view.id, 12)
     view.paints(12)
     assert canvas.get_attribute("role") == "img"
-    assert "frame 12 " in canvas.get_attribute("aria-label")
+    view.until(lambda: "frame 12 " in canvas.get_attribute("aria-label"), "it is told in words once the run stands")
     assert canvas.get_attribute("aria-label").endswith(view.page.inner_text(".flat-caption"))
     assert view.occluder == pytest.approx(40, abs=2)
     view.press("ArrowRight")

@@ -277,11 +277,10 @@ def test_dark_large_and_narrow(figures: FigurePage) -> None:
     assert figures.has(HEAT, -2, -1.6, COLOURS["truth"])
     page.emulate_media(color_scheme="dark")
     figures.until(lambda: figures.has(HEAT, -2, -1.6, COLOURS["paper"]), "what is exact is white")
-    high = page.locator(".figure-across").first.bounding_box()["height"]
+    high = page.evaluate("document.querySelector('.figure-across').getBoundingClientRect().height")
     page.evaluate("document.documentElement.style.fontSize = '24px'")
-    figures.until(
-        lambda: page.locator(".figure-across").first.bounding_box()["height"] >= 1.4 * high, "letters are larger"
-    )
+    larger = "(high) => document.querySelector('.figure-across')?.getBoundingClientRect().height >= 1.4 * high"
+    figures.until(lambda: page.evaluate(larger, high), "letters are larger")
     page.evaluate("document.documentElement.style.fontSize = ''")
     page.set_viewport_size({"width": 390, "height": 600})
     tops = "[...document.querySelectorAll('.figure-panel')].map((panel) => panel.getBoundingClientRect().top)"

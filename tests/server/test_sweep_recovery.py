@@ -180,12 +180,13 @@ def test_resumed_by_two_at_once(start_server: Any, sweeps: Path) -> None:
         sweep = begin_sweep(client)
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
         kept = show(client, sweep["id"])["done"]
+        others = drivers(os.getpid())  # of servers that other tests of this process share
         with ThreadPoolExecutor(4) as pool:
             answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
         assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
         allow(sweeps, 2)
         until_some(client, sweep["id"], kept + 1)
-        assert drivers(os.getpid()) == [driver_of(server, sweep["id"])]
+        assert [one for one in drivers(os.getpid()) if one not in others] == [driver_of(server, sweep["id"])]
 
 
 def test_limits(start_server: Any, sweeps: Path) -> None:
