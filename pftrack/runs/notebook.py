@@ -104,7 +104,6 @@ for row in range(0, len(columns["frame"]), max(1, len(columns["frame"]) // 20)):
 
 PLOTS = """
 import matplotlib.pyplot as plt
-
 from pftrack.palette import COLOURS, hexadecimal
 
 plots = LISTED
