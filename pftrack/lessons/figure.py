@@ -33,6 +33,8 @@ __all__ = [
 
 DIGITS = 6
 """Significant digits that travel to a browser: a screen has no use for more."""
+MOST_PLACES = 20
+"""Places behind the point, so that powers of ten are exact."""
 
 
 def _numbers(values: ArrayLike) -> NDArray[np.float64]:
@@ -41,13 +43,14 @@ def _numbers(values: ArrayLike) -> NDArray[np.float64]:
 
 def _listed(values: NDArray[np.float64]) -> list[Any]:
     """Return numbers as JSON has them, rounded; what is not finite is a gap."""
-    flat: list[float | None] = [float(f"{value:.{DIGITS}g}") for value in values.ravel().tolist()]
-    for gap in np.flatnonzero(~np.isfinite(values)):
-        flat[gap] = None
-    if values.ndim < 2:
-        return flat
-    rows, columns = values.shape
-    return [flat[row * columns : (row + 1) * columns] for row in range(rows)]
+    finite = np.isfinite(values)
+    sizes = np.abs(np.where(finite & (values != 0.0), values, 1.0))
+    places = np.clip(DIGITS - 1 - np.floor(np.log10(sizes)), -MOST_PLACES, MOST_PLACES)
+    finer, coarser = 10.0 ** np.maximum(places, 0.0), 10.0 ** np.maximum(-places, 0.0)
+    rounded = (np.rint(np.where(finite, values, 0.0) * finer / coarser) * coarser / finer).astype(object)
+    rounded[~finite] = None
+    listed: list[Any] = rounded.tolist()
+    return listed
 
 
 _ITEM: dict[str, Any] = {"type": ["number", "null"]}
