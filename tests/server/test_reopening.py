@@ -4,7 +4,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -209,5 +209,5 @@ def test_a_freeze_of_everything_harms_nobody(tmp_path: Path) -> None:
             each.suspend()
         wait_for(lambda: state(client, session["id"]) == "crashed", 60)
         for each in others:
-            if each.is_running():
+            with suppress(psutil.NoSuchProcess):  # the worker, which was ended, and may just go
                 each.resume()
