@@ -20,13 +20,9 @@ const GALLERY = { label: "All failures", href: "/failures" };
 const name = lastOfAddress();
 const root = part("failure");
 
-/** @type {Pair|null} */
-let pair = null;
-
 navigation("failures");
 part("tools").append(themeButton(), presentationButton());
 // The sessions are the page's own; whoever comes back by the browser's cache begins anew.
-addEventListener("pagehide", () => pair?.end());
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 load();
 
@@ -55,11 +51,10 @@ function begin(failure) {
   const deck = h("div", { class: "failure-deck" });
   fill(root, columns.map(({ element }) => element), deck);
   measure(failure, columns, end.signal);
-  const made = new Pair(columns, deck, failure, end);
-  pair = made;
-  made.begun.catch((error) => {
-    made.end();
-    if (pair === made) fill(root, notice("The two runs could not be started", messageOf(error), { label: "Try again", run: () => begin(failure) }));
+  const pair = new Pair(columns, deck, failure, end);
+  pair.begun.catch((error) => {
+    pair.end();
+    fill(root, notice("The two runs could not be started", messageOf(error), { label: "Try again", run: () => begin(failure) }));
   });
 }
 

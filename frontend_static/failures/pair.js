@@ -3,18 +3,17 @@
  * it, and end when it is left.
  */
 
-import { ROOT } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { Clock } from "../session/clock.js";
 import { mount } from "../session/mount.js";
-import { SessionStart } from "../session/session_start.js";
+import { OwnSession } from "../session/own_session.js";
 
 /** @import { FailurePublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
 /** @import { Mounted } from "../session/mount.js" */
 
 export class Pair {
-  #starts;
+  #sessions;
   #end;
   /** @type {Mounted[]} */
   #views = [];
@@ -28,11 +27,11 @@ export class Pair {
   constructor(columns, deck, failure, end) {
     this.#end = end;
     const clock = new Clock();
-    this.#starts = columns.map(({ place, side }) => {
+    this.#sessions = columns.map(({ place, side }) => {
       const recipe = { recipe: failure[side], position: failure.frame };
-      return new SessionStart(place, { recipe, parts: ["scene", "readout"], view: "flat" });
+      return new OwnSession(place, { recipe, parts: ["scene", "readout"], view: "flat" });
     });
-    this.#views = this.#starts.map((start) => mount(start.element, { start, clock, keys: null }));
+    this.#views = this.#sessions.map(({ start }) => mount(start.element, { start, clock, keys: null }));
     /** Resolves when both runs stand at the frame before. */
     this.begun = this.#begin(deck, failure.frame);
   }
@@ -42,7 +41,7 @@ export class Pair {
     if (this.#end.signal.aborted) return;
     this.#end.abort();
     for (const view of this.#views) view.dispose();
-    for (const { begun } of this.#starts) begun.then(({ session }) => remove(session.id), () => {});
+    for (const session of this.#sessions) session.end();
   }
 
   /**
@@ -51,7 +50,7 @@ export class Pair {
    */
   async #begin(deck, frame) {
     // Both are waited for, so that whoever tries again finds the places of both free.
-    const begun = this.#starts.map((start) => start.begun);
+    const begun = this.#sessions.map(({ start }) => start.begun);
     await Promise.allSettled(begun);
     const [{ session }] = await Promise.all(begun);
     if (this.#end.signal.aborted) return;
@@ -65,13 +64,4 @@ export class Pair {
     );
     fill(deck, before, place);
   }
-}
-
-/**
- * Ask for it in a way that outlives the page.
- *
- * @param {string} session
- */
-function remove(session) {
-  fetch(`${ROOT}sessions/${encodeURIComponent(session)}`, { method: "DELETE", keepalive: true }).catch(() => {});
 }

@@ -39,7 +39,7 @@ export class Course {
     });
     const places = { show: part("show"), numbers: part("numbers"), controls: part("controls") };
     this.#stage = lesson.scenario
-      ? new ScenarioStage(places, lesson.scenario, { name: lesson.id, isLocked: true })
+      ? new ScenarioStage(places, lesson.scenario, { isLocked: true })
       : new Demonstration(places, lesson, { placed: (value) => this.#question.placed(value), lost }, signal);
     this.#begin();
   }

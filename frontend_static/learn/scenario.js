@@ -3,18 +3,20 @@
 import { Proposals } from "../session/panel/proposals.js";
 import { choice, numberBox } from "../session/panel/control.js";
 import { mount } from "../session/mount.js";
+import { OwnSession } from "../session/own_session.js";
 import { api } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { notice } from "../shared/notice.js";
 import { attempt } from "../shared/toast.js";
 import { Controls, SEED, declared } from "./controls.js";
-import { Lease } from "./lease.js";
 
 /** @import { ScenarioPublic, SessionPublic } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { Turnable } from "./controls.js" */
 
+/** @type {readonly import("../session/layout.js").Part[]} */
+const PARTS = ["scene", "plots", "transport", "scrubber"];
 const TRACKER = "tracker";
 const TRACKER_HINT = "The method that follows the target; a change counts from the next frame.";
 const SEED_HINT = "The same seed gives the same run, to the bit. A change starts the run again.";
@@ -22,7 +24,8 @@ const SEED_HINT = "The same seed gives the same run, to the bit. A change starts
 export class ScenarioStage {
   #places;
   #scenario;
-  #lease;
+  /** @type {OwnSession|null} */
+  #session = null;
   #end = new AbortController();
   /** @type {Mounted|null} */
   #mounted = null;
@@ -36,13 +39,12 @@ export class ScenarioStage {
   /**
    * @param {{show: HTMLElement, controls: HTMLElement}} places
    * @param {ScenarioPublic} scenario
-   * @param {{name: string, isLocked: boolean}} options What the session is for, and whether it waits for an answer.
+   * @param {{isLocked: boolean}} options Whether it waits for an answer.
    */
-  constructor(places, scenario, { name, isLocked }) {
+  constructor(places, scenario, { isLocked }) {
     this.#places = places;
     this.#scenario = scenario;
     this.#isLocked = isLocked;
-    this.#lease = new Lease(name);
     this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), this.#end.signal);
     places.controls.hidden = true;
     if (scenario.problem === null) this.#begin();
@@ -68,21 +70,17 @@ export class ScenarioStage {
   dispose() {
     this.#end.abort();
     this.#mounted?.dispose();
-    this.#lease.end();
+    this.#session?.end();
     fill(this.#places.show);
     fill(this.#places.controls);
   }
 
-  async #begin() {
+  #begin() {
     const { recipe, frame, layers } = this.#scenario;
     const element = h("div", { class: "lesson-session", data: { part: "session" } });
     fill(this.#places.show, element);
-    const start = await this.#lease.begin(element, { recipe, position: frame }, layers);
-    if (this.#end.signal.aborted) {
-      start.end();
-      return;
-    }
-    this.#mounted = mount(element, { start, plots: this.#scenario.plots });
+    this.#session = new OwnSession(element, { recipe: { recipe, position: frame }, parts: PARTS, view: "flat", layers });
+    this.#mounted = mount(element, { start: this.#session.start, plots: this.#scenario.plots });
     this.#lock(this.#isLocked);
     const { store } = this.#mounted;
     store.on(["session", "connection"], () => this.#known());

@@ -55,7 +55,7 @@ export class Uses {
       places.show,
       places.controls,
     );
-    this.#stage = new ScenarioStage(places, scenario, { name: `${this.#lesson.id} ${which?.[1]}`, isLocked: false });
+    this.#stage = new ScenarioStage(places, scenario, { isLocked: false });
   }
 }
 

@@ -1,7 +1,8 @@
 """Dependencies: what a handler may ask for."""
 
+from collections.abc import Awaitable, Callable
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 from fastapi import Depends, Path, Query, Request
 from starlette.requests import HTTPConnection
@@ -12,6 +13,7 @@ from server.experiments import asked_for
 from server.lessons.service import Lessons
 from server.middleware.body_limit import lift_limit
 from server.runs.imports import Imports
+from server.schemas.spec import SessionSpec
 from server.services import Services
 from server.sessions.manager import Manager
 from server.sessions.session import Session
@@ -21,6 +23,7 @@ from server.store.tables import RunRow, UploadRow
 from server.sweeps.manager import Sweeps
 from server.sweeps.sweep import Sweep
 from server.tasks.child_tasks import ChildTasks
+from server.tasks.queue import unless_gone
 
 __all__ = [
     "TICKET",
@@ -32,6 +35,7 @@ __all__ = [
     "ASweeps",
     "AnExperiment",
     "AnUpload",
+    "Begin",
     "SettingsNow",
     "TakesFiles",
     "TheImports",
@@ -75,6 +79,20 @@ async def gone(request: Request) -> None:
     """Wait until the client of a request whose body has been read hangs up."""
     while (await request.receive())["type"] != "http.disconnect":
         pass
+
+
+Begins: TypeAlias = Callable[[SessionSpec], Awaitable[Session]]
+
+
+def _begin(request: Request, manager: Annotated[Manager, Depends(_manager)]) -> Begins:
+    async def begin(spec: SessionSpec) -> Session:
+        return await unless_gone(manager.create(spec), lambda: gone(request))
+
+    return begin
+
+
+Begin = Annotated[Begins, Depends(_begin)]
+"""Starts a session for a client: one that hangs up meanwhile could not know of it, so it is ended."""
 
 
 def _takes_files(request: Request) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from starlette.responses import FileResponse, Response
 
-from server.api.dependencies import AManager, ARun, AStore, SettingsNow, TakesFiles, TheImports, TheTasks, gone
+from server.api.dependencies import AManager, ARun, AStore, Begin, SettingsNow, TakesFiles, TheImports, TheTasks, gone
 from server.api.uploads import MULTIPART
 from server.errors import ClientGoneError, NotFoundError
 from server.middleware.system_errors import failure
@@ -122,9 +122,9 @@ def thumbnail(run: ARun, store: AStore) -> Response:
 
 
 @router.post("/{run}/open", status_code=HTTPStatus.CREATED)
-async def open_run(run: ARun, store: AStore, manager: AManager, tasks: TheTasks) -> SessionPublic:
+async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> SessionPublic:
     """Go on with a saved run in a new session."""
-    session = await manager.create(await reopen(store, tasks, run))
+    session = await begin(await reopen(store, tasks, run))
     await compare(store, tasks, run, session)
     return session.view()
 

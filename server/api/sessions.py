@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Path
 from starlette.responses import Response
 
-from server.api.dependencies import AManager, ASession, AStore
+from server.api.dependencies import AManager, ASession, AStore, Begin
 from server.errors import NotFoundError
 from server.schemas.messages import SessionPublic
 from server.schemas.sessions import BookmarkCreate, BranchCreate, Changed, Columns, SessionCreate, TransportUpdate
@@ -23,9 +23,9 @@ Name = Annotated[str, Path(max_length=64)]
 
 
 @router.post("", status_code=HTTPStatus.CREATED)
-async def start_session(body: SessionCreate, manager: AManager, store: AStore) -> SessionPublic:
+async def start_session(body: SessionCreate, begin: Begin, store: AStore) -> SessionPublic:
     """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
-    session = await manager.create(await asyncio.to_thread(as_spec, body, store))
+    session = await begin(await asyncio.to_thread(as_spec, body, store))
     return session.view()
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query
 
 from pftrack.sweep import MOST_RUNS
-from server.api.dependencies import AManager, AnExperiment, ASweep, ASweeps
+from server.api.dependencies import AnExperiment, ASweep, ASweeps, Begin
 from server.schemas.messages import SessionPublic
 from server.schemas.sweeps import EstimateRequest, OpenRequest, SweepCreate
 from server.sweeps.examples import example
@@ -116,9 +116,9 @@ async def list_rows(
 
 @router.post("/sweeps/{sweep}/rows/{run}/open", status_code=HTTPStatus.CREATED)
 async def open_row(
-    sweep: ASweep, run: Annotated[int, Path(ge=0, le=MOST_RUNS)], manager: AManager, body: OpenRequest | None = None
+    sweep: ASweep, run: Annotated[int, Path(ge=0, le=MOST_RUNS)], begin: Begin, body: OpenRequest | None = None
 ) -> SessionPublic:
     """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
     tracker = body.tracker if body else None
     spec = await asyncio.to_thread(opened, sweep.id, sweep.plan, sweep.results, run, tracker)
-    return (await manager.create(spec)).view()
+    return (await begin(spec)).view()

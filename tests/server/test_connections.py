@@ -2,8 +2,10 @@
 
 import asyncio
 import contextlib
+import json
 import socket
 import time
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -13,6 +15,7 @@ import uvicorn
 from server import connections
 from server.middleware.body_limit import BodyLimit
 from tests.server.apart import run
+from tests.server.holding import allow, held_worker
 from tests.server.host import Server, error_of
 from tests.waiting import wait_for
 
@@ -225,3 +228,24 @@ class TestWithoutAToken:
         with start_server(token=TOKEN) as (_, client):
             error_of(client.get("/api/v1/sessions", params={"token": TOKEN}), 401)
             error_of(client.post("/api/v1/sessions", params={"token": TOKEN}, json={"experiment": "ball"}), 401)
+
+
+def test_a_client_that_hangs_up_leaves_no_session(
+    start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A session whose client is gone before it was told its name is ended: nobody else could."""
+    monkeypatch.setattr("server.sessions.worker_handle.main", held_worker)
+    monkeypatch.setattr("server.sessions.manager.OPENING_S", 100.0)
+    body = json.dumps({"recipe": {"experiment": "ball"}, "position": 20}).encode()
+    head = (
+        "POST /api/v1/sessions HTTP/1.1",
+        "Host: localhost",
+        "Content-Type: application/json",
+        f"Content-Length: {len(body)}",
+    )
+    with start_server() as (server, client):
+        allow(tmp_path / "data", 5)
+        with socket.create_connection(("127.0.0.1", server.port)) as raw:
+            raw.sendall("".join(f"{line}\r\n" for line in (*head, "")).encode() + body)
+            wait_for(lambda: client.get("/api/v1/sessions").json(), what="the session has begun")
+        wait_for(lambda: not server.manager.all, what="it has ended")
