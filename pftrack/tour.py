@@ -13,8 +13,10 @@ class Tour:
         begin: What is to be seen before it runs, a sentence or two.
         reason: Why the target is lost, a few sentences that need no knowledge of filters.
         plot: Id of the experiment's plot that shows it.
+        frame: Number of the frame in which it is to be seen.
     """
 
     begin: str
     reason: str
     plot: str
+    frame: int

@@ -1090,6 +1090,7 @@ export interface Tour {
   begin: string;
   reason: string;
   plot: string;
+  frame: number;
 }
 
 /** A tracker that can be chosen. */

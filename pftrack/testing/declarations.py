@@ -170,6 +170,7 @@ def _presets_run(experiment: Experiment) -> None:
             whole = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
             whole.finish()
             lost = any(row.lost for row in whole.diagnostics)
+            demand(preset.tour.frame < whole.frames, f"the tour of the preset {preset.name} goes beyond its last frame")
             demand(lost, f"the preset {preset.name} has a tour and never loses its target")
 
 

@@ -47,6 +47,8 @@ def test_three_clicks_lead_to_a_loss_and_its_reason(gallery: Gallery, server: Se
     )
     assert "not one of the 40 particles is on it" in why.inner_text()
     assert page.locator(".pointed-at").get_attribute("data-plot") == "ess"
+    why.get_by_role("button", name="Go to frame 16").click()
+    tour.stands_at(16)
     why.get_by_role("button", name="Finish").click()
     page.locator(".callout").wait_for(state="detached")
     assert page.evaluate(REMEMBERED) == "done"

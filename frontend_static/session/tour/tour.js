@@ -95,17 +95,23 @@ async function lead(view, tour, signal, leave) {
   callout.show(seen(".before-loss"), "Lost", [h("p", {}, words)], [step(2), way]);
   await come(() => store.known.position < since);
 
-  callout.show(seen(`.panel[data-plot="${CSS.escape(tour.plot)}"]`), "Why", [h("p", {}, tour.reason), onward()], [
+  callout.show(seen(`.panel[data-plot="${CSS.escape(tour.plot)}"]`), "Why", [h("p", {}, tour.reason), onward(tour.frame, steering)], [
     step(3),
     h("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, icon("check"), "Finish"),
   ]);
 }
 
-/** What to do next. */
-function onward() {
+/**
+ * What to do next.
+ *
+ * @param {number} frame In which the reason is to be seen.
+ * @param {import("../steering.js").Steering} steering
+ */
+function onward(frame, steering) {
   /** @type {Child[]} */
   const ways = [h("a", { href: "/learn" }, "how particle filters work"), " or ", h("a", { href: "/failures" }, "other ways to fail")];
-  return h("p", {}, "Step on with ", h("kbd", {}, "→"), " and watch it happen. Then see ", ways, ".");
+  const there = h("button", { type: "button", on: { click: () => steering.seek(frame) } }, `Go to frame ${frame}`);
+  return h("p", {}, there, " or step on with ", h("kbd", {}, "→"), ", and watch it happen. Then see ", ways, ".");
 }
 
 /**

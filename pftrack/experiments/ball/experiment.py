@@ -253,6 +253,7 @@ EXPERIMENT = Experiment(
                     "any more which way to go, and it flies on. With 800 particles some are on the ball again."
                 ),
                 plot="ess",
+                frame=16,
             ),
         ),
         Preset(
