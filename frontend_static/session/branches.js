@@ -24,18 +24,11 @@ export function branchLegend(root, { store, commands, signal }) {
         const swatch = h("span", { class: "swatch" });
         swatch.style.background = branch.colour;
         const active = branch.id === session.branch;
-        return h(
-          "button",
-          {
-            type: "button",
-            class: "chip",
-            "aria-pressed": String(active),
-            title: branch.parent ? `Branched from frame ${branch.frame}` : "The run as it began",
-            on: { click: () => active || commands.activate(branch.id) },
-          },
-          swatch,
-          h("span", {}, branch.title),
-        );
+        const title = branch.parent ? `Branched from frame ${branch.frame}` : "The run as it began";
+        const content = [swatch, h("span", {}, branch.title)];
+        if (store.isReadOnly) return h("span", { class: "chip", title, "aria-current": active ? "true" : null }, content);
+        const activate = () => active || commands.activate(branch.id);
+        return h("button", { type: "button", class: "chip", "aria-pressed": String(active), title, on: { click: activate } }, content);
       }),
     );
   }, signal);

@@ -18,7 +18,7 @@ export class Commands {
   }
 
   async bookmark(note = "") {
-    if (!this.#store.isAwake) return;
+    if (!this.#store.isSteerable) return;
     const { position } = this.#session;
     await attempt(async () => {
       await api.bookmark(this.#session.id, note);

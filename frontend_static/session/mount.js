@@ -40,6 +40,7 @@ const KEPT = "What was saved of it is in My work.";
  * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
  * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
  * @property {HTMLElement|null} [keys] Where the keys are the session's own: its element if not given, nowhere if null.
+ * @property {boolean} [readOnly] Whether it can be looked at and not be steered: cameras have their keys, it has none.
  */
 
 /**
@@ -64,7 +65,7 @@ export class Mounted {
    * @param {SessionStart} start
    * @param {Options} options
    */
-  constructor(start, { clock, plots: ids = [], actions = {}, keys = start.element }) {
+  constructor(start, { clock, plots: ids = [], actions = {}, readOnly = false, keys = readOnly ? null : start.element }) {
     this.#start = start;
     this.#keys = keys;
     this.#clock = clock;
@@ -72,7 +73,7 @@ export class Mounted {
     this.scene = start.scene;
     /** Ids of the plots to show; all of them if none is named. */
     this.plots = ids;
-    this.store = new Store();
+    this.store = new Store({ readOnly });
     this.commands = new Commands(this.store);
     this.#steering = new Steering(this.store, this.signal);
     clock?.join({ store: this.store, steering: this.#steering }, this.signal);
@@ -88,7 +89,7 @@ export class Mounted {
 
   /** Whether what steers can be used. */
   get able() {
-    return this.store.connection === "open" && this.store.isAwake;
+    return this.store.connection === "open" && this.store.isSteerable;
   }
 
   /** Take the session from the page; nothing of it goes on here. The session itself stays. */
@@ -171,8 +172,9 @@ export class Mounted {
    * @param {string} message
    */
   #fail(title, message) {
-    if (this.scene) this.scene.fail(title, message, GALLERY);
-    else fill(this.#start.element, notice(title, message, GALLERY));
+    const way = this.store.isReadOnly ? null : GALLERY;
+    if (this.scene) this.scene.fail(title, message, way);
+    else fill(this.#start.element, notice(title, message, way));
   }
 
   /**

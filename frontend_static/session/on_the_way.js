@@ -18,7 +18,7 @@ export function onTheWay({ store, commands, signal }) {
   const words = h("p", { role: "status" });
   const meter = h("progress", { max: 1, value: 0, "aria-label": "Frames computed" });
   const stop = h("button", { type: "button", title: "Stay at the frame that it has come to", on: { click: () => commands.stop() } }, "Stop here");
-  const element = h("div", { class: "on-the-way", hidden: true }, words, meter, stop);
+  const element = h("div", { class: "on-the-way", hidden: true }, words, meter, !store.isReadOnly && stop);
   /** @type {{goal: number, frame: number, at: number}|null} */
   let begun = null;
   let forget = () => {};

@@ -109,11 +109,11 @@ export class Scene {
   }
 
   /**
-   * Say that there is nothing to show, why, and the one way on.
+   * Say that there is nothing to show, why, and the one way on, if there is one.
    *
    * @param {string} title
    * @param {string} message
-   * @param {{label: string, href?: string, run?: () => void}} action
+   * @param {import("../shared/notice.js").Action|null} action
    */
   fail(title, message, action) {
     this.#remove();
@@ -155,7 +155,7 @@ export class Scene {
    * @param {import("./commands.js").Commands} commands
    */
   #state(session, commands) {
-    const resume = { label: "Resume", run: () => commands.resume() };
+    const resume = this.#mounted?.store.isReadOnly ? null : { label: "Resume", run: () => commands.resume() };
     if (session.state === "crashed") {
       const message = session.message ?? "Its process ended unexpectedly. Nothing up to this frame is lost.";
       this.#show(notice("The tracker stopped", message, resume));

@@ -39,7 +39,7 @@ export class Steering {
 
   /** Whether there is a session that listens. */
   get #able() {
-    return this.#store.isAwake && !this.#signal.aborted;
+    return this.#store.isSteerable && !this.#signal.aborted;
   }
 
   get isPlaying() {

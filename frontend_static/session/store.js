@@ -37,6 +37,12 @@ export class Store extends Topics {
   /** @type {Set<string>} */
   #fetching = new Set();
 
+  /** @param {{readOnly?: boolean}} [options] Whether whoever looks on here cannot steer it. */
+  constructor({ readOnly = false } = {}) {
+    super();
+    this.isReadOnly = readOnly;
+  }
+
   /** The session, where there must be one: who listens to what changes in it is only called then. */
   get known() {
     if (this.session === null) throw new Error("Nothing is known of the session yet");
@@ -72,6 +78,11 @@ export class Store extends Topics {
   /** Whether there is a session that listens. */
   get isAwake() {
     return this.session !== null && !["starting", "suspended", "crashed"].includes(this.session.state);
+  }
+
+  /** Whether it listens to whoever looks on here. */
+  get isSteerable() {
+    return this.isAwake && !this.isReadOnly;
   }
 
   /**

@@ -16,7 +16,10 @@
  * @property {() => void} stop
  */
 
-export const ROOT = "/api/v1/";
+/** What stands before the addresses of the server for whoever follows a class, and is let in by the link alone: `/f/{link}`. */
+export const BASE = globalThis.location?.pathname.match(/^\/f\/[^/]+/)?.[0] ?? "";
+
+export const ROOT = `${BASE}/api/v1/`;
 
 export class ApiError extends Error {
   /**

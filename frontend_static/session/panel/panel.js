@@ -119,7 +119,7 @@ export class Panel {
 
   /** Show what is in force, except on a control that is in somebody's hand, and only what the tracker reads. */
   #show() {
-    const { connection, isAwake } = this.#store;
+    const { connection, isSteerable } = this.#store;
     const session = this.#session;
     /** @type {Record<string, Value>} */
     const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.recipe.seed };
@@ -132,7 +132,7 @@ export class Panel {
       }
       element.hidden = members.every(({ control }) => control.element.hidden);
     }
-    this.#root.toggleAttribute("inert", connection !== "open" || !isAwake);
+    this.#root.toggleAttribute("inert", connection !== "open" || !isSteerable);
   }
 
   /**

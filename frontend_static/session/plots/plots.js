@@ -68,7 +68,7 @@ export async function plots(root, view) {
   const axis = new Bokeh.Range1d({ start: 0, end: 1 });
   for (const { plot, place } of panels) {
     plot.build(Bokeh, axis);
-    plot.listen(place, view);
+    if (!store.isReadOnly) plot.listen(place, view);
   }
   await show(Bokeh, panels, signal);
   if (!signal.aborted) keepDrawn(root, view, axis, panels);
