@@ -2,6 +2,8 @@ import assert from "node:assert/strict";
 import { beforeEach, describe, it } from "node:test";
 
 import { Clock } from "../../frontend_static/session/clock.js";
+import { Commands } from "../../frontend_static/session/commands.js";
+import { Steering } from "../../frontend_static/session/steering.js";
 import { Store } from "../../frontend_static/session/store.js";
 
 const hello = (more = {}) => ({
@@ -95,6 +97,24 @@ describe("the store of a session", () => {
     store.on(["refused"], () => heard.push(store.refusal));
     store.receive({ type: "refused", message: "too large" });
     assert.deepEqual(heard, ["too large"]);
+  });
+});
+
+describe("a session that one may only look at", () => {
+  it("is awake like any, and is asked for nothing", async (context) => {
+    const asked = context.mock.method(globalThis, "fetch", () => Promise.reject(new Error("nothing is asked for")));
+    const store = new Store({ readOnly: true });
+    store.receive(hello({ position: 10 }));
+    assert.equal(store.isAwake, true);
+    assert.equal(store.isSteerable, false);
+    const steering = new Steering(store, new AbortController().signal);
+    for (const act of ["toggle", "play", "first", "newest", "beforeLoss"]) await steering[act]();
+    await steering.seek(2);
+    await steering.step(1);
+    await steering.setSpeed(2);
+    await new Commands(store).bookmark();
+    assert.equal(asked.mock.callCount(), 0);
+    assert.equal(store.known.speed, 1);
   });
 });
 
