@@ -8,6 +8,7 @@ from scipy import stats
 
 from pftrack.statistics import (
     chi_square,
+    dependent_mean_interval,
     fisher_exact,
     holm,
     paired_mean_interval,
@@ -193,3 +194,25 @@ def test_the_interval_of_paired_rates_is_one_at_the_edges() -> None:
     assert low[0] < 0 < high[0]
     assert high[1] == 1.0
     assert np.isnan([low[2], high[2]]).all()
+
+
+@pytest.mark.parametrize(("correlation", "least"), [(0.0, 0.93), (0.8, 0.91), (0.9, 0.89)])
+def test_the_interval_of_dependent_values_covers_their_mean(correlation: float, least: float) -> None:
+    """Of first-order sequences it has the true mean in it about as often as it says; frames taken for trials do not."""
+    rng = np.random.default_rng(8)
+    values = rng.standard_normal((600, 240))
+    for frame in range(1, 240):
+        values[:, frame] = correlation * values[:, frame - 1] + np.sqrt(1 - correlation**2) * values[:, frame]
+    intervals = np.array([dependent_mean_interval(sequence) for sequence in values])
+    assert least < ((intervals[:, 0] <= 0) & (intervals[:, 1] >= 0)).mean() < 0.98
+    independent = paired_mean_interval(values.mean(1), values.std(1, ddof=1), 240)
+    assert ((independent[0] <= 0) & (independent[1] >= 0)).mean() < 0.6 or correlation == 0.0
+
+
+def test_the_interval_of_dependent_values_is_that_of_six_stretches() -> None:
+    """It is the one of the t-test of their means; too few values, and equal ones, have none."""
+    values = np.random.default_rng(3).normal(0.4, 1.0, 60)
+    expected = stats.ttest_1samp(values.reshape(6, 10).mean(axis=1), 0).confidence_interval(0.9)
+    assert dependent_mean_interval(values, 0.9) == pytest.approx((expected.low, expected.high))
+    assert np.isnan(dependent_mean_interval(values[:29])).all()
+    assert np.isnan(dependent_mean_interval(np.full(60, 0.3))).all()
