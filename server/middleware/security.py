@@ -73,7 +73,8 @@ class Guard:
                 self._seldom.warn("a websocket was refused", path=scope["path"], reason=refusal[1])
             await _refuse(scope, receive, send, refusal)
             return
-        if self._token and _offered(scope):
+        # Asked again, since some paths are open to whoever knows no token.
+        if self._token and _offered(scope) and self._knows(scope, headers):
             await self._welcome(scope)(scope, receive, send)
             return
 

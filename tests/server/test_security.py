@@ -88,6 +88,28 @@ class TestHost:
         assert client.get("/healthz", headers={"host": host}).status_code == 200
 
 
+def _answered(path: str, token: str, scheme: str = "http") -> dict[str, str]:
+    """Return the headers with which the guard answers a link, or lets it pass."""
+    sent: list[Any] = []
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    scope = {
+        "type": "http",
+        "method": "GET",
+        "scheme": scheme,
+        "path": path,
+        "query_string": f"token={token}".encode(),
+        "headers": [(b"host", b"localhost")],
+    }
+    run(Guard(app, Settings(token=SecretStr(TOKEN)))(scope, None, send))  # type: ignore[arg-type]  # nothing is read
+    return {name.decode(): value.decode() for name, value in sent[0]["headers"]}
+
+
 class TestToken:
     def test_nothing_without(self, start_server: Any) -> None:
         """Where a token is asked for, nothing but the health checks answers without it."""
@@ -101,6 +123,12 @@ class TestToken:
                 with pytest.raises(InvalidStatus) as refusal, connect(server.ws + path):
                     pass
                 assert refusal.value.response.status_code == 401
+
+    @pytest.mark.parametrize("path", ["/healthz", "/readyz"])
+    def test_a_wrong_token_is_never_traded_for_the_right_one(self, path: str) -> None:
+        """Also where nobody is asked for a token, only the right one becomes a cookie."""
+        assert "set-cookie" not in _answered(path, "wrong")
+        assert "set-cookie" in _answered(path, TOKEN)
 
     def test_the_link_becomes_a_cookie(self, start_server: Any) -> None:
         """The link trades its token for a cookie that scripts cannot read, and takes it out of the address."""
@@ -121,21 +149,7 @@ class TestToken:
     @pytest.mark.parametrize(("scheme", "secure"), [("http", False), ("https", True)])
     def test_the_cookie_of_a_server_behind_tls_stays_there(self, scheme: str, secure: bool) -> None:
         """A browser never sends it over a line that others can read."""
-        sent: list[Any] = []
-
-        async def send(message: Any) -> None:
-            sent.append(message)
-
-        scope = {
-            "type": "http",
-            "method": "GET",
-            "scheme": scheme,
-            "path": "/",
-            "query_string": f"token={TOKEN}".encode(),
-            "headers": [(b"host", b"localhost")],
-        }
-        run(Guard(None, Settings(token=SecretStr(TOKEN)))(scope, None, send))  # type: ignore[arg-type]  # nothing is passed on
-        cookie = dict(sent[0]["headers"])[b"set-cookie"].decode().lower()
+        cookie = _answered("/", TOKEN, scheme)["set-cookie"].lower()
         assert ("secure" in cookie) is secure
 
     @pytest.mark.parametrize("token", ["Übers Meer → und zurück", 'salt & pepper; 100% "a=b+c\\,#d'])
