@@ -54,7 +54,7 @@ async def import_run(
     await asyncio.to_thread(check_room, store, settings)
     folder = store.files.new_incoming()
     received = await receive(request, folder, store.room, most_bytes=settings.max_record_bytes, most_files=1)
-    begun = imports.begin(folder, received)
+    begun = imports.bring_in(folder, received)
     try:
         await unless_gone(asyncio.wait({begun.task}, timeout=IMPORT_S), lambda: gone(request))
     except ClientGoneError:
@@ -130,7 +130,7 @@ async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> S
 
 
 def _job(job: Import) -> ImportPublic:
-    known = {"id": job.id, "name": job.name, "done": job.done, "total": job.total}
+    known = {"id": job.id, "name": job.about, "done": job.done, "total": job.total}
     if not job.task.done():
         return ImportPublic(**known, state="computing", run=None, message=None)
     error = asyncio.CancelledError() if job.task.cancelled() else job.task.exception()

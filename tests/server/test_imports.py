@@ -87,15 +87,15 @@ def test_it_goes_on_while_somebody_asks(
     server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An import that nobody asks for any more is dropped, and says so to whoever comes later; one asked for arrives."""
-    monkeypatch.setattr("server.runs.imports.LOOK_S", 0.5)
-    monkeypatch.setattr("server.runs.imports.MOST_LOOKS", 2)
+    monkeypatch.setattr("server.tasks.jobs.LOOK_S", 0.5)
+    monkeypatch.setattr("server.tasks.jobs.MOST_LOOKS", 2)
     saved = client.get("/api/v1/runs").json()
     imports: Any = server.app.state.services.imports
     left, wanted = send(client, heavy)["id"], send(client, heavy)
     wait_for(lambda: asked(client, wanted)["total"] and imports._all[left].task.done(), 30)
     dropped = client.get(f"/api/v1/runs/imports/{left}").json()
     assert (dropped["state"], dropped["run"]) == ("failed", None)
-    assert "Nobody asked for this run for 1 s" in dropped["message"]
+    assert "Nobody asked for this import for 1 s" in dropped["message"]
     wait_for(lambda: asked(client, wanted)["state"] == "done", 60)
     arrived = asked(client, wanted)["run"]
     assert [run["id"] for run in client.get("/api/v1/runs").json()] == [arrived, *(run["id"] for run in saved)]
@@ -119,6 +119,6 @@ def test_why_it_failed_can_be_asked(client: httpx.Client, heavy: bytes, monkeypa
     begun = send(client, b"no run")
     wait_for(lambda: asked(client, begun)["state"] == "failed")
     assert "is no saved run" in asked(client, begun)["message"]
-    monkeypatch.setattr("server.runs.imports.KEPT_S", 0.0)
+    monkeypatch.setattr("server.tasks.jobs.KEPT_S", 0.0)
     error_of(client.get(f"/api/v1/runs/imports/{begun['id']}"), 404)
     assert begun["id"] not in [each["id"] for each in client.get("/api/v1/runs/imports").json()]
