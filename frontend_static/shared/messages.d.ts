@@ -360,12 +360,16 @@ export interface ExperimentPublic {
   thumbnail: string;
 }
 
-/** A file that can be made of the frame that is shown. */
+/** A file that can be made of a run, or of the frame that is shown. */
 export interface ExportPublic {
   name: string;
   title: string;
   suffix: string;
   media_type: string;
+  /** What kind of thing it is; of "plots", one plot can be asked for by its id */
+  group: "numbers" | "film" | "plots" | "documents" | "model";
+  /** Whether it has to go through all frames again: it is begun, and then fetched */
+  slow: boolean;
 }
 
 /** Both runs of a failure, computed on this server. */
@@ -919,7 +923,7 @@ export interface SessionPublic {
   measured: Record<string, number>;
   /** Name of the measure that decides on success */
   success_measure: string;
-  /** Files that can be made of the frame that is shown */
+  /** Files that can be made of the run, or of the frame that is shown */
   exports: ExportPublic[];
   /** Parameters to turn first: those that its preset is about */
   about: string[];

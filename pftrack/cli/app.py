@@ -1,9 +1,9 @@
 """The command line, `pftrack`.
 
-`list` and `show` say what there is; `run`, `replay`, `failures`, `learn` and `sweep` compute; `lessons` teaches;
-`reproduce`, `bench` and `doctor` check; commands from other packages, such as the server's `serve`, join through the
-entry point group `pftrack.commands`, so that the library need not know them. Exit status: 0 done, 1 failed, with one
-clear line, 2 wrong use.
+`list` and `show` say what there is; `run`, `replay`, `failures`, `learn` and `sweep` compute; `export` takes a run to
+other programs; `lessons` teaches; `reproduce`, `bench` and `doctor` check; commands from other packages, such as the
+server's `serve`, join through the entry point group `pftrack.commands`, so that the library need not know them. Exit
+status: 0 done, 1 failed, with one clear line, 2 wrong use.
 """
 
 import os
@@ -17,7 +17,7 @@ import typer
 from typer.core import TyperGroup
 
 from pftrack import __version__
-from pftrack.cli import checks, failures, learn, lessons, listing, run, sweep
+from pftrack.cli import checks, exports, failures, learn, lessons, listing, run, sweep
 from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
 
 __all__ = ["app", "main"]
@@ -82,6 +82,7 @@ def _start(
 
 listing.register(app)
 run.register(app)
+exports.register(app)
 failures.register(app)
 learn.register(app)
 sweep.register(app)

@@ -1,52 +1,116 @@
-"""`--export`: files of the last frame and those before it, of the kinds that the experiment offers."""
+"""`export`, and `--export` of `run` and `replay`: a run as files of other programs, told apart by suffix."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from pftrack.cli.output import CommandError, wrong_use
+from pftrack.cli.compiling import compiling
+from pftrack.cli.footage import footage_of
+from pftrack.cli.listing import Json
+from pftrack.cli.output import CommandError, emit, note, progress, table, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment
     from pftrack.runs.exports import RunExport
+    from pftrack.runs.record import Saved
     from pftrack.runs.run import Run
 
-__all__ = ["ExportOut", "wanted_exports", "write_exports"]
+__all__ = ["ExportOut", "register", "wanted_exports", "write_exports"]
 
 ExportOut: TypeAlias = Annotated[
     list[Path] | None,
     typer.Option(
         "--export",
         metavar="FILE",
-        help="Write a file of what was tracked; `show` lists the kinds, told apart by suffix. May be repeated.",
+        help="Write the run as a file of another kind; `show` lists them, told apart by suffix. May be repeated.",
     ),
 ]
 
 
-def wanted_exports(experiment: "Experiment", places: list[Path]) -> "list[tuple[RunExport, Path]]":
-    """Return what is to be written where, by the suffixes of the files."""
-    from pftrack.runs.exports import exports_of
-
-    offered = exports_of(experiment) if places else ()
-    found = []
-    for place in places:
-        if not place.absolute().parent.is_dir():
-            raise CommandError(f"{place} cannot be written: there is no folder {place.absolute().parent}")
-        fitting = [one for one in offered if place.name.lower().endswith(f".{one.suffix}")]
-        if not fitting:
-            known = ", ".join(f".{one.suffix}" for one in offered)
-            raise wrong_use(f"--export of {experiment.id} writes {known}, got {place.name!r}")
-        found.append((max(fitting, key=lambda one: len(one.suffix)), place))
-    return found
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(export)
 
 
-def write_exports(exports: "list[tuple[RunExport, Path]]", run: "Run") -> None:
-    """Write files of the frame at which a run stands; one that cannot be written leaves what was there."""
-    from pftrack.files import write_whole
+def export(
+    file: Annotated[Path, typer.Argument(help="A run that was saved with `run --out` or from the page.")],
+    to: Annotated[
+        list[Path],
+        typer.Option("--to", metavar="FILE", help="What to write; the suffix says what. May be repeated."),
+    ],
+    plot: Annotated[
+        str | None, typer.Option(metavar="ID", help="The one plot that a picture shows; all if not given.")
+    ] = None,
+    video: Annotated[Path | None, typer.Option(help="Where the run's video is now, if it was moved.")] = None,
+    json: Json = False,
+) -> None:
+    """Write a saved run as files of other kinds: tables, films, pictures of plots, a notebook."""
+    from pftrack.experiments import find
+    from pftrack.runs.comparison import difference
+    from pftrack.runs.manifest import extent_of
+    from pftrack.runs.record import read_saved
 
-    for export, place in exports:
+    saved = read_saved(file)
+    try:
+        wanted = wanted_exports(find(saved.record.recipe.experiment), to, plot)
+    except LookupError as error:
+        raise CommandError(str(error)) from None
+    with ExitStack() as stack:
+        stack.enter_context(compiling())
+        again = _computed_again(stack, saved, file, video)
+        apart = difference(again, saved)
+        if apart is not None:
+            note(f"pftrack: {apart.sentence}; what was computed now is exported")
+        if again.computed + 1 < again.frames:
+            note(f"pftrack: the run is not finished; {extent_of(again)} are exported")
+        files = write_exports(wanted, again, plot)
+    if json:
+        emit({"files": [str(path) for path in files], "frames": again.computed + 1, "of": again.frames})
+    else:
+        table("", ("file", "bytes"), [(str(path), f"{path.stat().st_size:,}") for path in files])
+
+
+def _computed_again(stack: ExitStack, saved: "Saved", file: Path, video: Path | None) -> "Run":
+    """Compute a saved run as far as it was computed, its recording opened for as long as the stack lasts."""
+    from pftrack.runs.record import make
+
+    made = make(saved.record.recipe, open_sequence=footage_of(stack, file, video))
+    with progress(f"{made.experiment.id}, {made.tracker}") as tick:
+        for step in made.seeking(min(saved.record.computed, made.frames) - 1):
+            tick(step.diagnostics.frame, saved.record.computed)
+    return made
+
+
+def wanted_exports(
+    experiment: "Experiment", places: list[Path], plot: str | None = None
+) -> "list[tuple[RunExport, Path]]":
+    """Return what is to be written where, by the suffixes of the files; refused before anything is computed."""
+    if not places:
+        return []
+    from pftrack.export import ExportError
+    from pftrack.runs.exports import export_at
+
+    try:
+        return [(export_at(experiment, place, plot), place) for place in places]
+    except ExportError as error:
+        raise wrong_use(str(error)) from None
+
+
+def write_exports(exports: "list[tuple[RunExport, Path]]", run: "Run", plot: str | None = None) -> list[Path]:
+    """Write files of a run and return them; one that cannot be written leaves what was there."""
+    if not exports:
+        return []
+    from pftrack.runs.exports import exporting, files_of
+
+    written: list[Path] = []
+    for kind, place in exports:
         try:
-            write_whole(place, export.make(run))
+            with progress(place.name) as tick:
+                for done, total in exporting(run, place, kind, plot):
+                    tick(done, total)
         except OSError as error:
             raise CommandError(f"{place} cannot be written: {error.strerror}") from None
+        written += files_of(kind, place)
+    return written

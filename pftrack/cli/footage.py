@@ -11,9 +11,10 @@ from pftrack.cli.output import CommandError, note, wrong_use
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Setup
     from pftrack.runs.recipe import Footage, Recipe
+    from pftrack.runs.record import OpenSequence
     from pftrack.sources.sequence import FrameSequence
 
-__all__ = ["Said", "open_footage", "wired"]
+__all__ = ["Said", "footage_of", "open_footage", "wired"]
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,24 @@ def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None) ->
         return stack.enter_context(closing(open_sequence(path, square=square)))
     except SourceError as error:
         raise CommandError(f"{path.name}: {error}") from None
+
+
+def footage_of(stack: ExitStack, file: Path, video: Path | None) -> "OpenSequence":
+    """Return what finds the recording of a saved run: where it is now, if that is said, else as its file says.
+
+    Args:
+        stack: What is opened stays so for as long as this lasts.
+        file: The saved run.
+        video: Where the recording is now.
+    """
+
+    def find(footage: "Footage") -> "FrameSequence":
+        place = video or file.parent / (footage.path or footage.name)
+        if not place.exists():
+            raise CommandError(f"the run was made on {place}, which is not there; say with --video where it is")
+        return open_footage(stack, place, square=footage.square)
+
+    return find
 
 
 def _refuse_options(said: Said) -> None:

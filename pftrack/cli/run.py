@@ -13,7 +13,7 @@ import typer
 
 from pftrack.cli.compiling import compiling
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
-from pftrack.cli.footage import Said, open_footage, wired
+from pftrack.cli.footage import Said, footage_of, wired
 from pftrack.cli.learn import guidance_of
 from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
@@ -22,7 +22,7 @@ from pftrack.cli.values import assigned, text_of, value_of
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset, Setup
     from pftrack.parameters import Value
-    from pftrack.runs.recipe import Footage, Recipe
+    from pftrack.runs.recipe import Recipe
     from pftrack.runs.run import Run
     from pftrack.sources.sequence import FrameSequence
 
@@ -146,17 +146,10 @@ def replay(
     _check_places(None, video_out)
     saved = read_saved(file)
     record = saved.record
+    exports = wanted_exports(experiment_named(record.recipe.experiment), export or [])
     with ExitStack() as stack:
         stack.enter_context(compiling())
-
-        def find(footage: "Footage") -> "FrameSequence":
-            place = video or file.parent / (footage.path or footage.name)
-            if not place.exists():
-                raise CommandError(f"the run was made on {place}, which is not there; say with --video where it is")
-            return open_footage(stack, place, square=footage.square)
-
-        exports = wanted_exports(experiment_named(record.recipe.experiment), export or [])
-        again = make(record.recipe, open_sequence=find)
+        again = make(record.recipe, open_sequence=footage_of(stack, file, video))
         summary = _compute(again, video_out, frames=record.computed)
         write_exports(exports, again)
     apart = difference(again, saved)

@@ -11,9 +11,11 @@ past is the past, and a change to it makes a `branch`.
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from os import PathLike
+from pathlib import Path
 from statistics import median
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,6 +33,9 @@ from pftrack.runs.scoring import allowed_loss, course_of, estimates_hash, judge
 from pftrack.runs.summary import Summary
 from pftrack.runs.timeline import LONGEST_RUN, Change, Timeline
 from pftrack.trackers import TrackState
+
+if TYPE_CHECKING:
+    from pftrack.runs.exports import Exported
 
 __all__ = ["LONGEST_RUN", "Change", "EndOfRun", "PastError", "Run", "Timeline"]
 
@@ -317,6 +322,24 @@ class Run:
             step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
             estimates_sha256=self.estimates_sha256,
         )
+
+    def export(self, path: str | PathLike[str], *, plot: str | None = None) -> "Exported":
+        """Write the run, as far as it has been computed, as a file of another kind, told by its suffix.
+
+        Args:
+            path: Where to; an existing file is replaced.
+            plot: Id of the one plot that a picture shows; all if not given.
+
+        Returns:
+            The files that were written, and how much of the run they hold.
+
+        Raises:
+            ExportError: There is no such kind of file, no such folder or no such plot; it names those that there are.
+            OSError: The file cannot be written; what was there before is still there.
+        """
+        from pftrack.runs.exports import export  # noqa: PLC0415 - which writes runs
+
+        return export(self, Path(path), plot=plot)
 
     def _course(self) -> Course:
         return course_of(self.diagnostics, self.experiment.declared(), judged=self.experiment.judges_loss)

@@ -1,11 +1,13 @@
 """Sessions: start, steer, branch, end."""
 
 import asyncio
+import shutil
 from http import HTTPStatus
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Path
-from starlette.responses import Response
+from fastapi import APIRouter, Body, Path, Query
+from starlette.background import BackgroundTask
+from starlette.responses import FileResponse, Response
 
 from server.api.dependencies import AManager, ASession, AStore, Begin
 from server.errors import NotFoundError
@@ -103,14 +105,31 @@ async def picture(session: ASession) -> Response:
 
 
 @router.get(
-    "/{session}/exports/{export}", response_class=Response, responses={200: {"content": {"model/gltf-binary": {}}}}
+    "/{session}/exports/{export}", response_class=FileResponse, responses={200: {"content": {"model/gltf-binary": {}}}}
 )
-async def export(session: ASession, export: Name) -> Response:
-    """Return a file of the frame that is shown, one of those that the session lists."""
-    offered, content = await session.export(export)
-    name = f"{offered.name}-{session.spec.active.position}.{offered.suffix}"
-    headers = {"Content-Disposition": f'attachment; filename="{name}"', "Cache-Control": "no-store"}
-    return Response(content, media_type=offered.media_type, headers=headers)
+async def export(
+    session: ASession, export: Name, store: AStore, plot: Annotated[str | None, Query(max_length=64)] = None
+) -> FileResponse:
+    """Return a file of the active branch or of the frame that is shown, one of those that the session lists."""
+    store.room.check()
+    folder = store.files.new_incoming()
+    folder.mkdir(mode=0o700)
+    try:
+        offered = await session.export(export, folder / "file", plot)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
+    active = session.spec.active
+    frame = active.position if offered.group == "model" else active.computed
+    name = "-".join(filter(None, (active.recipe.experiment, str(frame), plot)))
+    return FileResponse(
+        folder / "file",
+        media_type=offered.media_type,
+        filename=f"{name}.{offered.suffix}",
+        headers={"Cache-Control": "no-store"},
+        background=after,
+    )
 
 
 @router.post("/{session}/bookmarks", status_code=HTTPStatus.CREATED)

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from pftrack.experiments import Plot, Reading
 from pftrack.layer import Layer
 from pftrack.parameters import Declaration, Value
+from pftrack.runs.exports import Group
 from pftrack.runs.recipe import Recipe
 from pftrack.series import Series
 from server.schemas.controls import ControlPublic
@@ -86,12 +87,14 @@ class BranchPublic(BaseModel):
 
 
 class ExportPublic(BaseModel):
-    """A file that can be made of the frame that is shown."""
+    """A file that can be made of a run, or of the frame that is shown."""
 
     name: str
     title: str
     suffix: str
     media_type: str
+    group: Group = Field(description='What kind of thing it is; of "plots", one plot can be asked for by its id')
+    slow: bool = Field(description="Whether it has to go through all frames again: it is begun, and then fetched")
 
 
 class SessionPublic(BaseModel):
@@ -108,7 +111,9 @@ class SessionPublic(BaseModel):
     measures: list[MeasurePublic] = []
     measured: dict[str, float] = Field({}, description="Measures of the active branch so far, by name")
     success_measure: str = Field("", description="Name of the measure that decides on success")
-    exports: list[ExportPublic] = Field([], description="Files that can be made of the frame that is shown")
+    exports: list[ExportPublic] = Field(
+        [], description="Files that can be made of the run, or of the frame that is shown"
+    )
     about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
     watch: str = Field("", description="What to look at, where it began as a preset that says so")
     tracker: str

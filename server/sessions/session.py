@@ -7,6 +7,7 @@ one at a time.
 import asyncio
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pftrack.parameters import ParameterError
@@ -264,8 +265,8 @@ class Session:
         png: bytes = await self._request(protocol.Picture(), _plain)
         return png
 
-    async def export(self, name: str) -> tuple[ExportPublic, bytes]:
-        """Return a file of the current frame, and what it is.
+    async def export(self, name: str, path: Path, plot: str | None) -> ExportPublic:
+        """Write a file of the active branch, or of the current frame, and return what it is.
 
         Raises:
             NotFoundError: The experiment offers none of this name.
@@ -273,8 +274,8 @@ class Session:
         offered = next((one for one in EXPORTS.validate_python(self.card.exports) if one.name == name), None)
         if offered is None:
             raise NotFoundError("The session has no such export.")
-        content: bytes = await self._request(protocol.Export(name), _plain)
-        return offered, content
+        await self._request(protocol.Export(name, str(path), plot), _plain)
+        return offered
 
     def bookmark(self, name: str, note: str) -> Bookmark:
         """Remember the frame that is shown."""

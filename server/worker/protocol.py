@@ -219,9 +219,17 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """Make a file of the current frame; answered with its bytes."""
+    """Write a file of the run or of the current frame; answered when it is there.
+
+    Attributes:
+        name: Of the export.
+        path: Where to.
+        plot: Id of the one plot that a picture shall show; None for all.
+    """
 
     name: str
+    path: str
+    plot: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from pftrack.palette import COLOURS
 from pftrack.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise, with_role
 from pftrack.runs import checkpoint, record
 from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.exports import exports_of
+from pftrack.runs.exports import exporting, exports_of
 from pftrack.runs.recipe import Footage, Recipe
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, FrameSequence, open_sequence
@@ -106,7 +106,7 @@ class RunTree:
             success_measure=self._setup.success,
             worlds=self.experiment.worlds,
             exports=[
-                {"name": one.name, "title": one.title, "suffix": one.suffix, "media_type": one.media_type}
+                {name: getattr(one, name) for name in ("name", "title", "suffix", "media_type", "group", "slow")}
                 for one in exports_of(self.experiment)
             ],
             about=list(self.experiment.subjects(preset)),
@@ -231,9 +231,10 @@ class RunTree:
         shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
         return dataclasses.replace(step, parameters=step.parameters.model_copy(update=shown)) if shown else step
 
-    def export(self, name: str) -> bytes:
-        """Return a file of the frame that is shown, or of the run, one of those that are offered."""
-        return export_named(exports_of(self.experiment), name).make(self.run)
+    def export(self, name: str, path: Path, plot: str | None) -> None:
+        """Write a file of the run, or of the frame that is shown, one of those that are offered."""
+        for _ in exporting(self.run, path, export_named(exports_of(self.experiment), name), plot):
+            pass
 
     @property
     def second(self) -> str | None:

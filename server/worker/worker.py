@@ -325,8 +325,9 @@ class Worker:
                 return {"summary": self._tree.save(Path(path)), "thumbnail": self._picture()}
             case Picture():
                 return self._picture()
-            case Export(name=name):
-                return self._tree.export(name)
+            case Export(name=name, path=path, plot=plot):
+                self._tree.export(name, Path(path), plot)
+                return None
         self._changed()
         return None
 

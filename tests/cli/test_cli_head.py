@@ -178,7 +178,7 @@ def test_the_real_clip_from_the_command_line(call: Call) -> None:
 
 def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> None:
     """`--export` writes by suffix, several at once; a saved run that is replayed writes the same."""
-    places = [tmp_path / f"face.{suffix}" for suffix in ("obj", "ply", "glb", "json")]
+    places = [tmp_path / f"face.{suffix}" for suffix in ("obj", "ply", "glb", "points.json")]
     wanted = [part for place in places for part in ("--export", place)]
     values = ("--set", "face_model=growing", "--set", "image_width_px=320")
     status, _, _ = call("run", "head", "--frames", 4, *values, *wanted, "--out", tmp_path / "run.pft")
@@ -196,10 +196,10 @@ def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> N
         (
             "head",
             "face.stl",
-            "--export of head writes .glb, .obj, .ply, .json, .csv, .learned.json, .ipynb, got 'face.stl'",
+            ".glb, .obj, .ply, .points.json, .tracks.csv, .learned.json; got",
         ),
         ("head", "face", "got 'face'"),
-        ("ball", "face.obj", "--export of ball writes .learned.json, .ipynb"),
+        ("ball", "face.obj", "a run of ball can be exported as .csv, .parquet, "),
         ("head", "nowhere/face.obj", "there is no folder"),
     ],
 )

@@ -90,7 +90,7 @@ def test_the_open_run_offers_what_it_teaches(saved: Path, learned: Path, call: C
     assert call("replay", saved, "--export", place)[0] == 0
     assert place.read_text() == learned.read_text()
     refused(call("run", "ball", "--frames", 4, "--export", place), 1, "expected at least 10 frames", "got")
-    refused(call("run", "ball", "--frames", 4, "--export", "x.csv"), 2, ".learned.json")
+    refused(call("run", "ball", "--frames", 4, "--export", "x.stl"), 2, ".learned.json")
 
 
 def test_an_export_that_cannot_be_written_leaves_what_was_there(
@@ -103,7 +103,7 @@ def test_an_export_that_cannot_be_written_leaves_what_was_there(
 
     place = tmp_path / "old.learned.json"
     place.write_text("old")
-    monkeypatch.setattr("pftrack.files.settle", full)
+    monkeypatch.setattr("pftrack.runs.exports.settle", full)
     refused(call("replay", saved, "--export", place), 1, "cannot be written: No space left on device")
     assert [(each, each.read_text()) for each in tmp_path.iterdir()] == [(place, "old")]
 

@@ -299,7 +299,7 @@ def test_the_model_begins_again_on_demand(grown: Run) -> None:
 def test_it_may_begin_with_a_face_that_was_learned(grown: Run) -> None:
     """With what was exported it begins where that ended: nearer to the driver's face than the mean, from frame 0 on."""
     grown.finish()
-    (exported,) = (export for export in HEAD.exports if export.suffix == "json")
+    (exported,) = (export for export in HEAD.exports if export.name == "face-json")
     text = exported.make(grown.current.state, grown.diagnostics).decode()
     run = run_of(6, **SMALL, starting_face=text)
     first = float(run.current.diagnostics.series["shape_error_mm"])

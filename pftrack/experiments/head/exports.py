@@ -86,6 +86,12 @@ EXPORTS = (
     ),
     Export("face-obj", "Face model, OBJ", "obj", "model/obj", _of_frame(lambda state: as_obj(surface_of(state)))),
     Export("face-ply", "Face model, PLY", "ply", "model/ply", _of_frame(lambda state: as_ply(surface_of(state)))),
-    Export("face-json", "Points of the face model, JSON", "json", "application/json", _of_frame(points_of)),
-    Export("tracks", "Tracks of the features up to here, CSV", "csv", "text/csv", lambda _state, past: tracks_of(past)),
+    Export("face-json", "Points of the face model, JSON", "points.json", "application/json", _of_frame(points_of)),
+    Export(
+        "tracks",
+        "Tracks of the features up to here, CSV",
+        "tracks.csv",
+        "text/csv",
+        lambda _state, past: tracks_of(past),
+    ),
 )

@@ -44,4 +44,4 @@ def _quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n\r') else name
 
 
-EXPORTS = (Export("paths", "Trajectories up to here, CSV", "csv", "text/csv", table_of),)
+EXPORTS = (Export("paths", "Trajectories up to here, CSV", "paths.csv", "text/csv", table_of),)

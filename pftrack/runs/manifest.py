@@ -1,0 +1,85 @@
+"""The manifest of an export: what its numbers are, and all that is needed to come to them again.
+
+It names the version of pftrack, the recipe, the hashes by which recipe, recording and estimates can be known again, how
+far the run was computed, title and unit of every column, and what to cite. There is no time in it: the same run has the
+same manifest. A format that can carry it does; beside the others it is a file of its own.
+"""
+
+import hashlib
+import json
+from typing import Any
+
+from pftrack import __version__, machine
+from pftrack.references import Citation
+from pftrack.runs.run import Run
+from pftrack.runs.table import columns_in
+
+__all__ = ["FORMAT", "bibtex_of", "citation_of", "embedded", "extent_of", "manifest_of", "title_of"]
+
+FORMAT = "pftrack-manifest"
+
+
+def manifest_of(run: Run) -> dict[str, Any]:
+    """Return the manifest of a run, as far as it was computed, as JSON values."""
+    recipe = run.recipe.with_footage(path=None)
+    footage = recipe.footage
+    return {
+        "format": FORMAT,
+        "version": 1,
+        "pftrack": __version__,
+        "title": title_of(run),
+        "frames": {"computed": run.computed + 1, "of": run.frames, "rate_hz": run.source.frame_rate_hz},
+        "recipe": recipe.as_dict(),
+        "sha256": {
+            "recipe": hashlib.sha256(json.dumps(recipe.as_dict(), sort_keys=True).encode()).hexdigest(),
+            "estimates": run.estimates_sha256,
+            **({"recording": footage.sha256} if footage and footage.sha256 else {}),
+        },
+        "computed_on": dict(machine.computed_on()),
+        "columns": [{"name": it.name, "title": it.title, "unit": it.unit} for it in columns_in(run)],
+        "citation": citation_of(run),
+        "references": [one.as_dict() for one in run.experiment.references],
+    }
+
+
+def embedded(run: Run) -> str:
+    """Return the manifest of a run as JSON in one line of ASCII, as other formats carry it."""
+    return json.dumps(manifest_of(run))
+
+
+def title_of(run: Run) -> str:
+    """Return what a run is, in one line."""
+    tracker = run.experiment.trackers[run.tracker].title
+    return f"{run.experiment.title}, {tracker}, seed {run.seed}"
+
+
+def extent_of(run: Run) -> str:
+    """Say how far a run was computed, in words."""
+    last = run.computed
+    if last + 1 == run.frames:
+        return f"all {run.frames} frames"
+    return f"frames 0 to {last}, {last + 1} of {run.frames}"
+
+
+def citation_of(run: Run) -> str:
+    """Return what to cite of a run as plain text: the program with its version, the run, and the documents."""
+    lines = [
+        f"Computed with pftrack {__version__}: {title_of(run)}; {extent_of(run)}.",
+        f"SHA-256 of the estimates: {run.estimates_sha256}.",
+    ]
+    if run.experiment.references:
+        lines += ["", "The method and the experiment come from:", *_listed(run.experiment.references)]
+    return "\n".join(lines) + "\n"
+
+
+def bibtex_of(run: Run) -> str:
+    """Return the same as entries of BibTeX."""
+    own = (
+        "@software{pftrack,\n  author = {{the pftrack authors}},\n  title = {pftrack},\n"
+        f"  version = {{{__version__}}},\n  note = {{{title_of(run)}; {extent_of(run)}}},\n}}\n"
+    )
+    return "\n".join((own, *(one.bibtex for one in run.experiment.references)))
+
+
+def _listed(references: tuple[Citation, ...]) -> list[str]:
+    return [f"- {one.text}" for one in references]

@@ -1,0 +1,124 @@
+"""A run as a table: one row a frame, one number a cell, and of every column what it is and in what unit.
+
+CSV, Parquet, NPZ and JSON Lines hold this table, with the same names. They are those of `pftrack.runs.columns`; what is
+more than one number a frame has a column for each, `NAME_PART`: the component's name where it is declared, "low" and
+"high" of an interval, else its place, counted from 0. A number that is not known is missing; 1 is true, 0 is false.
+What no frame of the run has is left out.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiment import Experiment
+from pftrack.runs.columns import PREFIX, columns_of
+from pftrack.runs.run import Run
+from pftrack.series import Series
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+__all__ = ["Column", "columns_in", "table_of"]
+
+OWN = {
+    "frame": "frame",
+    "time_s": "time since frame 0",
+    "estimate": "estimate, the posterior mean",
+    "sigma": "standard deviation of the posterior",
+    "log_evidence": "log evidence of the frame",
+    "truth": "true position",
+    "extent": "size of the true box",
+    "observation": "observed signal",
+    "error": "distance of the estimate from the truth",
+    "lost": "whether the target is lost, by the truth",
+    "hidden": "whether the target is out of sight",
+    "searching": "whether the tracker looks for its target, by its own account",
+    "step_ms": "time that the tracker took",
+}
+"""Titles of what every frame has."""
+
+UNITS = {"time_s": "s", "extent": "px", "step_ms": "ms"}
+IN_UNIT_OF_RUN = ("estimate", "sigma", "truth", "error")
+PARTS = {"extent": ("width", "height")}
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A column of the table of a run of L frames.
+
+    Attributes:
+        name: As files have it.
+        title: What it is, a few words.
+        unit: Of its numbers; empty for pure numbers.
+        values: (L,) numbers, NaN where one is not known; whole numbers for the frame alone.
+    """
+
+    name: str
+    title: str
+    unit: str
+    values: NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True)
+class _Origin:
+    """What an array of columns is made of."""
+
+    title: str
+    unit: str
+    parts: tuple[str, ...] = ()
+
+
+def columns_in(run: Run) -> tuple[Column, ...]:
+    """Return the columns of all frames that a run has computed."""
+    origins = dict(_origins(run.experiment))
+    return tuple(
+        column
+        for name, array in columns_of(run).items()
+        if not np.isnan(array).all()
+        for column in _split(name, array, origins[name])
+    )
+
+
+def table_of(run: Run) -> "pa.Table":
+    """Return the frames that a run has computed as an Arrow table; its fields tell title and unit in their metadata."""
+    import pyarrow as pa  # noqa: PLC0415 - a tenth of a second, for which only who wants a table has to wait
+
+    columns = columns_in(run)
+    fields = [
+        pa.field(it.name, pa.from_numpy_dtype(it.values.dtype), metadata={"title": it.title, "unit": it.unit})
+        for it in columns
+    ]
+    arrays = [pa.array(it.values, from_pandas=True) for it in columns]  # so that NaN becomes a missing number
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
+def _origins(experiment: Experiment) -> Iterator[tuple[str, _Origin]]:
+    for name, title in OWN.items():
+        unit = experiment.unit if name in IN_UNIT_OF_RUN else UNITS.get(name, "")
+        yield name, _Origin(title, unit, PARTS.get(name, ()))
+    for series in experiment.declared():
+        name = f"{PREFIX}{series.name}"
+        yield name, _Origin(series.title, series.unit, _parts(series))
+        if series.shape == "hypotheses":
+            yield f"{name}_weights", _Origin(f"probability of {series.title}", "")
+            yield f"{name}_parents", _Origin(f"parent of {series.title} in the frame before", "")
+
+
+def _parts(series: Series) -> tuple[str, ...]:
+    return ("low", "high") if series.shape == "interval" else series.components
+
+
+def _split(name: str, array: NDArray[Any], origin: _Origin) -> Iterator[Column]:
+    """Return the columns (L,) of an array (L, ...)."""
+    if name == "frame":
+        array = array.astype(np.int64)
+    for place in np.ndindex(array.shape[1:]):
+        parts = [str(number) for number in place]
+        if parts and place[-1] < len(origin.parts):
+            parts[-1] = origin.parts[place[-1]]
+        slug = re.sub(r"\W+", "_", "_".join((name, *parts)))
+        yield Column(slug, ", ".join((origin.title, *parts)), origin.unit, array[(slice(None), *place)])
