@@ -11,6 +11,7 @@ from pftrack.experiments import EXPERIMENTS
 from server import api_docs, pages
 from server.api import health, router, scene
 from server.errors import ErrorBody
+from server.follow.door import Door
 from server.middleware.body_limit import BodyLimit
 from server.middleware.errors import install
 from server.middleware.metrics import Metrics, Stopwatch
@@ -62,6 +63,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(api_docs.router)
     pages.install(app)
     # The last one added is the first to see a request.
+    app.add_middleware(Door)
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)
     app.add_middleware(Guard, settings=settings)
     app.add_middleware(Stopwatch, metrics=metrics)

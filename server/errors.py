@@ -16,8 +16,11 @@ __all__ = [
     "ApiError",
     "ClientGoneError",
     "ConflictError",
+    "CrowdedError",
     "DamagedError",
+    "EndedError",
     "ErrorBody",
+    "ForbiddenError",
     "NoRoomError",
     "NotFoundError",
     "RefusedError",
@@ -64,6 +67,24 @@ class DamagedError(ApiError):
     """What was stored of a thing cannot be read; it can be deleted."""
 
     status = HTTPStatus.GONE
+
+
+class EndedError(ApiError):
+    """It was there, and is over."""
+
+    status = HTTPStatus.GONE
+
+
+class ForbiddenError(ApiError):
+    """Whoever asks may not do this."""
+
+    status = HTTPStatus.FORBIDDEN
+
+
+class CrowdedError(ApiError):
+    """There are too many of them already."""
+
+    status = HTTPStatus.TOO_MANY_REQUESTS
 
 
 class NotFoundError(ApiError):

@@ -14,13 +14,14 @@ from http import HTTPStatus
 from importlib.metadata import version
 from pathlib import Path
 
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter, FastAPI, Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
-from server.api.dependencies import TheLessons
+from server.api.dependencies import AFollower, TheLessons
 from server.errors import NotFoundError
+from server.follow.guest import guest_of
 
 __all__ = ["install"]
 
@@ -71,13 +72,17 @@ async def learn() -> Response:
 
 
 @router.get("/learn/{lesson}")
-async def lesson(lesson: str, lessons: TheLessons) -> Response:
+async def lesson(request: Request, lesson: str, lessons: TheLessons) -> Response:
     """Return the page of a lesson, which says so if there is none; a number leads to the lesson of that number."""
     try:
         found = await lessons.get(lesson)
     except NotFoundError as error:
         return _page("learn/lesson.html", error.status)
-    return _page("learn/lesson.html") if found.id == lesson else RedirectResponse(f"/learn/{found.id}")
+    return (
+        _page("learn/lesson.html", prefix=_prefix(request))
+        if found.id == lesson
+        else RedirectResponse(f"/learn/{found.id}")
+    )
 
 
 @router.get("/failures")
@@ -94,10 +99,16 @@ async def failure(failure: str) -> Response:
 
 
 @router.get("/session/{session}")
-async def session(session: str) -> Response:
+async def session(request: Request, session: str) -> Response:
     """Return the page of a session, which finds out by itself whether there is one."""
     del session
-    return _page("session/session.html")
+    return _page("session/session.html", prefix=_prefix(request))
+
+
+@router.get("/follow")
+async def follow(guest: AFollower) -> Response:
+    """Return the page of those who follow."""
+    return _page("follow/follow.html", prefix=guest.prefix)
 
 
 @router.get("/sweep/new")
@@ -146,10 +157,18 @@ def _version() -> str:
     return name
 
 
-def _page(name: str, status: int = HTTPStatus.OK) -> Response:
+def _prefix(request: Request) -> str:
+    """Return what stands before all addresses of whoever came by the link of a class."""
+    guest = guest_of(request.scope)
+    return guest.prefix if guest else ""
+
+
+def _page(name: str, status: int = HTTPStatus.OK, *, prefix: str = "") -> Response:
     text = (FRONTEND / name).read_text(encoding="utf-8")
     links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
-    text = text.replace("</head>", f"{links}</head>", 1).replace(f'"{STATIC}', f'"{STATIC}version/{_version()}/')
+    text = text.replace("</head>", f"{links}</head>", 1).replace(
+        f'"{STATIC}', f'"{prefix}{STATIC}version/{_version()}/'
+    )
     return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})
 
 

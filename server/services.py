@@ -8,6 +8,7 @@ from typing import Self
 
 from server.compilation import Compilation
 from server.failures import Courses
+from server.follow.follows import Follows
 from server.lessons.service import Lessons
 from server.middleware.metrics import Metrics
 from server.runs.imports import Imports
@@ -36,6 +37,7 @@ class Services:
     tasks: ChildTasks
     imports: Imports
     lessons: Lessons
+    follows: Follows
     metrics: Metrics
     suitabilities: Suitabilities
     queues: Queues
@@ -61,6 +63,7 @@ class Services:
         imports = Imports(settings, store, tasks)
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
         await lessons.open()
+        follows = Follows(settings, manager, lessons)
         kept = Suitabilities(store, settings)
         courses = Courses(compilation.wait_for)
         stopping = threading.Event()
@@ -72,6 +75,7 @@ class Services:
             tasks,
             imports,
             lessons,
+            follows,
             metrics,
             kept,
             queues,
@@ -84,5 +88,6 @@ class Services:
         """Write everything down and let go of it."""
         self.stopping.set()
         await asyncio.to_thread(self.compilation.close)
+        await self.follows.close()
         await asyncio.gather(self.manager.close(), self.sweeps.close(), self.imports.close(), self.lessons.close())
         await asyncio.to_thread(self.store.close)

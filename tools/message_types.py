@@ -23,6 +23,9 @@ PAGES = Path(__file__).parents[1] / "frontend_static"
 HEAD = "// Generated from {} by `python -m tools.message_types`; changes here are lost.\n"
 SCALARS = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
 
+STREAMS = {"Session": "a session's", "Sweep": "a sweep's", "Follow": "a follower's", "Owned": "a lecturer's"}
+"""Whose stream it is, by the beginning of its union's name."""
+
 Schema = dict[str, Any]
 
 
@@ -92,12 +95,19 @@ def _name(key: str) -> str:
 
 
 def _unions(models: list[type[BaseModel]], known: set[str]) -> Iterator[str]:
-    """Yield the union of the messages of sessions and that of sweeps."""
-    for about in ("Session", "Sweep"):
-        messages = [it for it in models if {"version", "type"} <= set(it.model_fields) and not _is_request(it)]
-        names = [it.__name__ for it in messages if ("sweep" in it.__module__) == (about == "Sweep")]
+    """Yield the union of the messages of each kind of stream."""
+    messages = [it for it in models if {"version", "type"} <= set(it.model_fields) and not _is_request(it)]
+    for about, whose in STREAMS.items():
+        names = [it.__name__ for it in messages if _stream(it) == about]
         members = [about + name if about + name in known else name for name in names]
-        yield f"/** What a {about.lower()}'s stream says. */\nexport type {about}Message = {' | '.join(members)};\n"
+        yield f"/** What {whose} stream says. */\nexport type {about}Message = {' | '.join(members)};\n"
+
+
+def _stream(message: type[BaseModel]) -> str:
+    """Return the kind of stream that a message belongs to."""
+    if "follows" in message.__module__:
+        return "Owned" if message.__name__.startswith("Owned") else "Follow"
+    return "Sweep" if "sweep" in message.__module__ else "Session"
 
 
 def _gone() -> str:

@@ -437,6 +437,101 @@ export interface FigureRequest {
   nearest?: boolean;
 }
 
+/** The lecturer's lesson shows another figure. */
+export interface FigureShown {
+  version: 1;
+  type: "figure";
+  lesson: string;
+  /** As the lecturer's page got it */
+  figure: Record<string, unknown>;
+}
+
+/** What a class is to follow, and its limits. */
+export interface FollowCreate {
+  /** One session, or up to four that are compared */
+  sessions?: string[];
+  lesson?: string | null;
+  /** That of the lesson or the first session, if left out */
+  title?: string | null;
+  /** How the lecturer's page arranges them; passed on to the followers' pages */
+  arrangement?: Record<string, unknown>;
+  most_followers?: number;
+  /** Sessions of followers' own at one time */
+  most_forks?: number;
+  /** After which it ends by itself */
+  hours?: number;
+}
+
+/** The first message to a follower. */
+export interface FollowHello {
+  version: 1;
+  type: "hello";
+  follow: FollowPublic;
+}
+
+/** Something has changed for all followers. */
+export interface FollowNews {
+  version: 1;
+  type: "follow";
+  follow: FollowPublic;
+}
+
+/** What a class follows, as the lecturer sees it. */
+export interface FollowOwned {
+  title: string;
+  sessions: FollowedPublic[];
+  lesson: string | null;
+  arrangement: Record<string, unknown>;
+  most_forks: number;
+  forks: number;
+  is_open: boolean;
+  expires: string;
+  poll: PollPublic | null;
+  id: string;
+  /** For followers, the best first */
+  links: LinkPublic[];
+  /** For another device of the lecturer's; it gives the same rights over this alone */
+  owner_link: string;
+  /** What keeps others from following, a sentence */
+  notice: string | null;
+  followers: number;
+  most_followers: number;
+}
+
+/** What a class follows, as followers see it; `mine` is null in what all are told. */
+export interface FollowPublic {
+  title: string;
+  sessions: FollowedPublic[];
+  lesson: string | null;
+  arrangement: Record<string, unknown>;
+  most_forks: number;
+  forks: number;
+  is_open: boolean;
+  expires: string;
+  poll: PollPublic | null;
+  mine: MinePublic | null;
+}
+
+/** What changes; what is left out stays. */
+export interface FollowUpdate {
+  sessions?: string[] | null;
+  lesson?: string | null;
+  title?: string | null;
+  arrangement?: Record<string, unknown> | null;
+  most_followers?: number | null;
+  most_forks?: number | null;
+  /** Whether somebody new may come in */
+  is_open?: boolean | null;
+  /** From now on */
+  hours?: number | null;
+}
+
+/** A session that is followed. */
+export interface FollowedPublic {
+  id: string;
+  title: string;
+}
+
 /** A recording, and what is said of the target in it. */
 export interface Footage {
   sha256: string | null;
@@ -457,6 +552,20 @@ export interface FootageRequest {
   mark?: Record<string, unknown> | null;
   truth?: Record<string, number[]> | null;
   square?: boolean | null;
+}
+
+/** A follower wants a session of the own that begins as one of the class's stands. */
+export interface ForkCreate {
+  session: string;
+  /** The frame that is shown, if left out */
+  frame?: number | null;
+}
+
+/** A session of a follower's own. */
+export interface ForkPublic {
+  id: string;
+  title: string;
+  page: string;
 }
 
 /** A frame was computed. While the run plays, that frame is also the one that is shown, without a `Position`. */
@@ -566,6 +675,13 @@ export interface LessonsPublic {
   problems: ProblemPublic[];
 }
 
+/** An address of the link for followers. */
+export interface LinkPublic {
+  address: string;
+  /** Whether other machines can reach it */
+  everybody: boolean;
+}
+
 /** The cells of one method, a list for each quantity. */
 export interface MapPublic {
   tracker: string;
@@ -614,6 +730,12 @@ export interface Measures {
   values: Record<string, number>;
 }
 
+/** What one follower alone is told. */
+export interface MinePublic {
+  fork: ForkPublic | null;
+  vote: VotePublic | null;
+}
+
 /** The lesson before or after. */
 export interface NeighbourPublic {
   id: string;
@@ -636,6 +758,20 @@ export interface NumberPublic {
 /** With which method to open a run; with its own if none is named. */
 export interface OpenRequest {
   tracker?: string | null;
+}
+
+/** The first message to a lecturer. */
+export interface OwnedHello {
+  version: 1;
+  type: "hello";
+  follow: FollowOwned;
+}
+
+/** Something has changed for the lecturer. */
+export interface OwnedNews {
+  version: 1;
+  type: "follow";
+  follow: FollowOwned;
 }
 
 /** The only thing that a page says where it receives drawings: how many it has painted or left out since it came. */
@@ -690,6 +826,24 @@ export interface PluginPublic {
   package: string;
   /** Why it cannot be used, one sentence; empty if it can */
   problem: string;
+}
+
+/** A question to the class. */
+export interface PollCreate {
+  question: string;
+  answers: string[];
+}
+
+/** A question to the class, and what was answered. */
+export interface PollPublic {
+  id: string;
+  question: string;
+  answers: string[];
+  /** How many have answered; null for followers until it is revealed */
+  votes: number | null;
+  /** Of each answer; null until it is revealed */
+  counts: number[] | null;
+  revealed: boolean;
 }
 
 /** The answer to a ping, with its time. */
@@ -967,6 +1121,7 @@ export interface SessionSpec {
   id: string;
   sweep: string | null;
   upload: string | null;
+  follow: string | null;
   truth: Record<string, number[]> | null;
   speed: number;
   branch: string;
@@ -1171,6 +1326,18 @@ export interface Viewpoint {
   elevation_deg: number;
 }
 
+/** A follower's own answer. */
+export interface VotePublic {
+  poll: string;
+  answer: number;
+}
+
+/** A follower's answer, by its place in the list. */
+export interface VoteRequest {
+  poll: string;
+  answer: number;
+}
+
 /** How many there are of each kind. */
 export interface WorkCounts {
   sessions: number;
@@ -1203,6 +1370,18 @@ export interface World {
   viewpoints: Viewpoint[];
 }
 
+export interface _Follow {
+  title: string;
+  sessions: FollowedPublic[];
+  lesson: string | null;
+  arrangement: Record<string, unknown>;
+  most_forks: number;
+  forks: number;
+  is_open: boolean;
+  expires: string;
+  poll: PollPublic | null;
+}
+
 export interface _Public {
 }
 
@@ -1211,6 +1390,12 @@ export type SessionMessage = Bookmarks | Branches | Frame | Frames | SessionHell
 
 /** What a sweep's stream says. */
 export type SweepMessage = Cells | SweepHello | Progress;
+
+/** What a follower's stream says. */
+export type FollowMessage = FigureShown | FollowHello | FollowNews;
+
+/** What a lecturer's stream says. */
+export type OwnedMessage = OwnedHello | OwnedNews;
 
 /** The code by which a socket ends when what it tells of is no more. */
 export type Gone = 4404;

@@ -10,6 +10,8 @@ from server.api import (
     compilation,
     experiments,
     failures,
+    follow,
+    follows,
     lessons,
     queue,
     runs,
@@ -26,6 +28,6 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-computing = compilation, queue, sessions, stream, runs, work, lessons, failures
+computing = compilation, queue, sessions, stream, runs, work, lessons, failures, follows, follow
 for part in (experiments, uploads, *computing, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

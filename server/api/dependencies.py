@@ -10,6 +10,9 @@ from starlette.requests import HTTPConnection
 from pftrack.experiment import Experiment
 from server.errors import NotFoundError, RefusedError
 from server.experiments import asked_for
+from server.follow.follow import Follow
+from server.follow.follows import Follows
+from server.follow.guest import Guest, guest_of
 from server.lessons.service import Lessons
 from server.middleware.body_limit import lift_limit
 from server.runs.imports import Imports
@@ -27,6 +30,8 @@ from server.tasks.queue import unless_gone
 
 __all__ = [
     "TICKET",
+    "AFollow",
+    "AFollower",
     "AManager",
     "ARun",
     "ASession",
@@ -38,6 +43,7 @@ __all__ = [
     "Begin",
     "SettingsNow",
     "TakesFiles",
+    "TheFollows",
     "TheImports",
     "TheLessons",
     "TheServices",
@@ -116,6 +122,10 @@ def _lessons(services: TheServices) -> Lessons:
     return services.lessons
 
 
+def _follows(services: TheServices) -> Follows:
+    return services.follows
+
+
 SettingsNow = Annotated[Settings, Depends(_settings)]
 AStore = Annotated[Store, Depends(_store)]
 AManager = Annotated[Manager, Depends(_manager)]
@@ -123,6 +133,7 @@ ASweeps = Annotated[Sweeps, Depends(_sweeps)]
 TheTasks = Annotated[ChildTasks, Depends(_tasks)]
 TheImports = Annotated[Imports, Depends(_imports)]
 TheLessons = Annotated[Lessons, Depends(_lessons)]
+TheFollows = Annotated[Follows, Depends(_follows)]
 
 
 def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:
@@ -154,6 +165,19 @@ def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
     return row
 
 
+def _follow(follow: Annotated[str, Path(max_length=64)], follows: TheFollows) -> Follow:
+    return follows.get(follow)
+
+
+def _follower(connection: HTTPConnection) -> Guest:
+    guest = guest_of(connection.scope)
+    if guest is None:
+        raise NotFoundError("This address belongs to followers; open the link of the class.")
+    return guest
+
+
+AFollow = Annotated[Follow, Depends(_follow)]
+AFollower = Annotated[Guest, Depends(_follower)]
 AnExperiment = Annotated[Experiment, Depends(_experiment)]
 ASession = Annotated[Session, Depends(_session)]
 ASweep = Annotated[Sweep, Depends(_sweep)]

@@ -5,6 +5,7 @@ from starlette.responses import RedirectResponse, Response
 
 from server.api.dependencies import ASession, TheServices
 from server.errors import NotFoundError
+from server.follow.guest import guest_of
 from server.stream.duplex import GONE
 
 __all__ = ["router", "warm"]
@@ -61,5 +62,6 @@ async def websocket(websocket: WebSocket, session: str, services: TheServices) -
         await websocket.close(GONE, "There is no such session; it may have been ended.")
         return
     endpoint = await found.open_scene()
+    guest = guest_of(websocket.scope)
     with found.scene_feed.watch():
-        await bridge(websocket, endpoint)
+        await bridge(websocket, endpoint, looks_only=guest is not None and session not in guest.reach.steered)

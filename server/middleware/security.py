@@ -7,7 +7,8 @@ Three checks stand in one ASGI middleware, because FastAPI's own http middleware
    browsers send none, and cannot be tricked by a page.
 3. *Token*, where the server can be reached from other machines: given once in the link, then an HttpOnly cookie. A
    program sends it as a bearer; an address in which it stays would end up in histories and logs. A person without it
-   sees a page that asks for it.
+   sees a page that asks for it. Those who come by the link of a class have none; they are checked at its own door
+   (`server.follow.door`), to which all addresses below `/f/` lead.
 """
 
 import hashlib
@@ -22,6 +23,7 @@ from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server import errors
+from server.follow.guest import PREFIX
 from server.log import Seldom
 from server.settings import Settings
 
@@ -96,7 +98,8 @@ class Guard:
         changing = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS
         if changing and not _same_origin(headers, host):
             return 403, "This request comes from another site's page; open the server's own page instead."
-        if not self._token or scope["path"] in OPEN_PATHS or self._knows(scope, headers):
+        is_open = scope["path"] in OPEN_PATHS or scope["path"].startswith(f"{PREFIX}/")
+        if not self._token or is_open or self._knows(scope, headers):
             return None
         if _offered(scope):
             return (

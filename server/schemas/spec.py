@@ -76,6 +76,7 @@ class SessionSpec(BaseModel):
         id: Its name.
         sweep: Name of the sweep of which it is a run.
         upload: Name of the upload that its footage is.
+        follow: Name of the class whose follower has it; it ends with that.
         truth: Of the footage, once for all branches, since it may have a row for each of thousands of frames.
         speed: Times real time; 0 is as fast as possible.
         branch: The active branch.
@@ -92,6 +93,7 @@ class SessionSpec(BaseModel):
     id: str
     sweep: str | None = None
     upload: str | None = None
+    follow: str | None = None
     truth: dict[int, tuple[float, ...]] | None = None
     speed: float = 1.0
     branch: str = FIRST

@@ -71,6 +71,10 @@ class Manager:
         for row in await asyncio.to_thread(self._store.sessions):
             try:
                 spec = SessionSpec.model_validate(migrate.session(json.loads(row.spec)), context=EARLIER)
+                if spec.follow is not None:
+                    # Its class was gone with the server.
+                    await asyncio.to_thread(self._store.remove_session, spec.id)
+                    continue
                 session = self._session(spec)
                 if spec.card is not None:
                     session.view()

@@ -39,12 +39,13 @@ logger = logging.getLogger(__name__)
 Ending = tuple[int, str]
 
 
-async def bridge(websocket: WebSocket, endpoint: Endpoint) -> None:
+async def bridge(websocket: WebSocket, endpoint: Endpoint, *, looks_only: bool = False) -> None:
     """Join a browser to the viser server of its session until one of them leaves.
 
     Args:
         websocket: Not yet accepted.
         endpoint: The viewer's.
+        looks_only: Whether the browser may move its camera and nothing else.
     """
     if not endpoint.is_open:
         await websocket.close(CLOSE_TRY_LATER, "The scene is not ready")
@@ -58,7 +59,7 @@ async def bridge(websocket: WebSocket, endpoint: Endpoint) -> None:
         # It has left while the scene was made; until it is let in, Starlette does not say so in its own words.
         return
     try:
-        async with endpoint.connect(subprotocol, websocket.send_bytes) as connection:
+        async with endpoint.connect(subprotocol, websocket.send_bytes, looks_only=looks_only) as connection:
             ending = await _first(_from_browser(websocket, connection), connection.ended())
     except WebSocketDisconnect:
         return
@@ -94,7 +95,7 @@ async def _from_browser(websocket: WebSocket, connection: Connection) -> Ending:
             return CLOSE_UNSUPPORTED, "Binary messages only"
         if len(data) > MAXIMUM_BYTES:
             return CLOSE_TOO_BIG, f"A message must not exceed {MAXIMUM_BYTES} bytes"
-        if is_welcome(data):
+        if is_welcome(data, looks_only=connection.looks_only):
             connection.deliver(data)
 
 

@@ -113,6 +113,7 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
 @dataclass(slots=True)
 class _Watcher:
     client: viser.ClientHandle
+    raises: bool  # whether the heights rise when its camera is tilted
     came_from: NDArray[np.float64]  # where the camera stood when the browser came
     preset: str = "front"
     view: View | None = None
@@ -194,9 +195,14 @@ class Cameras:
             ):
                 self._point(watcher)
 
-    def join(self, client: viser.ClientHandle) -> None:
-        """Fit the picture to the window of a browser that has just come."""
-        watcher = self._watchers[client.client_id] = _Watcher(client, np.array(client.camera.position))
+    def join(self, client: viser.ClientHandle, *, looks_only: bool = False) -> None:
+        """Fit the picture to the window of a browser that has just come.
+
+        Args:
+            client: The browser.
+            looks_only: Whether its camera changes nothing that others see.
+        """
+        watcher = self._watchers[client.client_id] = _Watcher(client, not looks_only, np.array(client.camera.position))
         self._point(watcher)
 
         @client.camera.on_update
@@ -264,6 +270,6 @@ class Cameras:
         towards = position - target
         tilt = float(np.arccos(np.clip(towards[2] / max(float(np.linalg.norm(towards)), 1e-9), -1.0, 1.0)))
         # Whoever looks at something else sees nothing of the picture's heights.
-        watcher.tilt = tilt if watcher.preset in PRESETS else 0.0
+        watcher.tilt = tilt if watcher.raises and watcher.preset in PRESETS else 0.0
         if self.relief != before:
             self._on_relief()

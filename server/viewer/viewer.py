@@ -129,7 +129,8 @@ class Viewer:
         viser_adapter.stop(self._server)
 
     async def _join(self, client: viser.ClientHandle) -> None:
-        self._cameras.join(client)
+        line = viser_adapter.connection_of(client)
+        self._cameras.join(client, looks_only=line is not None and line.looks_only)
         self._pacer.watch(client)
         self._due = 0.0
         self._news.set()

@@ -57,12 +57,19 @@ class Connection:
 
     Attributes:
         subprotocol: What the client and viser speak, or None if the client has offered nothing known.
+        looks_only: Whether the client moves its own camera and changes nothing that others see.
     """
 
     def __init__(
-        self, viser_loop: asyncio.AbstractEventLoop, subprotocol: str | None, take: Callable[[bytes], Work]
+        self,
+        viser_loop: asyncio.AbstractEventLoop,
+        subprotocol: str | None,
+        take: Callable[[bytes], Work],
+        *,
+        looks_only: bool = False,
     ) -> None:
         self.subprotocol = subprotocol
+        self.looks_only = looks_only
         self._take = take
         self._viser_loop = viser_loop
         self._loop = asyncio.get_running_loop()
@@ -201,12 +208,15 @@ class Endpoint:
         """Whether the server runs."""
         return self._loop is not None
 
-    def connect(self, subprotocol: str | None, take: Callable[[bytes], Work]) -> Connection:
+    def connect(
+        self, subprotocol: str | None, take: Callable[[bytes], Work], *, looks_only: bool = False
+    ) -> Connection:
         """Connect to the server; leaving the connection's context ends it.
 
         Args:
             subprotocol: The one of those offered by the client that viser is to see.
             take: Takes a message from viser; it runs in the caller's loop, and viser's next message waits for it.
+            looks_only: Whether the client moves its own camera and changes nothing that others see.
 
         Raises:
             ConnectionRefusedError: The server does not run.
@@ -214,7 +224,7 @@ class Endpoint:
         with self._lock:
             if self._loop is None:
                 raise ConnectionRefusedError("the viser server of this scene does not run")
-            connection = Connection(self._loop, subprotocol, take)
+            connection = Connection(self._loop, subprotocol, take, looks_only=looks_only)
             self._loop.call_soon_threadsafe(self._begin, connection)
             return connection
 

@@ -18,14 +18,10 @@ from server.log import Seldom
 __all__ = ["drop_bad_values", "is_welcome", "remove_handlers"]
 
 CONTROL = _messages.GuiUpdateMessage.__name__
-WELCOME = frozenset(
-    {
-        _messages.ViewerCameraMessage.__name__,
-        _messages.LocalStorageGetItemResponseMessage.__name__,
-        CONTROL,
-    }
-)
-"""What a browser may say; a message carries the name of its class as its type."""
+LOOKING = frozenset({_messages.ViewerCameraMessage.__name__, _messages.LocalStorageGetItemResponseMessage.__name__})
+"""What a browser may say that only looks on; a message carries the name of its class as its type."""
+WELCOME = LOOKING | {CONTROL}
+"""What one may say whose controls count."""
 UNWANTED = (
     _messages.ShareUrlRequest,
     _messages.ShareUrlDisconnect,
@@ -44,8 +40,12 @@ class _Message(msgspec.Struct):
 _DECODER = msgspec.msgpack.Decoder(_Message)
 
 
-def is_welcome(data: bytes) -> bool:
+def is_welcome(data: bytes, *, looks_only: bool = False) -> bool:
     """Whether a message from a browser is one that the scene or the panel needs.
+
+    Args:
+        data: What came.
+        looks_only: Whether the browser may move its camera and nothing else.
 
     A `GuiUpdateMessage` may set nothing but a value: viser would assign any attribute of the control that it names.
     """
@@ -53,7 +53,9 @@ def is_welcome(data: bytes) -> bool:
         message = _DECODER.decode(data)
     except (msgspec.MsgspecError, ValueError, RecursionError):
         return False
-    if message.type not in WELCOME or (message.type == CONTROL and message.updates.keys() != {"value"}):
+    if message.type not in (LOOKING if looks_only else WELCOME) or (
+        message.type == CONTROL and message.updates.keys() != {"value"}
+    ):
         return False
     try:
         infra_messages.Message.deserialize(data)

@@ -1,0 +1,221 @@
+"""Follows: all classes of a server. They live in its memory alone: when one ends, nothing is left of it."""
+
+import asyncio
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+
+from server.errors import ConflictError, EndedError, NotFoundError, RefusedError
+from server.follow.addresses import addresses
+from server.follow.follow import Follow, Shown
+from server.follow.guest import Guest
+from server.follow.links import Claim, Links
+from server.lessons.service import Lessons
+from server.schemas.follows import FollowCreate, FollowUpdate, ForkCreate
+from server.sessions.create import new_spec
+from server.sessions.manager import Manager
+from server.sessions.session import Session
+from server.settings import Settings
+
+__all__ = ["Follows"]
+
+MOST = 50
+"""Classes at one time."""
+ROUND_S = 2.0
+ENDED = "The lecturer has ended this class."
+EXPIRED = "The time of this class is over."
+STOPPED = "The server was stopped; ask the lecturer for a new link."
+GONE = "This class is over."
+FORGED = "This link is not one of this server's; look for a typing mistake, or ask for the link again."
+
+
+class Follows:
+    """All classes of a server.
+
+    Attributes:
+        links: How they are reached.
+    """
+
+    def __init__(self, settings: Settings, manager: Manager, lessons: Lessons) -> None:
+        self.links = Links()
+        self._settings, self._manager, self._lessons = settings, manager, lessons
+        self._follows: dict[str, Follow] = {}
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._endings: set[asyncio.Task[None]] = set()
+        self._rounds = asyncio.create_task(self._go_round())
+
+    async def close(self) -> None:
+        """End all of them."""
+        self._rounds.cancel()
+        for follow in self.all:
+            self.end(follow, STOPPED)
+        await asyncio.gather(self._rounds, *self._endings, return_exceptions=True)
+
+    @property
+    def all(self) -> list[Follow]:
+        """All of them, the newest first."""
+        return list(reversed(self._follows.values()))
+
+    def get(self, name: str) -> Follow:
+        """Return one.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        found = self._follows.get(name)
+        if found is None:
+            raise NotFoundError("There is no such class; it may have ended.")
+        return found
+
+    def claimed(self, link: str) -> tuple[Claim, Follow]:
+        """Return what a link says, and the class that it leads to.
+
+        Raises:
+            EndedError: The class is over.
+            NotFoundError: This server has not signed the link.
+        """
+        claim = self.links.read(link)
+        if claim is None:
+            raise NotFoundError(FORGED)
+        follow = self._follows.get(claim.follow)
+        if follow is None:
+            raise EndedError(GONE)
+        return claim, follow
+
+    async def begin(self, wanted: FollowCreate, origin: str) -> Follow:
+        """Let a class follow.
+
+        Args:
+            wanted: What, and within which limits.
+            origin: Where the lecturer's browser reaches the server.
+
+        Raises:
+            ConflictError: There are too many already.
+            NotFoundError: There is no such session or lesson.
+            RefusedError: There are fewer places for sessions than followers may have.
+        """
+        if len(self._follows) >= MOST:
+            raise ConflictError(f"{MOST} classes follow already; end one first.")
+        self._check_forks(wanted.most_forks)
+        shown = await self._shown(wanted.sessions, wanted.lesson, wanted.title, wanted.arrangement)
+        name = next(name for name in iter(self.links.new_name, None) if name not in self._follows)
+        expires = datetime.now(UTC) + timedelta(hours=wanted.hours)
+        places = addresses(origin, self._settings)
+        follow = Follow(name, shown, wanted, expires, self.links, places, self._title_of)
+        self._follows[name] = follow
+        self._expire(follow, wanted.hours)
+        return follow
+
+    async def change(self, follow: Follow, wanted: FollowUpdate) -> None:
+        """Change what a class follows, or its limits.
+
+        Raises:
+            NotFoundError: There is no such session or lesson.
+            RefusedError: There are fewer places for sessions than followers may have.
+        """
+        given = wanted.model_fields_set
+        if wanted.most_forks is not None:
+            self._check_forks(wanted.most_forks)
+        before = follow.shown
+        sessions = list(before.sessions) if wanted.sessions is None else wanted.sessions
+        lesson = wanted.lesson if "lesson" in given else before.lesson
+        if not sessions and lesson is None:
+            raise RefusedError("A class follows a session or a lesson; end it if it shall follow nothing.")
+        arrangement = before.arrangement if wanted.arrangement is None else wanted.arrangement
+        shown = await self._shown(sessions, lesson, wanted.title or before.title, dict(arrangement))
+        if wanted.most_forks is not None:
+            follow.forks.most = wanted.most_forks
+        if wanted.most_followers is not None:
+            follow.places.most = wanted.most_followers
+        if wanted.is_open is not None:
+            follow.places.is_open = wanted.is_open
+        if wanted.hours is not None:
+            follow.expires = datetime.now(UTC) + timedelta(hours=wanted.hours)
+            self._expire(follow, wanted.hours)
+        follow.show(shown)
+
+    def end(self, follow: Follow, sentence: str = ENDED) -> None:
+        """Send everybody away, and end the sessions of followers' own."""
+        if self._follows.pop(follow.name, None) is None:
+            return
+        self._timers.pop(follow.name).cancel()
+        follow.end(sentence)
+        for name in follow.forks.names:
+            self._end_session(name)
+
+    async def fork(self, guest: Guest, wanted: ForkCreate) -> Session:
+        """Begin a session of a follower's own where one of the class's stands.
+
+        Raises:
+            ConflictError: The follower has one.
+            EndedError: The class ended meanwhile.
+            ForbiddenError: The follower has no place.
+            NotFoundError: The class does not follow such a session.
+            RefusedError: The frame has not been computed.
+            UnavailableError: All places are taken.
+        """
+        follow, seat = guest.follow, guest.seat
+        follow.check_there(seat)
+        if wanted.session not in follow.shown.sessions:
+            raise NotFoundError("The class does not follow such a session any more.")
+        source = self._manager.get(wanted.session).spec
+        active = source.active
+        frame = active.position if wanted.frame is None else wanted.frame
+        if frame > active.computed:
+            bound = f"a frame that has been computed, 0 to {active.computed}"
+            raise RefusedError(f"frame must be {bound}, got {frame}", field="frame", bound=bound, value=frame)
+        # What was changed later is not the past of this one.
+        timeline = tuple(change for change in active.recipe.timeline if change.frame <= frame)
+        recipe = active.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
+        spec = new_spec(recipe, upload=source.upload, position=frame)
+        spec.follow = follow.name
+        with follow.forks.room(seat) as named:
+            follow.tell()
+            session = await self._manager.create(spec)
+            if follow.ended is not None:
+                self._end_session(spec.id)
+                raise EndedError(follow.ended)
+            named(spec.id)
+        return session
+
+    # ------------------------------------------------------------ within
+
+    async def _shown(
+        self, sessions: Sequence[str], lesson: str | None, title: str | None, arrangement: dict[str, object]
+    ) -> Shown:
+        named = {name: self._manager.get(name).card.title for name in sessions}
+        found = await self._lessons.get(lesson) if lesson is not None else None
+        title = title or (found.title if found else next(iter(named.values())))
+        return Shown(title, named, found.id if found else None, arrangement)
+
+    def _check_forks(self, most: int) -> None:
+        limit = self._settings.max_sessions
+        if most > limit:
+            bound = f"at most {limit}, the server's places for sessions"
+            raise RefusedError(f"most_forks must be {bound}, got {most}", field="most_forks", bound=bound, value=most)
+
+    def _title_of(self, session: str) -> str | None:
+        found = self._manager.find(session)
+        return found.card.title if found else None
+
+    def _expire(self, follow: Follow, hours: float) -> None:
+        if earlier := self._timers.get(follow.name):
+            earlier.cancel()
+        self._timers[follow.name] = asyncio.get_running_loop().call_later(3600 * hours, self.end, follow, EXPIRED)
+
+    async def _go_round(self) -> None:
+        """End sessions of followers' own that nobody visits any more, and tell of those that are gone."""
+        while True:
+            await asyncio.sleep(ROUND_S)
+            for follow in self.all:
+                for name in follow.forks.names:
+                    found = self._manager.find(name)
+                    if found is not None and found.phase == "suspended":
+                        self._end_session(name)
+                follow.tell()
+
+    def _end_session(self, name: str) -> None:
+        found = self._manager.find(name)
+        if found is not None:
+            task = asyncio.ensure_future(self._manager.end(found))
+            self._endings.add(task)
+            task.add_done_callback(self._endings.discard)
