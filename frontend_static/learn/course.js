@@ -21,6 +21,7 @@ export class Course {
   #question;
   /** @type {Demonstration|ScenarioStage} */
   #stage;
+  #known = () => {};
 
   /**
    * @param {LessonDetail} lesson
@@ -39,7 +40,7 @@ export class Course {
     });
     const places = { show: part("show"), numbers: part("numbers"), controls: part("controls") };
     this.#stage = lesson.scenario
-      ? new ScenarioStage(places, lesson.scenario, { isLocked: true })
+      ? new ScenarioStage(places, lesson.scenario, { isLocked: true, known: () => this.#known() })
       : new Demonstration(places, lesson, { placed: (value) => this.#question.placed(value), lost }, signal);
     this.#begin();
   }
@@ -47,6 +48,29 @@ export class Course {
   /** Draw other random numbers, where there are some. */
   draw() {
     if (this.#stage instanceof Demonstration) this.#stage.draw();
+  }
+
+  /** The run that is the lesson, where it is one. */
+  get run() {
+    return this.#stage instanceof ScenarioStage ? this.#stage : null;
+  }
+
+  /**
+   * Be told when it is known which session that is.
+   *
+   * @param {() => void} known
+   */
+  onRun(known) {
+    this.#known = known;
+  }
+
+  /**
+   * Have a class see each figure that is shown from now on, the one that is shown now included.
+   *
+   * @param {string|null} follow Null for no class.
+   */
+  followedBy(follow) {
+    if (this.#stage instanceof Demonstration) this.#stage.followedBy(follow);
   }
 
   #begin() {

@@ -3,6 +3,7 @@
 import { messageOf } from "../shared/api.js";
 import { h } from "../shared/dom.js";
 import { toast } from "../shared/toast.js";
+import { follows } from "../follow/api.js";
 import { lessons } from "./api.js";
 import { Controls, SEED, declared, seedControl } from "./controls.js";
 import { LessonFigure } from "./figure/figure.js";
@@ -37,6 +38,8 @@ export class Demonstration {
   #seed;
   #isRevealed = false;
   #shown = 0;
+  /** @type {string|null} */
+  #follow = null;
 
   /**
    * @param {Places} places
@@ -67,7 +70,7 @@ export class Demonstration {
       reset: (name) => this.#turn(name, name === SEED ? seed : lesson.defaults[name], false),
       ...(random && { draw: () => this.draw() }),
     });
-    this.#newest = new Newest((/** @type {FigureRequest} */ wanted) => lessons.figure(lesson.id, wanted, signal), {
+    this.#newest = new Newest((/** @type {FigureRequest} */ wanted) => this.#figureOf(wanted, signal), {
       answer: (answer, wanted, isNewest) => this.#show(answer, wanted, isNewest),
       refused: (error) => this.#refused(error),
       lost: on.lost,
@@ -95,6 +98,23 @@ export class Demonstration {
     const isPlaced = kind === "point" && verdict !== null;
     this.#figure.mark(isPlaced ? { panel, along, at: Number(verdict.given), exact: Number(verdict.exact) } : null);
     this.#become(true);
+  }
+
+  /**
+   * What is shown to a class is computed once for all.
+   *
+   * @param {FigureRequest} wanted
+   * @param {AbortSignal} signal
+   */
+  #figureOf(wanted, signal) {
+    return this.#follow === null ? lessons.figure(this.#lesson.id, wanted, signal) : follows.figure(this.#follow, wanted, signal);
+  }
+
+  /** @param {string|null} follow The class that sees the figure, too. */
+  followedBy(follow) {
+    if (follow === this.#follow) return;
+    this.#follow = follow;
+    if (follow !== null) this.#ask(false);
   }
 
   /** Draw other random numbers. */

@@ -8,6 +8,7 @@ import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { lessons } from "./api.js";
 import { Course } from "./course.js";
+import { followLesson } from "./following.js";
 import { help, listen } from "./keys.js";
 import { Newest } from "./newest.js";
 import { describe } from "./text.js";
@@ -36,7 +37,8 @@ function open(lesson, all) {
   fill(part("title"), lesson.number ? `${lesson.number} · ${lesson.title}` : lesson.title);
   describe(lesson, signal);
   const course = new Course(lesson, all, lost, signal);
-  new Uses(lesson, signal);
+  const uses = new Uses(lesson, signal);
+  part("tools").prepend(followLesson(lesson, { course, uses }, signal));
   listen(lesson, () => course.draw(), signal);
 }
 

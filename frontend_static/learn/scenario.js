@@ -23,7 +23,7 @@ const SEED_HINT = "The same seed gives the same run, to the bit. A change starts
 
 export class ScenarioStage {
   #places;
-  #scenario;
+  #known;
   /** @type {OwnSession|null} */
   #session = null;
   #end = new AbortController();
@@ -39,16 +39,23 @@ export class ScenarioStage {
   /**
    * @param {{show: HTMLElement, controls: HTMLElement}} places
    * @param {ScenarioPublic} scenario
-   * @param {{isLocked: boolean}} options Whether it waits for an answer.
+   * @param {{isLocked: boolean, known?: () => void}} options Whether it waits for an answer; `known` is called when it is known
+   *     which session that is.
    */
-  constructor(places, scenario, { isLocked }) {
+  constructor(places, scenario, { isLocked, known = () => {} }) {
     this.#places = places;
-    this.#scenario = scenario;
+    this.#known = known;
+    this.scenario = scenario;
     this.#isLocked = isLocked;
     this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), this.#end.signal);
     places.controls.hidden = true;
     if (scenario.problem === null) this.#begin();
     else fill(places.show, notice("This run is not here", scenario.problem, { label: "All lessons", href: "/learn" }, { inline: true }));
+  }
+
+  /** Its session, once it is known. */
+  get session() {
+    return this.#mounted?.store.session?.id ?? null;
   }
 
   /** Let nothing be turned until the question is answered. */
@@ -76,27 +83,28 @@ export class ScenarioStage {
   }
 
   #begin() {
-    const { recipe, frame, layers } = this.#scenario;
+    const { recipe, frame, layers } = this.scenario;
     const element = h("div", { class: "lesson-session", data: { part: "session" } });
     fill(this.#places.show, element);
     this.#session = new OwnSession(element, { recipe: { recipe, position: frame }, parts: PARTS, view: "flat", layers });
-    this.#mounted = mount(element, { start: this.#session.start, plots: this.#scenario.plots });
+    this.#mounted = mount(element, { start: this.#session.start, plots: this.scenario.plots });
     this.#lock(this.#isLocked);
     const { store } = this.#mounted;
-    store.on(["session", "connection"], () => this.#known());
+    store.on(["session", "connection"], () => this.#told());
   }
 
   /** The session has told about itself. */
-  #known() {
+  #told() {
     const session = this.#mounted?.store.session;
     if (!session || this.#end.signal.aborted) return;
     if (this.#controls === null) {
       this.#first = inForce(session);
-      this.#controls = new Controls(this.#places.controls, unlocked(session, this.#scenario.unlocked), {
+      this.#controls = new Controls(this.#places.controls, unlocked(session, this.scenario.unlocked), {
         propose: (name, value) => this.#proposals.propose(name, value),
         reset: (name) => this.#proposals.propose(name, this.#first[name]),
       });
       this.#lock(this.#isLocked);
+      this.#known();
     }
     this.#show();
   }

@@ -14,8 +14,14 @@ const HASH = /^#use-(\d+)$/;
 
 export class Uses {
   #lesson;
-  /** @type {ScenarioStage|null} */
-  #stage = null;
+  #changed = () => {};
+
+  /**
+   * The run that is shown, if one is.
+   *
+   * @type {ScenarioStage|null}
+   */
+  stage = null;
 
   /**
    * @param {LessonDetail} lesson
@@ -31,16 +37,28 @@ export class Uses {
     this.#go();
   }
 
+  /**
+   * Be told when a run takes the place of the figure, or leaves it.
+   *
+   * @param {() => void} changed
+   */
+  onRun(changed) {
+    this.#changed = changed;
+  }
+
   #go() {
-    this.#stage?.dispose();
-    this.#stage = null;
+    this.stage?.dispose();
+    this.stage = null;
     const which = HASH.exec(location.hash);
     const use = which ? this.#lesson.uses[Number(which[1]) - 1] : undefined;
     const isOpen = use !== undefined && use.scenario.problem === null;
     part("own").hidden = isOpen;
     part("use").hidden = !isOpen;
     part("question").hidden = isOpen;
-    if (!isOpen) return;
+    if (!isOpen) {
+      this.#changed();
+      return;
+    }
     const { scenario, words } = use;
     const places = { show: h("div", { class: "lesson-show" }), controls: h("div", { class: "lesson-controls" }) };
     fill(
@@ -55,7 +73,7 @@ export class Uses {
       places.show,
       places.controls,
     );
-    this.#stage = new ScenarioStage(places, scenario, { isLocked: false });
+    this.stage = new ScenarioStage(places, scenario, { isLocked: false, known: () => this.#changed() });
   }
 }
 

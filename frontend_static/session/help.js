@@ -3,13 +3,14 @@
 import { api } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
+import { isGuest } from "../shared/guest.js";
 import { tourLink } from "../shared/tour_link.js";
 import { HELP } from "./keys.js";
 
 /** @param {{name: string, title: string}[]} presets */
 export function helpDialog(presets) {
   const tour = h("p", {});
-  offerTour(tour);
+  if (!isGuest) offerTour(tour);
   openDialog("Keys", () => [
     h(
       "dl",

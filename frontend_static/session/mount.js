@@ -3,8 +3,9 @@
  * taken away again.
  */
 
-import { api, messageOf, statusOf } from "../shared/api.js";
+import { BASE, api, messageOf, statusOf } from "../shared/api.js";
 import { fill } from "../shared/dom.js";
+import { isGuest } from "../shared/guest.js";
 import { notice } from "../shared/notice.js";
 import { Stream } from "../shared/stream.js";
 import { toast } from "../shared/toast.js";
@@ -23,8 +24,8 @@ import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { transport } from "./transport.js";
 
-const GALLERY = { label: "Back to the experiments", href: "/" };
-const KEPT = "What was saved of it is in My work.";
+const WAY = isGuest ? { label: "Back to the class", href: BASE } : { label: "Back to the experiments", href: "/" };
+const KEPT = isGuest ? "" : "What was saved of it is in My work.";
 
 /** @import { SessionMessage } from "../shared/messages.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
@@ -99,7 +100,7 @@ export class Mounted {
 
   #fill() {
     const { places } = this.#start;
-    if (places.transport) transport(places.transport, this, [fileMenu(this), bookmarkMenu(this)]);
+    if (places.transport) transport(places.transport, this, [!isGuest && fileMenu(this), bookmarkMenu(this)]);
     if (places.scrubber) new Scrubber(places.scrubber, this);
     if (places.readout) readout(places.readout, this);
     if (places.branches) branchLegend(places.branches, this);
@@ -163,7 +164,7 @@ export class Mounted {
 
   /** @param {unknown} error */
   #refuse(error) {
-    if (statusOf(error) === 404 && !this.#start.isNew) this.#fail("There is no such session", `It may have been ended. ${KEPT}`);
+    if (statusOf(error) === 404 && !this.#start.isNew) this.#fail("There is no such session", `It may have been ended. ${KEPT}`.trim());
     else this.#fail(this.#start.isNew ? "This session could not be started" : "This session cannot be shown", messageOf(error));
   }
 
@@ -172,7 +173,7 @@ export class Mounted {
    * @param {string} message
    */
   #fail(title, message) {
-    const way = this.store.isReadOnly ? null : GALLERY;
+    const way = this.store.isReadOnly ? null : WAY;
     if (this.scene) this.scene.fail(title, message, way);
     else fill(this.#start.element, notice(title, message, way));
   }

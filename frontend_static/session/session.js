@@ -1,15 +1,18 @@
 /** The session page: one session with all its parts, and a header above it. */
 
 import { aboutDialog } from "./about.js";
-import { api } from "../shared/api.js";
+import { BASE, api } from "../shared/api.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { present, presentationButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
-import { toast } from "../shared/toast.js";
+import { attempt, toast } from "../shared/toast.js";
 import { tourOfAddress } from "../shared/tour_link.js";
+import { brand, isFollower, isGuest } from "../shared/guest.js";
+import { followChip } from "../follow/lead/chip.js";
+import { Lead } from "../follow/lead/lead.js";
 import { helpDialog } from "./help.js";
 import { mount } from "./mount.js";
 import { start } from "./page_start.js";
@@ -29,8 +32,14 @@ const actions = {
 };
 const view = mount(start.element, { start, actions });
 const { store, commands } = view;
+const lead = new Lead(() => {
+  const { session } = store;
+  return session === null || !view.able ? null : { title: wordsOf(session), sessions: [session.id], lesson: null };
+}, view.signal);
 
 header();
+start.begun.then(() => lead.find(), () => {});
+store.on(["session", "connection"], () => lead.update());
 store.on(["connection"], () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
@@ -48,7 +57,7 @@ start.begun
  */
 function openPreset(preset) {
   const { session } = store;
-  if (!preset || session === null) return;
+  if (!preset || session === null || isGuest) return;
   const known = new Set(session.declarations.map(({ name }) => name));
   const values = Object.fromEntries(Object.entries(preset.parameters).filter(([name]) => known.has(name)));
   const { experiment: id, footage } = session.recipe;
@@ -59,14 +68,6 @@ function openPreset(preset) {
 function header() {
   const title = h("h1", {});
   const sweep = h("a", { class: "link", title: "The sweep that this run comes from", hidden: true }, "Sweep");
-  /**
-   * @param {import("../shared/icons.js").IconName} name
-   * @param {string} text
-   * @param {string} hint
-   * @param {(() => void)|undefined} run
-   */
-  const tool = (name, text, hint, run) =>
-    h("button", { type: "button", class: "tool", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
   const about = h(
     "button",
     {
@@ -79,32 +80,61 @@ function header() {
     icon("about"),
     h("span", { class: "wide-only" }, "About"),
   );
-  const tools = [
-    tool("branch", "Branch", "Branch from this frame (N)", view.actions.branch),
-    tool("save", "Save", "Save this run", () => commands.save()),
-    tool("share", "Share", "Share a link to this run", () => store.session && shareDialog(store.session)),
-  ];
+  const steering = tools();
   fill(
     part("header"),
-    h("a", { class: "brand", href: "/" }, "pftrack"),
+    brand(),
     sweep,
     title,
     h("span", { class: "spring" }),
-    tools,
+    steering,
+    !isFollower && followChip(lead, view.signal),
     themeButton(),
     presentationButton({ hears: false }),
     about,
     h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
   );
-  navigation(null);
+  if (!isGuest) navigation(null);
   store.on(["session", "branches", "position", "connection"], () => {
     const { session } = store;
     if (session === null) return;
-    const words = `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;
+    const words = wordsOf(session);
     setText(title, words);
-    sweep.hidden = !session.sweep;
+    sweep.hidden = !session.sweep || isGuest;
     if (session.sweep) sweep.href = `/sweep/${encodeURIComponent(session.sweep)}`;
     document.title = `${words} · pftrack`;
-    for (const element of tools) element.disabled = !view.able;
+    for (const element of steering) element.disabled = !view.able;
   });
+}
+
+/** What can be done with the run beside moving through it; whoever came by the link of a class keeps nothing here. */
+function tools() {
+  return [
+    tool("branch", "Branch", "Branch from this frame (N)", view.actions.branch),
+    ...(isGuest ? [] : [
+      tool("save", "Save", "Save this run", () => commands.save()),
+      tool("share", "Share", "Share a link to this run", () => store.session && shareDialog(store.session)),
+    ]),
+    ...(isFollower ? [tool("close", "End", "End this session of your own, and give its place to others", giveBack)] : []),
+  ];
+}
+
+/**
+ * @param {import("../shared/icons.js").IconName} name
+ * @param {string} text
+ * @param {string} hint
+ * @param {(() => void)|undefined} run
+ */
+function tool(name, text, hint, run) {
+  return h("button", { type: "button", class: "tool", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
+}
+
+/** @param {import("../shared/messages.js").SessionPublic} session */
+function wordsOf(session) {
+  return `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;
+}
+
+/** End what a follower has tried, and go back to the class. */
+async function giveBack() {
+  if ((await attempt(() => api.end(store.known.id))) !== undefined) location.assign(BASE);
 }

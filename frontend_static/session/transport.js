@@ -13,7 +13,7 @@ const LABELS = { pause: "Pause", replay: "Play again", play: "Play" };
 /**
  * @param {HTMLElement} root
  * @param {import("./mount.js").Mounted} view
- * @param {Node[]} extras Further controls, at the right.
+ * @param {import("../shared/elements.js").Child[]} extras Further controls, at the right.
  */
 export function transport(root, view, extras) {
   const { store } = view;

@@ -17,6 +17,7 @@ const PING_EVERY_MS = 5000;
  * @typedef {object} Listener
  * @property {(message: Message) => void} message
  * @property {() => void} lost
+ * @property {(event: CloseEvent) => void} [closed] Called before that, where the server has ended it and said why.
  * @property {(error: ApiError) => void} gone The server answers, but there is no such stream any more.
  */
 
@@ -76,7 +77,10 @@ export class Stream {
       this.#on.message(message);
     });
     socket.addEventListener("open", () => this.#watch(socket));
-    socket.addEventListener("close", () => this.#closed(socket, greeted));
+    socket.addEventListener("close", (event) => {
+      if (!this.#end.signal.aborted) this.#on.closed?.(event);
+      this.#closed(socket, greeted);
+    });
   }
 
   /** @param {WebSocket} socket */

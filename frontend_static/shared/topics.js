@@ -10,11 +10,13 @@ export class Topics {
    *
    * @param {readonly Topic[]} topics
    * @param {() => void} listener
+   * @param {AbortSignal} [signal] Until then.
    */
-  on(topics, listener) {
+  on(topics, listener, signal) {
     for (const topic of topics) {
       const those = this.#listeners.get(topic) ?? new Set();
       this.#listeners.set(topic, those.add(listener));
+      signal?.addEventListener("abort", () => those.delete(listener));
     }
   }
 

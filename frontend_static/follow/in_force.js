@@ -1,0 +1,96 @@
+/** The parameters that are in force, as a list to be read: first what the lecturer has changed, folded all the rest. */
+
+import { fill, h } from "../shared/dom.js";
+import { parameterValue } from "../shared/format.js";
+import { trackerTitle } from "../session/timeline.js";
+
+/** @import { ControlPublic, Declaration, LessonDetail, SessionPublic } from "../shared/messages.js" */
+/** @import { Value } from "../shared/format.js" */
+
+/**
+ * @typedef {object} Entry
+ * @property {string} title
+ * @property {string} value
+ * @property {string} [was] What it was before it was changed.
+ * @property {boolean} isFirst Whether it is among those that count here.
+ */
+
+/** Nothing to be read: a button, and what things are drawn in. */
+const UNSAID = new Set(["action", "colour"]);
+
+/**
+ * @param {HTMLElement} place
+ * @param {Entry[]} entries
+ */
+export function showInForce(place, entries) {
+  const isOpen = place.querySelector("details")?.open ?? false;
+  const others = entries.filter(({ isFirst }) => !isFirst);
+  fill(
+    place,
+    h("h2", {}, "Parameters"),
+    list(entries.filter(({ isFirst }) => isFirst)),
+    others.length > 0 && h("details", { open: isOpen }, h("summary", {}, `${others.length} more, as they are from the beginning`), list(others)),
+  );
+}
+
+/** @param {Entry[]} entries */
+function list(entries) {
+  return h("dl", {}, entries.map(({ title, value, was: old }) => [
+    h("dt", {}, title),
+    h("dd", { data: old === undefined ? {} : { changed: true } }, value, old !== undefined && h("span", { class: "hint" }, ` was ${old}`)),
+  ]));
+}
+
+/**
+ * @param {SessionPublic} session
+ * @returns {Entry[]}
+ */
+export function ofSession(session) {
+  const { declarations, controls, parameters, timeline, about, tracker, recipe } = session;
+  /** @type {Record<string, Value>} */
+  const before = Object.assign({}, ...timeline.filter(({ frame }) => frame > 0).map((change) => change.before).reverse());
+  const isRead = (/** @type {Declaration} */ { trackers }) => trackers.length === 0 || trackers.includes(tracker);
+  return [
+    { title: "Tracker", value: trackerTitle(session, tracker), isFirst: true, ...was(before.tracker, tracker, (id) => trackerTitle(session, String(id))) },
+    { title: "Seed", value: String(recipe.seed), isFirst: true },
+    ...turnable(declarations, controls).filter(isRead).map((declaration) => {
+      const { name, title } = declaration;
+      const told = (/** @type {Value} */ value) => parameterValue(value, declaration);
+      const changed = was(before[name], parameters[name], told);
+      return { title, value: told(parameters[name]), isFirst: about.includes(name) || "was" in changed, ...changed };
+    }),
+  ];
+}
+
+/**
+ * @param {LessonDetail} lesson
+ * @param {Record<string, Value>} parameters
+ * @param {number} seed
+ * @returns {Entry[]}
+ */
+export function ofLesson({ declarations, controls, asked, random, seed: first }, parameters, seed) {
+  const turned = turnable(declarations, controls).map((declaration) => {
+    const { name, title } = declaration;
+    const told = (/** @type {Value} */ value) => parameterValue(value, declaration);
+    return { title, value: told(parameters[name]), isFirst: true, ...was(asked[name], parameters[name], told) };
+  });
+  return random ? [...turned, { title: "Seed", value: String(seed), isFirst: true, ...was(first, seed, String) }] : turned;
+}
+
+/**
+ * @param {readonly Declaration[]} declarations
+ * @param {readonly ControlPublic[]} controls
+ */
+function turnable(declarations, controls) {
+  return declarations.filter(({ name, kind }) => !UNSAID.has(kind) && controls.some((control) => control.name === name));
+}
+
+/**
+ * @param {Value|undefined} before
+ * @param {Value} now
+ * @param {(value: Value) => string} told
+ * @returns {{was?: string}}
+ */
+function was(before, now, told) {
+  return before === undefined || before === now ? {} : { was: told(before) };
+}

@@ -1,0 +1,86 @@
+/** Before a class begins: what it is, how many may come, and the classes that there are already. */
+
+import { fill, h } from "../../shared/dom.js";
+import { follows } from "../api.js";
+import { following } from "../words.js";
+
+/** @import { Lead, Limits } from "./lead.js" */
+
+const WHAT =
+  "Whoever opens a short link sees what you show here: the same frame, the same parameters, read only. " +
+  "No name is asked for, and nothing is kept afterwards.";
+/** @type {Limits} */
+const FIRST = { most_followers: 200, most_forks: 4 };
+
+/**
+ * @param {Lead} lead
+ * @param {AbortSignal} signal
+ */
+export function beginning(lead, signal) {
+  const followers = amount(FIRST.most_followers, 1);
+  const forks = amount(FIRST.most_forks, 0);
+  const go = h("button", { type: "submit", class: "primary", autofocus: true }, "Begin");
+  const begin = async (/** @type {SubmitEvent} */ event) => {
+    event.preventDefault();
+    go.disabled = true;
+    await lead.begin({ most_followers: followers.valueAsNumber, most_forks: forks.valueAsNumber });
+    go.disabled = false;
+  };
+  const others = h("ul", { class: "class-others", "aria-label": "Classes that there are", hidden: true });
+  offer(others, lead, signal);
+  return [
+    h(
+      "form",
+      { novalidate: true, on: { submit: begin } },
+      h("p", {}, WHAT),
+      h(
+        "div",
+        { class: "class-limits" },
+        limit("At most so many follow", followers),
+        limit("At most so many try it themselves at one time", forks),
+      ),
+      h("footer", {}, go),
+    ),
+    others,
+  ];
+}
+
+/**
+ * @param {string} words
+ * @param {HTMLInputElement} field
+ */
+export function limit(words, field) {
+  return h("label", { class: "class-limit" }, h("span", {}, words), field);
+}
+
+/**
+ * @param {number} value
+ * @param {number} min
+ */
+export function amount(value, min) {
+  return h("input", { type: "number", value, min, max: 1000, step: 1, inputmode: "numeric" });
+}
+
+/**
+ * Offer to lead a class that was begun on another page.
+ *
+ * @param {HTMLElement} place
+ * @param {Lead} lead
+ * @param {AbortSignal} signal
+ */
+async function offer(place, lead, signal) {
+  const all = await follows.all().catch(() => []);
+  if (signal.aborted || all.length === 0) return;
+  place.hidden = false;
+  fill(
+    place,
+    all.map((follow) =>
+      h(
+        "li",
+        { class: "row" },
+        h("span", { class: "row-words" }, h("span", { class: "row-title" }, follow.title), h("span", { class: "hint" }, following(follow.followers))),
+        h("button", { type: "button", class: "row-actions", on: { click: () => lead.show(follow) } }, "Show it this page"),
+      ),
+    ),
+  );
+}

@@ -1,0 +1,29 @@
+/** A lesson that a class follows: its figure, or the run that stands in its place. */
+
+import { followChip } from "../follow/lead/chip.js";
+import { Lead } from "../follow/lead/lead.js";
+
+/** @import { LessonDetail } from "../shared/messages.js" */
+/** @import { Course } from "./course.js" */
+/** @import { Uses } from "./uses.js" */
+
+/**
+ * @param {LessonDetail} lesson
+ * @param {{course: Course, uses: Uses}} parts
+ * @param {AbortSignal} signal
+ * @returns {HTMLElement} The chip.
+ */
+export function followLesson(lesson, { course, uses }, signal) {
+  const run = () => uses.stage ?? course.run;
+  const lead = new Lead(() => {
+    const { title, id } = lesson;
+    const stage = run();
+    if (stage === null) return { title, sessions: [], lesson: id };
+    const { session, scenario: { plots, layers } } = stage;
+    return session === null ? null : { title, sessions: [session], lesson: id, arrangement: { plots, layers } };
+  }, signal);
+  lead.on(["follow"], () => course.followedBy(lead.isHere && run() === null ? (lead.follow?.id ?? null) : null), signal);
+  for (const part of [course, uses]) part.onRun(() => lead.update());
+  lead.find();
+  return followChip(lead, signal);
+}
