@@ -21,7 +21,7 @@ from starlette.types import Scope
 
 from server.api.dependencies import AFollower, TheLessons
 from server.errors import NotFoundError
-from server.follow.guest import guest_of
+from server.follow.guest import Guest, guest_of
 
 __all__ = ["install"]
 
@@ -79,7 +79,7 @@ async def lesson(request: Request, lesson: str, lessons: TheLessons) -> Response
     except NotFoundError as error:
         return _page("learn/lesson.html", error.status)
     return (
-        _page("learn/lesson.html", prefix=_prefix(request))
+        _page("learn/lesson.html", guest=guest_of(request.scope))
         if found.id == lesson
         else RedirectResponse(f"/learn/{found.id}")
     )
@@ -102,13 +102,13 @@ async def failure(failure: str) -> Response:
 async def session(request: Request, session: str) -> Response:
     """Return the page of a session, which finds out by itself whether there is one."""
     del session
-    return _page("session/session.html", prefix=_prefix(request))
+    return _page("session/session.html", guest=guest_of(request.scope))
 
 
 @router.get("/follow")
 async def follow(guest: AFollower) -> Response:
     """Return the page of those who follow."""
-    return _page("follow/follow.html", prefix=guest.prefix)
+    return _page("follow/follow.html", guest=guest)
 
 
 @router.get("/sweep/new")
@@ -157,18 +157,16 @@ def _version() -> str:
     return name
 
 
-def _prefix(request: Request) -> str:
-    """Return what stands before all addresses of whoever came by the link of a class."""
-    guest = guest_of(request.scope)
-    return guest.prefix if guest else ""
-
-
-def _page(name: str, status: int = HTTPStatus.OK, *, prefix: str = "") -> Response:
+def _page(name: str, status: int = HTTPStatus.OK, *, guest: Guest | None = None) -> Response:
+    prefix = guest.prefix if guest else ""
     text = (FRONTEND / name).read_text(encoding="utf-8")
     links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
     text = text.replace("</head>", f"{links}</head>", 1).replace(
         f'"{STATIC}', f'"{prefix}{STATIC}version/{_version()}/'
     )
+    if guest:
+        about = f'data-guest="{guest.claim.role}" data-class="{guest.claim.follow}"'
+        text = text.replace("<html ", f"<html {about} ", 1)
     return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})
 
 

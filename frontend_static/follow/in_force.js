@@ -50,9 +50,10 @@ export function ofSession(session) {
   /** @type {Record<string, Value>} */
   const before = Object.assign({}, ...timeline.filter(({ frame }) => frame > 0).map((change) => change.before).reverse());
   const isRead = (/** @type {Declaration} */ { trackers }) => trackers.length === 0 || trackers.includes(tracker);
+  const method = (/** @type {Value} */ id) => trackerTitle(session, String(id));
   return [
-    { title: "Tracker", value: trackerTitle(session, tracker), isFirst: true, ...was(before.tracker, tracker, (id) => trackerTitle(session, String(id))) },
-    { title: "Seed", value: String(recipe.seed), isFirst: true },
+    { title: "Tracker", value: method(tracker), isFirst: "tracker" in before, ...was(before.tracker, tracker, method) },
+    { title: "Seed", value: String(recipe.seed), isFirst: false },
     ...turnable(declarations, controls).filter(isRead).map((declaration) => {
       const { name, title } = declaration;
       const told = (/** @type {Value} */ value) => parameterValue(value, declaration);

@@ -20,7 +20,7 @@ export function following(followers) {
 export function pollWords(poll, { own = null, followers, asks }) {
   if (poll.counts !== null) return resultWords(poll.answers, poll.counts);
   if (!asks) return `${voted(poll.votes ?? 0, followers)}. The answers are shown to all when you reveal them.`;
-  if (own === null) return `Answer by a click or by the keys 1 to ${poll.answers.length}; nobody sees who answered what.`;
+  if (own === null) return "Click or tap an answer, or press its number; nobody sees who answered what.";
   return `You answered “${poll.answers[own]}”. It can be changed until the answers are revealed.`;
 }
 

@@ -150,9 +150,9 @@ export class Mounted {
     const on = {
       message: (/** @type {SessionMessage} */ message) => this.store.receive(message),
       lost: () => this.store.setConnection("lost"),
-      gone: () => {
+      gone: (/** @type {Error} */ { message }) => {
         this.store.setConnection("gone");
-        this.#fail("This session has ended", KEPT);
+        this.#fail("This session has ended", isGuest ? message : KEPT);
       },
     };
     new Stream(session.id, on, { signal: this.signal });

@@ -38,7 +38,7 @@ const lead = new Lead(() => {
 }, view.signal);
 
 header();
-start.begun.then(() => lead.find(), () => {});
+if (!isFollower) start.begun.then(() => lead.find(), () => {});
 store.on(["session", "connection"], () => lead.update());
 store.on(["connection"], () => {
   part("disconnected").hidden = store.connection !== "lost";

@@ -36,8 +36,8 @@ export function beginning(lead, signal) {
       h(
         "div",
         { class: "class-limits" },
-        limit("At most so many follow", followers),
-        limit("At most so many try it themselves at one time", forks),
+        limit("Most followers", followers),
+        limit("Most who try it themselves at one time", forks),
       ),
       h("footer", {}, go),
     ),

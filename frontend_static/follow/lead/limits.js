@@ -35,8 +35,8 @@ export function limits(lead, signal) {
     "section",
     { class: "class-limits", "aria-label": "Who follows" },
     now,
-    limit("At most so many follow", followers),
-    limit("At most so many try it themselves at one time", forks),
+    limit("Most followers", followers),
+    limit("Most who try it themselves at one time", forks),
     h("label", { class: "class-limit check" }, h("span", {}, "Others may still come in"), open),
     until,
   );

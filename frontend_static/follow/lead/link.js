@@ -18,14 +18,14 @@ export function linkPart(follow) {
     h(
       "div",
       { class: "class-address" },
-      h("output", { "aria-label": "Link", data: { role: "class-link" } }, address),
+      h("output", { "aria-label": "Link", data: { role: "class-link" } }, inParts(address)),
       h(
         "div",
         { class: "poll-line" },
         copyButton("Copy the link", address, "of the class"),
         h("button", { type: "button", on: enlarge }, "Show it large"),
       ),
-      follow.notice && h("p", { class: "note", data: { role: "reach" } }, follow.notice),
+      follow.notice && h("p", { class: "note", data: { role: "reach" } }, withCode(follow.notice)),
       others.length > 0 && h("details", {}, h("summary", {}, "Other addresses"), h("ul", {}, others.map((other) => h("li", {}, other.address)))),
     ),
   );
@@ -38,8 +38,24 @@ function code({ id, links: [{ address }] }) {
 
 /** @param {FollowOwned} follow */
 function large(follow) {
-  const [{ address }] = follow.links;
-  // Without what every address begins with it is read and typed more easily.
-  const short = address.replace(/^https?:\/\//, "");
-  openDialog(follow.title, () => [h("div", { class: "class-large" }, code(follow), h("p", {}, short))]).classList.add("large");
+  openDialog(follow.title, () => [h("div", { class: "class-large" }, code(follow), h("p", {}, inParts(follow.links[0].address)))]).classList.add("large");
+}
+
+/**
+ * A sentence in which what is to be typed stands between backquotes.
+ *
+ * @param {string} sentence
+ */
+function withCode(sentence) {
+  return sentence.split("`").map((text, place) => (place % 2 === 0 ? text : h("code", {}, text)));
+}
+
+/**
+ * An address as it is read and typed: without what all begin with, and broken nowhere but before the name of the class.
+ *
+ * @param {string} address
+ */
+function inParts(address) {
+  const { host, pathname } = new URL(address);
+  return [host, pathname].map((text) => h("span", {}, text));
 }
