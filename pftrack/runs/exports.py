@@ -209,6 +209,25 @@ def _table(pieces: Callable[[Run, Path], Steps]) -> Write:
     return lambda run, path, _plot: pieces(run, path)
 
 
+def _films(form: Literal["mp4", "gif"]) -> Write:
+    def write(run: Run, path: Path, _plot: str | None) -> Steps:
+        from pftrack.runs import films  # noqa: PLC0415 - it loads codecs, for which only who wants a film has to wait
+
+        return (films.mp4_of if form == "mp4" else films.gif_of)(run, path)
+
+    return write
+
+
+def _plots(form: Literal["png", "svg"]) -> Write:
+    def write(run: Run, path: Path, plot: str | None) -> Steps:
+        from pftrack.figures import picture_of  # noqa: PLC0415 - it loads matplotlib
+
+        path.write_bytes(picture_of(run, form, plot))
+        yield 1, 1
+
+    return write
+
+
 def _of_frame(offered: Export) -> RunExport:
     def make(run: Run) -> bytes:
         return offered.make(run.current.state, run.diagnostics[: run.position + 1])
@@ -249,6 +268,10 @@ FORMATS: tuple[RunExport, ...] = (
     RunExport(
         "jsonl", "Table, JSON Lines", "jsonl", "application/jsonl", "numbers", _table(json_lines_of), beside=True
     ),
+    RunExport("mp4", "Film with everything drawn, MP4", "mp4", "video/mp4", "film", _films("mp4"), slow=True),
+    RunExport("gif", "Short film for a slide, GIF", "gif", "image/gif", "film", _films("gif"), slow=True),
+    RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png")),
+    RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg")),
     NOTEBOOK,
     RunExport("recipe", "Recipe, JSON", "json", "application/json", "documents", _at_once(_recipe)),
     MANIFEST,
