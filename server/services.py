@@ -11,6 +11,7 @@ from server.failures import Courses
 from server.follow.follows import Follows
 from server.lessons.service import Lessons
 from server.middleware.metrics import Metrics
+from server.runs.exports import Exports
 from server.runs.imports import Imports
 from server.sessions.manager import Manager
 from server.settings import Settings
@@ -36,6 +37,7 @@ class Services:
     sweeps: Sweeps
     tasks: ChildTasks
     imports: Imports
+    exports: Exports
     lessons: Lessons
     follows: Follows
     metrics: Metrics
@@ -61,6 +63,7 @@ class Services:
         await sweeps.open()
         metrics.watch(manager, sweeps)
         imports = Imports(settings, store, tasks)
+        exports = Exports(settings, store, tasks)
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
         await lessons.open()
         follows = Follows(settings, manager, lessons)
@@ -74,6 +77,7 @@ class Services:
             sweeps,
             tasks,
             imports,
+            exports,
             lessons,
             follows,
             metrics,
@@ -89,5 +93,6 @@ class Services:
         self.stopping.set()
         await asyncio.to_thread(self.compilation.close)
         await self.follows.close()
-        await asyncio.gather(self.manager.close(), self.sweeps.close(), self.imports.close(), self.lessons.close())
+        parts = self.manager, self.sweeps, self.imports, self.exports, self.lessons
+        await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.store.close)

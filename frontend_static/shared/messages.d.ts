@@ -360,16 +360,43 @@ export interface ExperimentPublic {
   thumbnail: string;
 }
 
+/** A file that is being written, or what came of it. */
+export interface ExportJobPublic {
+  id: string;
+  /** What kind of file it is */
+  title: string;
+  /** What the file is called */
+  name: string;
+  state: "writing" | "done" | "failed";
+  /** Steps done; the first half of them compute the run */
+  done: number;
+  /** Steps to do; 0 until it has begun */
+  total: number;
+  /** Address of the file, once it is there */
+  file: string;
+  /** Why it failed, if it did */
+  message: string | null;
+}
+
 /** A file that can be made of a run, or of the frame that is shown. */
 export interface ExportPublic {
   name: string;
   title: string;
+  /** What it is called beside others of its group; the title if empty */
+  short: string;
   suffix: string;
   media_type: string;
   /** What kind of thing it is; of "plots", one plot can be asked for by its id */
   group: "numbers" | "film" | "plots" | "documents" | "model";
   /** Whether it has to go through all frames again: it is begun, and then fetched */
   slow: boolean;
+}
+
+/** What a saved run can be exported as. */
+export interface ExportsPublic {
+  exports: ExportPublic[];
+  /** What `plot` may name for an export of the group "plots" */
+  plots: PlotChoice[];
 }
 
 /** Both runs of a failure, computed on this server. */
@@ -818,6 +845,12 @@ export interface Plot {
   row_titles: string[];
   levels: number[];
   needs_truth: boolean;
+}
+
+/** A plot of which a picture can be made. */
+export interface PlotChoice {
+  id: string;
+  title: string;
 }
 
 /** An experiment of another package than pftrack. */

@@ -31,6 +31,7 @@ __all__ = [
     "Group",
     "RunExport",
     "Steps",
+    "check_plot",
     "export",
     "export_at",
     "exporting",
@@ -79,6 +80,7 @@ class RunExport:
         write: What writes it.
         slow: Whether it has to go through all frames again, so that a session does not wait for it.
         beside: Whether its manifest is a file of its own.
+        short: What it is called beside others of its group; the title if empty.
     """
 
     name: str
@@ -89,6 +91,7 @@ class RunExport:
     write: Write
     slow: bool = False
     beside: bool = False
+    short: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +138,7 @@ def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> Ru
         raise ExportError(f"{path} is a folder, not a file to write")
     # Of two with the same suffix the experiment's own comes last, and is meant.
     found = max(reversed(fitting), key=lambda one: len(one.suffix))
-    _check_plot(experiment, found, plot)
+    check_plot(experiment, found, plot)
     return found
 
 
@@ -159,7 +162,7 @@ def export(run: Run, path: Path, *, plot: str | None = None) -> Exported:
 
 def exporting(run: Run, path: Path, kind: RunExport, plot: str | None = None) -> Steps:
     """Write a file like `export`, and tell how far it is; closed before its end, it leaves nothing behind."""
-    _check_plot(run.experiment, kind, plot)
+    check_plot(run.experiment, kind, plot)
     position, part = run.position, part_of(path)
     try:
         yield from kind.write(run, part, plot)
@@ -183,7 +186,12 @@ def files_of(kind: RunExport, path: Path) -> tuple[Path, ...]:
     return (path, _beside(path)) if kind.beside else (path,)
 
 
-def _check_plot(experiment: Experiment, kind: RunExport, plot: str | None) -> None:
+def check_plot(experiment: Experiment, kind: RunExport, plot: str | None) -> None:
+    """Make sure that a plot that is wanted can be exported so.
+
+    Raises:
+        ExportError: The kind is no picture of plots, or there is no such plot.
+    """
     known = [one.id for one in experiment.plots]
     if plot is not None and kind.group != "plots":
         raise ExportError(f"a plot can be written as a picture, .png or .svg; got .{kind.suffix}")
@@ -251,6 +259,7 @@ NOTEBOOK = RunExport(
     "application/x-ipynb+json",
     "documents",
     _at_once(run_notebook),
+    short="Notebook",
 )
 MANIFEST = RunExport(
     "manifest",
@@ -259,27 +268,55 @@ MANIFEST = RunExport(
     "application/json",
     "documents",
     _at_once(_manifest),
+    short="Manifest",
 )
 
 FORMATS: tuple[RunExport, ...] = (
-    RunExport("csv", "Table, CSV", "csv", "text/csv", "numbers", _table(csv_of), beside=True),
-    RunExport("parquet", "Table, Parquet", "parquet", "application/vnd.apache.parquet", "numbers", _table(parquet_of)),
-    RunExport("npz", "Arrays, NPZ", "npz", "application/zip", "numbers", _table(npz_of)),
+    RunExport("csv", "Table, CSV", "csv", "text/csv", "numbers", _table(csv_of), beside=True, short="CSV"),
     RunExport(
-        "jsonl", "Table, JSON Lines", "jsonl", "application/jsonl", "numbers", _table(json_lines_of), beside=True
+        "parquet",
+        "Table, Parquet",
+        "parquet",
+        "application/vnd.apache.parquet",
+        "numbers",
+        _table(parquet_of),
+        short="Parquet",
     ),
-    RunExport("mp4", "Film with everything drawn, MP4", "mp4", "video/mp4", "film", _films("mp4"), slow=True),
-    RunExport("gif", "Short film for a slide, GIF", "gif", "image/gif", "film", _films("gif"), slow=True),
-    RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png")),
-    RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg")),
+    RunExport("npz", "Arrays for NumPy, NPZ", "npz", "application/zip", "numbers", _table(npz_of), short="NPZ"),
+    RunExport(
+        "jsonl",
+        "Table, JSON Lines",
+        "jsonl",
+        "application/jsonl",
+        "numbers",
+        _table(json_lines_of),
+        beside=True,
+        short="JSON Lines",
+    ),
+    RunExport("mp4", "Film, MP4", "mp4", "video/mp4", "film", _films("mp4"), slow=True, short="MP4"),
+    RunExport("gif", "Short film for a slide, GIF", "gif", "image/gif", "film", _films("gif"), slow=True, short="GIF"),
+    RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png"), short="PNG"),
+    RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg"), short="SVG"),
     NOTEBOOK,
-    RunExport("recipe", "Recipe, JSON", "json", "application/json", "documents", _at_once(_recipe)),
+    RunExport("recipe", "Recipe, JSON", "json", "application/json", "documents", _at_once(_recipe), short="Recipe"),
     MANIFEST,
     RunExport(
-        "citation", "Citation, text", "txt", "text/plain", "documents", _at_once(lambda run: citation_of(run).encode())
+        "citation",
+        "Citation, text",
+        "txt",
+        "text/plain",
+        "documents",
+        _at_once(lambda run: citation_of(run).encode()),
+        short="Citation",
     ),
     RunExport(
-        "bibtex", "Citation, BibTeX", "bib", "text/x-bibtex", "documents", _at_once(lambda run: bibtex_of(run).encode())
+        "bibtex",
+        "Citation, BibTeX",
+        "bib",
+        "text/x-bibtex",
+        "documents",
+        _at_once(lambda run: bibtex_of(run).encode()),
+        short="BibTeX",
     ),
 )
 """What every run can be exported as, in the order in which it is listed."""

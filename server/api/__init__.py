@@ -9,6 +9,7 @@ from fastapi import APIRouter
 from server.api import (
     compilation,
     experiments,
+    exports,
     failures,
     follow,
     follows,
@@ -28,6 +29,6 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-computing = compilation, queue, sessions, stream, runs, work, lessons, failures, follows, follow
+computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, follows, follow
 for part in (experiments, uploads, *computing, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

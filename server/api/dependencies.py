@@ -15,6 +15,7 @@ from server.follow.follows import Follows
 from server.follow.guest import Guest, guest_of
 from server.lessons.service import Lessons
 from server.middleware.body_limit import lift_limit
+from server.runs.exports import Exports
 from server.runs.imports import Imports
 from server.schemas.spec import SessionSpec
 from server.services import Services
@@ -43,6 +44,7 @@ __all__ = [
     "Begin",
     "SettingsNow",
     "TakesFiles",
+    "TheExports",
     "TheFollows",
     "TheImports",
     "TheLessons",
@@ -118,6 +120,10 @@ def _imports(services: TheServices) -> Imports:
     return services.imports
 
 
+def _exports(services: TheServices) -> Exports:
+    return services.exports
+
+
 def _lessons(services: TheServices) -> Lessons:
     return services.lessons
 
@@ -132,6 +138,7 @@ AManager = Annotated[Manager, Depends(_manager)]
 ASweeps = Annotated[Sweeps, Depends(_sweeps)]
 TheTasks = Annotated[ChildTasks, Depends(_tasks)]
 TheImports = Annotated[Imports, Depends(_imports)]
+TheExports = Annotated[Exports, Depends(_exports)]
 TheLessons = Annotated[Lessons, Depends(_lessons)]
 TheFollows = Annotated[Follows, Depends(_follows)]
 

@@ -11,6 +11,7 @@ from starlette.responses import FileResponse, Response
 
 from server.api.dependencies import AManager, ASession, AStore, Begin
 from server.errors import NotFoundError
+from server.runs.exports import Subject, file_name
 from server.schemas.messages import SessionPublic
 from server.schemas.sessions import BookmarkCreate, BranchCreate, Changed, Columns, SessionCreate, TransportUpdate
 from server.schemas.spec import Bookmark
@@ -121,12 +122,11 @@ async def export(
         raise
     after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
     active = session.spec.active
-    frame = active.position if offered.group == "model" else active.computed
-    name = "-".join(filter(None, (active.recipe.experiment, str(frame), plot)))
+    name = file_name(Subject(active.recipe, active.computed, active.position), offered, plot)
     return FileResponse(
         folder / "file",
         media_type=offered.media_type,
-        filename=f"{name}.{offered.suffix}",
+        filename=name,
         headers={"Cache-Control": "no-store"},
         background=after,
     )

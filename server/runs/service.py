@@ -9,7 +9,7 @@ from typing import Any
 from pftrack.experiments import find
 from pftrack.files import settle
 from pftrack.measures import HIT_RATE
-from pftrack.runs.recipe import EARLIER
+from pftrack.runs.recipe import EARLIER, Footage
 from pftrack.runs.record import Record
 from server.errors import ConflictError, NoRoomError
 from server.schemas.spec import FIRST, Bookmark, SessionSpec
@@ -25,7 +25,7 @@ from server.tasks.functions import compare_record, read_record, weigh_record
 from server.uploads.intake import index_of, limits_of
 from server.uploads.multipart import Received
 
-__all__ = ["bring_in", "check_room", "compare", "outcome", "reopen", "save"]
+__all__ = ["bring_in", "check_room", "compare", "footage_here", "outcome", "reopen", "save"]
 
 
 def check_room(store: Store, settings: Settings) -> None:
@@ -95,7 +95,7 @@ async def bring_in(
         path = str(received.paths[0])
         # A seed of earlier times is refused with a sentence when the run is computed.
         saved = Record.model_validate(await tasks.run(read_record, path), context=EARLIER)
-        video = await _video(store, settings, tasks, saved)
+        video = await footage_here(store, settings, tasks, saved.recipe.footage)
         found = await tasks.run_long(
             weigh_record,
             path,
@@ -172,9 +172,10 @@ def outcome(summary: dict[str, Any]) -> str:
     return f"Lost in {lost} of {frames} frames, first in frame {summary['first_lost_frame']}"
 
 
-async def _video(store: Store, settings: Settings, tasks: ChildTasks, record: Record) -> tuple[str, str] | None:
+async def footage_here(
+    store: Store, settings: Settings, tasks: ChildTasks, footage: Footage | None
+) -> tuple[str, str] | None:
     """Return path and index of the upload that a run was made on, if it is here."""
-    footage = record.recipe.footage
     if footage is None or not footage.sha256:
         return None
     upload = await asyncio.to_thread(store.upload_of, footage.sha256)

@@ -91,6 +91,7 @@ class ExportPublic(BaseModel):
 
     name: str
     title: str
+    short: str = Field(description="What it is called beside others of its group; the title if empty")
     suffix: str
     media_type: str
     group: Group = Field(description='What kind of thing it is; of "plots", one plot can be asked for by its id')

@@ -270,10 +270,13 @@ class Session:
 
         Raises:
             NotFoundError: The experiment offers none of this name.
+            ConflictError: It takes too long for the session to wait.
         """
         offered = next((one for one in EXPORTS.validate_python(self.card.exports) if one.name == name), None)
         if offered is None:
             raise NotFoundError("The session has no such export.")
+        if offered.slow:
+            raise ConflictError(f"{offered.title} takes a while: begin it with POST, and fetch it when it is done.")
         await self._request(protocol.Export(name, str(path), plot), _plain)
         return offered
 

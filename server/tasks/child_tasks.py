@@ -79,6 +79,7 @@ class ChildTasks:
         *arguments: object,
         cpu_seconds: float,
         on_step: Callable[[int, int], None],
+        file_bytes: int | None = None,
     ) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function that tells how far it is; it takes as long as it takes.
 
@@ -87,12 +88,13 @@ class ChildTasks:
             arguments: For it.
             cpu_seconds: Processor time that it may take.
             on_step: Called now and then with the steps that are done, and with all that there are.
+            file_bytes: Length of any file that it writes; None for any.
 
         Raises:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
             UnavailableError: It gave no sign of life for too long.
         """
-        budget = Budget(cpu_seconds=cpu_seconds)
+        budget = Budget(cpu_seconds=cpu_seconds, file_bytes=file_bytes)
         async with self.queues.heavy.place():
             return _result(await self.answer(function, *arguments, budget=budget, on_step=on_step))
 

@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -41,6 +42,7 @@ __all__ = [
     "nothing",
     "read_record",
     "read_truth",
+    "reopened",
     "survey",
     "weigh_record",
     "weigh_target",
@@ -263,14 +265,6 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> St
         video: Path and index of the upload that it was made on, if that is here.
         limits: How large their frames may be.
     """
-
-    def reopen(footage: Footage) -> FrameSequence:
-        if video is None:
-            name = footage.name or "a recording"
-            raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
-        index = FrameIndex.from_json(video[1])
-        return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
-
     saved = _saved(path)
     found = saved.record
     recipe = found.recipe
@@ -278,7 +272,7 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> St
         raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
     if recipe.seed > LARGEST_SEED:
         raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
-    run = record.make(recipe, open_sequence=reopen)
+    run = record.make(recipe, open_sequence=partial(reopened, video, limits))
     check_timeline(run.timeline.changes, run.frames)
     last = min(max(found.computed, 1), run.frames) - 1
     for step in run.seeking(last):
@@ -294,6 +288,24 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> St
         },
         "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),
     }
+
+
+def reopened(video: tuple[str, str] | None, limits: Limits, footage: Footage) -> FrameSequence:
+    """Open the upload that a run was made on.
+
+    Args:
+        video: Its path and index, if it is here.
+        limits: How large its frames may be.
+        footage: What the run says of it.
+
+    Raises:
+        RecordError: It is not here.
+    """
+    if video is None:
+        name = footage.name or "a recording"
+        raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
+    index = FrameIndex.from_json(video[1])
+    return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
 
 
 def _record(path: str) -> record.Record:

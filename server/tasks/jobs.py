@@ -128,7 +128,7 @@ class Jobs(Generic[About, Result]):
             NotFoundError: There is none.
         """
         await _cancel(self.get(name))
-        self._all.pop(name, None)
+        self._drop(name)
 
     async def close(self) -> None:
         """End all of them."""
@@ -138,7 +138,15 @@ class Jobs(Generic[About, Result]):
         now = time.monotonic()
         for each in list(self._all.values()):
             if each.ended is not None and now - each.ended > KEPT_S:
-                del self._all[each.id]
+                self._drop(each.id)
+
+    def _drop(self, name: str) -> None:
+        dropped = self._all.pop(name, None)
+        if dropped is not None:
+            self.dropped(dropped)
+
+    def dropped(self, job: Job[About, Result]) -> None:
+        """Let go of what a job has left behind, now that nobody can ask for it any more; as it is, that is nothing."""
 
     async def _to_the_end(self, job: Job[About, Result], work: Coroutine[Any, Any, Result]) -> Result:
         try:
@@ -151,6 +159,8 @@ class Jobs(Generic[About, Result]):
             raise
         finally:
             job.ended = time.monotonic()
+            # What it left behind goes also if nobody asks again.
+            asyncio.get_running_loop().call_later(KEPT_S + 1.0, self._forget)
 
     async def _while_wanted(self, job: Job[About, Result], work: Coroutine[Any, Any, Result]) -> Result:
         working = asyncio.ensure_future(work)

@@ -30,6 +30,9 @@ from server.worker.protocol import RunStatus, SessionInfo, WorkerConfig
 
 __all__ = ["RunTree", "check_timeline"]
 
+OFFERED = "name", "title", "short", "suffix", "media_type", "group", "slow"
+"""What a page is told of an export."""
+
 
 class RunTree:
     """The branches of a session's run, one of them active."""
@@ -106,7 +109,10 @@ class RunTree:
             success_measure=self._setup.success,
             worlds=self.experiment.worlds,
             exports=[
-                {name: getattr(one, name) for name in ("name", "title", "suffix", "media_type", "group", "slow")}
+                {
+                    name: getattr(one, name)
+                    for name in ("name", "title", "short", "suffix", "media_type", "group", "slow")
+                }
                 for one in exports_of(self.experiment)
             ],
             about=list(self.experiment.subjects(preset)),

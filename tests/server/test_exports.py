@@ -1,7 +1,10 @@
 """Files of the frame that is shown: what an experiment declares is listed and can be fetched, and nothing else."""
 
 import json
+from pathlib import Path
+from typing import Any
 
+import cv2
 import httpx
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from pftrack.runs.exports import FORMATS, exports_of
 from pftrack.runs.run import Change, Run
 from tests.notebooks import executed
 from tests.server.host import begin, error_of, steer
+from tests.waiting import wait_for
 
 SMALL = {"image_width_px": 320, "feature_noise_px": 3, "face_model": "growing"}
 
@@ -24,6 +28,8 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> N
     learned = client.get(f"/api/v1/sessions/{session['id']}/exports/{offered.pop('learned')['name']}")
     assert "at least 15 frames with a frame known before them" in error_of(learned, 409)["message"]
     for name, one in offered.items():
+        if one["group"] in {"film", "plots"}:
+            continue
         answer = client.get(f"/api/v1/sessions/{session['id']}/exports/{name}")
         assert answer.status_code == 200
         assert answer.headers["content-type"].split(";")[0] == one["media_type"]
@@ -90,3 +96,40 @@ def test_what_is_not_offered_is_not_there(client: httpx.Client) -> None:
     assert [one["name"] for one in session["exports"]] == [one.name for one in FORMATS]
     answer = client.get(f"/api/v1/sessions/{session['id']}/exports/face-obj")
     assert error_of(answer, 404)["message"] == "The session has no such export."
+
+
+def pictures_in(film: Path) -> int:
+    """Return how many pictures OpenCV reads of a film."""
+    reader, count = cv2.VideoCapture(str(film)), 0
+    while reader.read()[0]:
+        count += 1
+    return count
+
+
+def _ended(client: httpx.Client, job: str) -> dict[str, Any] | None:
+    told = client.get(f"/api/v1/exports/{job}").json()
+    return None if told["state"] == "writing" else told
+
+
+def written(client: httpx.Client, begun: httpx.Response) -> tuple[httpx.Response, dict[str, Any]]:
+    """Wait for an export that was begun, and return its file and what is told of it."""
+    assert begun.status_code == 202, begun.text
+    job = begun.json()
+    told: dict[str, Any] = wait_for(lambda: _ended(client, job["id"]), what="the export is there")
+    return client.get(told["file"]), told
+
+
+def test_a_film_is_written_beside_the_session_and_says_how_far_it_is(client: httpx.Client, tmp_path: Path) -> None:
+    """It has a picture for each frame that was computed, and the manifest with the session's own hash."""
+    session = begin(client, experiment="sine", seed=5)
+    address = f"/api/v1/sessions/{session['id']}"
+    steer(client, session["id"], "seek", frame=9)
+    assert "takes a while" in error_of(client.get(f"{address}/exports/mp4"), 409)["message"]
+    film, told = written(client, client.post(f"{address}/exports/mp4"))
+    assert (told["name"], told["done"]) == ("sine-9.mp4", told["total"])
+    assert film.headers["content-type"] == "video/mp4"
+    place = tmp_path / "film.mp4"
+    place.write_bytes(film.content)
+    assert pictures_in(place) == 10
+    assert client.delete(f"/api/v1/exports/{told['id']}").status_code == 204
+    assert "no such export" in error_of(client.get(told["file"]), 404)["message"]
