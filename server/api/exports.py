@@ -92,7 +92,7 @@ def _view(job: Exporting) -> ExportJobPublic:
         title=job.about.kind.title,
         name=job.about.name,
         state=state,
-        done=job.done,
+        done=job.total if state == "done" else job.done,  # the last steps are not told
         total=job.total,
         file=f"/api/v1/exports/{job.id}/file",
         message=message,

@@ -108,13 +108,7 @@ class RunTree:
             measures=[measure.as_dict() for measure in self.experiment.run_measures],
             success_measure=self._setup.success,
             worlds=self.experiment.worlds,
-            exports=[
-                {
-                    name: getattr(one, name)
-                    for name in ("name", "title", "short", "suffix", "media_type", "group", "slow")
-                }
-                for one in exports_of(self.experiment)
-            ],
+            exports=[{name: getattr(one, name) for name in OFFERED} for one in exports_of(self.experiment)],
             about=list(self.experiment.subjects(preset)),
             watch=preset.watch if preset else "",
         )
