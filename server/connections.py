@@ -16,7 +16,7 @@ from starlette.types import ASGIApp
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-__all__ = ["Connection", "WebSocketConnection", "configuration"]
+__all__ = ["Connection", "WebSocketConnection", "configuration", "most_connections"]
 
 HEAD_S = 20.0
 """Time for the head of a request."""

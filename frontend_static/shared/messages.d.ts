@@ -483,7 +483,7 @@ export interface FollowCreate {
   /** How the lecturer's page arranges them; passed on to the followers' pages */
   arrangement?: Record<string, unknown>;
   most_followers?: number;
-  /** Sessions of followers' own at one time */
+  /** Followers who try something of their own at one time */
   most_forks?: number;
   /** After which it ends by itself */
   hours?: number;
@@ -581,16 +581,18 @@ export interface FootageRequest {
   square?: boolean | null;
 }
 
-/** A follower wants a session of the own that begins as one of the class's stands. */
+/** A follower wants a session that begins as one of the class's stands, or to turn the lesson's figure. */
 export interface ForkCreate {
-  session: string;
+  /** One of the class's; the lesson if left out */
+  session?: string | null;
   /** The frame that is shown, if left out */
   frame?: number | null;
 }
 
-/** A session of a follower's own. */
+/** What a follower has: a session, or the lesson. */
 export interface ForkPublic {
-  id: string;
+  /** Of the session; null for the lesson */
+  id: string | null;
   title: string;
   page: string;
 }

@@ -30,9 +30,14 @@ async def vote(guest: AFollower, body: VoteRequest) -> VotePublic:
 
 @router.post("/fork", status_code=HTTPStatus.CREATED)
 async def fork(guest: AFollower, body: ForkCreate, follows: TheFollows) -> ForkPublic:
-    """Begin a session of the follower's own where one of the class's stands."""
-    session = await follows.fork(guest, body)
-    return guest.follow.fork_view(session.spec.id)
+    """Begin a session of the follower's own where one of the class's stands, or let the follower turn the figure."""
+    return guest.follow.fork_view(await follows.fork(guest, body))
+
+
+@router.delete("/fork", status_code=HTTPStatus.NO_CONTENT)
+async def give_back(guest: AFollower, follows: TheFollows) -> None:
+    """End what the follower tries, so that somebody else can."""
+    follows.give_back(guest)
 
 
 @router.websocket("/stream")

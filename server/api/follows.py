@@ -10,6 +10,7 @@ from starlette.responses import Response
 
 from server.api.dependencies import AFollow, TheFollows, TheLessons, TheServices
 from server.errors import ConflictError, NotFoundError
+from server.follow.guest import guest_of
 from server.follow.poll import Poll
 from server.schemas.follows import FollowCreate, FollowOwned, FollowUpdate, PollCreate
 from server.schemas.lessons import FigurePublic, FigureRequest
@@ -44,9 +45,9 @@ async def show_follow(follow: AFollow) -> FollowOwned:
 
 
 @router.patch("/{follow}")
-async def change_follow(follow: AFollow, body: FollowUpdate, follows: TheFollows) -> FollowOwned:
+async def change_follow(follow: AFollow, body: FollowUpdate, follows: TheFollows, request: Request) -> FollowOwned:
     """Change what a class follows, or its limits."""
-    await follows.change(follow, body)
+    await follows.change(follow, body, guest_of(request.scope))
     return follow.owned()
 
 

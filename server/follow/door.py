@@ -7,6 +7,7 @@ see the usual address. A socket ends when its class ends, or when what it shows 
 """
 
 import contextlib
+import html
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
@@ -85,11 +86,13 @@ class Door:
             if role == "stranger":
                 raise UnknownError("Open the link of the class first; its page lets this browser in.")
             raise ForbiddenError("Who follows may look, answer and try a copy; this is for the lecturer.")
+        follow.forks.touch(guest.seat)
         inner = {**scope, "path": path, "raw_path": quote(path).encode()}
         guest.put_into(inner)
         return guest, inner
 
     async def _serve_socket(self, guest: Guest, scope: Scope, receive: Receive, send: Send) -> None:
+        scope["app"].state.services.follows.check_room()
         with guest.follow.places.take(guest.seat, scope["path"]) as hold:
             try:
                 async with hold:
@@ -150,7 +153,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -
         return
     is_page = scope["method"] == "GET" and "text/html" in Headers(scope=scope).get("accept", "")
     answer = (
-        HTMLResponse(REFUSAL.read_text(encoding="utf-8").replace("{message}", str(error)), error.status)
+        HTMLResponse(REFUSAL.read_text(encoding="utf-8").replace("{message}", html.escape(str(error))), error.status)
         if is_page
         else errors.response(error.status, error.detail)
     )

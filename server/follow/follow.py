@@ -9,7 +9,7 @@ from typing import Any
 
 from server.errors import ConflictError, ForbiddenError
 from server.follow.addresses import NOTICE, Address
-from server.follow.forks import Forks
+from server.follow.forks import Fork, Forks
 from server.follow.guest import PREFIX
 from server.follow.links import Links
 from server.follow.listeners import NewestListener
@@ -87,10 +87,11 @@ class Follow:
         followed = frozenset(self._shown.sessions)
         lessons = frozenset({self._shown.lesson} if self._shown.lesson else ())
         if role == "owner":
-            return Reach(followed, followed, lessons, frozenset({self.name}))
-        fork = self.forks.of(seat)
-        own = frozenset({fork} if fork else ())
-        return Reach(followed | own, own, lessons, frozenset())
+            return Reach(followed, followed, lessons, lessons, frozenset({self.name}))
+        fork = self.forks.of(seat) or Fork()
+        own = frozenset({fork.session} if fork.session else ())
+        tried = lessons & {fork.lesson}
+        return Reach(followed | own, own, lessons, frozenset(tried), frozenset())
 
     def end(self, sentence: str) -> None:
         """Send everybody away."""
@@ -213,16 +214,20 @@ class Follow:
 
     def _mine(self, seat: str) -> schemas.MinePublic:
         fork = self.forks.of(seat)
+        is_made = fork is not None and (fork.session or fork.lesson)
         vote = self._poll.votes.get(seat) if self._poll else None
         return schemas.MinePublic(
-            fork=self.fork_view(fork) if fork else None,
+            fork=self.fork_view(fork) if fork and is_made else None,
             vote=schemas.VotePublic(poll=self._poll.id, answer=vote) if self._poll and vote is not None else None,
         )
 
-    def fork_view(self, session: str) -> schemas.ForkPublic:
-        """Return a session of a follower's own as that follower sees it."""
-        page = f"{PREFIX}/{self._links.of(self.name, 'follower')}/session/{session}"
-        return schemas.ForkPublic(id=session, title=self._title_of(session) or "", page=page)
+    def fork_view(self, fork: Fork) -> schemas.ForkPublic:
+        """Return what a follower has, as that follower sees it."""
+        place = f"{PREFIX}/{self._links.of(self.name, 'follower')}"
+        if fork.session is None:
+            return schemas.ForkPublic(id=None, title=self._shown.title, page=f"{place}/learn/{fork.lesson}")
+        title = self._title_of(fork.session) or ""
+        return schemas.ForkPublic(id=fork.session, title=title, page=f"{place}/session/{fork.session}")
 
     def _may_stay(self, seat: str, path: str) -> bool:
         role: Standing = "owner" if seat == LECTURER else "follower"

@@ -4,22 +4,26 @@ import asyncio
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 
-from server.errors import ConflictError, EndedError, NotFoundError, RefusedError
+from server.connections import most_connections
+from server.errors import ConflictError, CrowdedError, EndedError, ForbiddenError, NotFoundError, RefusedError
 from server.follow.addresses import addresses
 from server.follow.follow import Follow, Shown
+from server.follow.forks import Fork
 from server.follow.guest import Guest
 from server.follow.links import Claim, Links
 from server.lessons.service import Lessons
 from server.schemas.follows import FollowCreate, FollowUpdate, ForkCreate
+from server.schemas.spec import SessionSpec
 from server.sessions.create import new_spec
 from server.sessions.manager import Manager
-from server.sessions.session import Session
 from server.settings import Settings
 
 __all__ = ["Follows"]
 
 MOST = 50
 """Classes at one time."""
+SOCKETS_SHARE = 0.8
+"""Share of the server's connections that followers may have; the others are the lecturer's."""
 ROUND_S = 2.0
 ENDED = "The lecturer has ended this class."
 EXPIRED = "The time of this class is over."
@@ -66,6 +70,15 @@ class Follows:
             raise NotFoundError("There is no such class; it may have ended.")
         return found
 
+    def check_room(self) -> None:
+        """Refuse one more socket where followers hold as many as may be left to them.
+
+        Raises:
+            CrowdedError: They do.
+        """
+        if sum(follow.places.sockets for follow in self._follows.values()) >= SOCKETS_SHARE * most_connections():
+            raise CrowdedError("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
+
     def claimed(self, link: str) -> tuple[Claim, Follow]:
         """Return what a link says, and the class that it leads to.
 
@@ -105,10 +118,16 @@ class Follows:
         self._expire(follow, wanted.hours)
         return follow
 
-    async def change(self, follow: Follow, wanted: FollowUpdate) -> None:
+    async def change(self, follow: Follow, wanted: FollowUpdate, guest: Guest | None = None) -> None:
         """Change what a class follows, or its limits.
 
+        Args:
+            follow: The class.
+            wanted: What changes.
+            guest: Who changes it, if somebody who has rights over this class alone.
+
         Raises:
+            ForbiddenError: The guest has no rights over a session.
             NotFoundError: There is no such session or lesson.
             RefusedError: There are fewer places for sessions than followers may have.
         """
@@ -118,6 +137,8 @@ class Follows:
         before = follow.shown
         sessions = list(before.sessions) if wanted.sessions is None else wanted.sessions
         lesson = wanted.lesson if "lesson" in given else before.lesson
+        if guest is not None and not guest.reach.steered.issuperset(sessions):
+            raise ForbiddenError("This link gives rights over what the class follows already, and no other session.")
         if not sessions and lesson is None:
             raise RefusedError("A class follows a session or a lesson; end it if it shall follow nothing.")
         arrangement = before.arrangement if wanted.arrangement is None else wanted.arrangement
@@ -139,43 +160,45 @@ class Follows:
             return
         self._timers.pop(follow.name).cancel()
         follow.end(sentence)
-        for name in follow.forks.names:
+        for name in follow.forks.sessions:
             self._end_session(name)
 
-    async def fork(self, guest: Guest, wanted: ForkCreate) -> Session:
-        """Begin a session of a follower's own where one of the class's stands.
+    async def fork(self, guest: Guest, wanted: ForkCreate) -> Fork:
+        """Begin a session of a follower's own where one of the class's stands, or let the follower turn the figure.
 
         Raises:
             ConflictError: The follower has one.
             EndedError: The class ended meanwhile.
             ForbiddenError: The follower has no place.
-            NotFoundError: The class does not follow such a session.
+            NotFoundError: The class follows no such session, or no lesson.
             RefusedError: The frame has not been computed.
             UnavailableError: All places are taken.
         """
         follow, seat = guest.follow, guest.seat
         follow.check_there(seat)
+        if wanted.session is None:
+            if follow.shown.lesson is None:
+                raise NotFoundError("The class follows no lesson; name one of its sessions.")
+            with follow.forks.room(seat) as fork:
+                fork.lesson = follow.shown.lesson
+            return fork
         if wanted.session not in follow.shown.sessions:
             raise NotFoundError("The class does not follow such a session any more.")
-        source = self._manager.get(wanted.session).spec
-        active = source.active
-        frame = active.position if wanted.frame is None else wanted.frame
-        if frame > active.computed:
-            bound = f"a frame that has been computed, 0 to {active.computed}"
-            raise RefusedError(f"frame must be {bound}, got {frame}", field="frame", bound=bound, value=frame)
-        # What was changed later is not the past of this one.
-        timeline = tuple(change for change in active.recipe.timeline if change.frame <= frame)
-        recipe = active.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
-        spec = new_spec(recipe, upload=source.upload, position=frame)
+        spec = _forked(self._manager.get(wanted.session).spec, wanted.frame)
         spec.follow = follow.name
-        with follow.forks.room(seat) as named:
-            follow.tell()
-            session = await self._manager.create(spec)
+        with follow.forks.room(seat) as fork:
+            await self._manager.create(spec)
             if follow.ended is not None:
                 self._end_session(spec.id)
                 raise EndedError(follow.ended)
-            named(spec.id)
-        return session
+            fork.session = spec.id
+        return fork
+
+    def give_back(self, guest: Guest) -> None:
+        """End what a follower has."""
+        fork = guest.follow.forks.give_back(guest.seat)
+        if fork is not None and fork.session:
+            self._end_session(fork.session)
 
     # ------------------------------------------------------------ within
 
@@ -207,7 +230,7 @@ class Follows:
         while True:
             await asyncio.sleep(ROUND_S)
             for follow in self.all:
-                for name in follow.forks.names:
+                for name in follow.forks.sessions:
                     found = self._manager.find(name)
                     if found is not None and found.phase == "suspended":
                         self._end_session(name)
@@ -219,3 +242,20 @@ class Follows:
             task = asyncio.ensure_future(self._manager.end(found))
             self._endings.add(task)
             task.add_done_callback(self._endings.discard)
+
+
+def _forked(source: SessionSpec, wanted: int | None) -> SessionSpec:
+    """Return the spec of a session that begins where another one stands, or stood.
+
+    Raises:
+        RefusedError: The frame has not been computed.
+    """
+    active = source.active
+    frame = active.position if wanted is None else wanted
+    if frame > active.computed:
+        bound = f"a frame that has been computed, 0 to {active.computed}"
+        raise RefusedError(f"frame must be {bound}, got {frame}", field="frame", bound=bound, value=frame)
+    # What was changed later is not the past of this one.
+    timeline = tuple(change for change in active.recipe.timeline if change.frame <= frame)
+    recipe = active.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
+    return new_spec(recipe, upload=source.upload, position=frame)

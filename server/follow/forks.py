@@ -1,11 +1,35 @@
-"""Forks: sessions of followers' own, at most one each and no more than the lecturer allows."""
+"""Forks: what followers have of their own, a session or the lesson, at most one each and no more than is allowed.
 
+A session's fork is gone with the session. A lesson's has nothing that could end, so it is gone when it has not been
+used for a while.
+"""
+
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from server.errors import ConflictError, UnavailableError
 
-__all__ = ["Forks"]
+__all__ = ["Fork", "Forks"]
+
+UNUSED_S = 300.0
+"""After so long a lesson's fork is gone."""
+
+
+@dataclass(slots=True)
+class Fork:
+    """What one follower has, or is about to have.
+
+    Attributes:
+        session: Name of the session, once there is one.
+        lesson: Id of the lesson.
+        used: When it was last asked for something (monotonic, s).
+    """
+
+    session: str | None = None
+    lesson: str | None = None
+    used: float = 0.0
 
 
 class Forks:
@@ -24,43 +48,62 @@ class Forks:
         self.most = most
         self._is_there = is_there
         self._changed = changed
-        self._sessions: dict[str, str | None] = {}
+        self._forks: dict[str, Fork] = {}
 
     def __len__(self) -> int:
         """Return how many there are, those that are being made included."""
-        return len(self._there())
+        return len(self._lasting())
 
     @property
-    def names(self) -> list[str]:
+    def sessions(self) -> list[str]:
         """Names of the sessions."""
-        return [name for name in self._there().values() if name]
+        return [fork.session for fork in self._lasting().values() if fork.session]
 
-    def of(self, seat: str) -> str | None:
-        """Return the name of a follower's own session, if there is one."""
-        return self._there().get(seat)
+    def of(self, seat: str) -> Fork | None:
+        """Return what a follower has."""
+        fork = self._forks.get(seat)
+        return fork if fork is not None and self._lasts(fork) else None
+
+    def touch(self, seat: str) -> None:
+        """Take note that a follower asks for something."""
+        fork = self.of(seat)
+        if fork is not None:
+            fork.used = time.monotonic()
 
     @contextmanager
-    def room(self, seat: str) -> Iterator[Callable[[str], None]]:
-        """Keep a place for a follower while a session is made; the context is given a function to name it.
+    def room(self, seat: str) -> Iterator[Fork]:
+        """Keep a place for a follower; whoever is given it says what it is for, or the place is given back.
 
         Raises:
             ConflictError: The follower has one.
             UnavailableError: All places are taken, or there are none.
         """
-        self._sessions = self._there()
-        if seat in self._sessions:
-            raise ConflictError("You have a session of your own already; end it first.")
+        self._forks = self._lasting()
+        if seat in self._forks:
+            raise ConflictError("You are trying something already; end that first.")
         if not self.most:
             raise UnavailableError("The lecturer has opened no places to try it.")
-        if len(self._sessions) >= self.most:
-            raise UnavailableError(f"All {self.most} places to try it are taken; wait until somebody ends a session.")
-        self._sessions[seat] = None
+        if len(self._forks) >= self.most:
+            raise UnavailableError(f"All {self.most} places to try it are taken; wait until somebody is done.")
+        fork = self._forks[seat] = Fork(used=time.monotonic())
+        self._changed()
         try:
-            yield lambda name: self._sessions.update({seat: name})
+            yield fork
         finally:
-            if self._sessions[seat] is None:
-                del self._sessions[seat]
+            if not (fork.session or fork.lesson):
+                self._forks.pop(seat, None)
             self._changed()
 
-    def _there(self) -> dict[str, str | None]:
-        return {seat: name for seat, name in self._sessions.items() if name is None or self._is_there(name)}
+    def give_back(self, seat: str) -> Fork | None:
+        """Take away what a follower has, and return it."""
+        fork = self._forks.pop(seat, None)
+        self._changed()
+        return fork
+
+    def _lasting(self) -> dict[str, Fork]:
+        return {seat: fork for seat, fork in self._forks.items() if self._lasts(fork)}
+
+    def _lasts(self, fork: Fork) -> bool:
+        if fork.session:
+            return self._is_there(fork.session)
+        return not fork.lesson or time.monotonic() - fork.used < UNUSED_S

@@ -48,6 +48,11 @@ class Places:
         """Return how many followers are there."""
         return sum(bool(sockets) for seat, sockets in self._sockets.items() if seat != LECTURER)
 
+    @property
+    def sockets(self) -> int:
+        """How many sockets there are, the lecturer's included."""
+        return sum(map(len, self._sockets.values()))
+
     def __contains__(self, seat: str) -> bool:
         """Tell whether a follower has a place."""
         return seat in self._sockets

@@ -43,6 +43,9 @@ STEERING: Final = (
     "POST /api/v1/sessions/{steered}/resume",
     "POST /api/v1/sessions/{steered}/bookmarks",
     "DELETE /api/v1/sessions/{steered}/bookmarks/{bookmark}",
+    "GET /learn/{tried}",
+    "POST /api/v1/lessons/{tried}/figure",
+    "POST /api/v1/lessons/{tried}/answer",
 )
 ARRIVING: Final = ("GET /follow",)
 FOLLOWING: Final = (
@@ -50,9 +53,9 @@ FOLLOWING: Final = (
     "WS /api/v1/follow/stream",
     "PUT /api/v1/follow/vote",
     "POST /api/v1/follow/fork",
+    "DELETE /api/v1/follow/fork",
 )
 LEADING: Final = (
-    "GET /learn/{lessons}",
     "GET /api/v1/follows/{led}",
     "PATCH /api/v1/follows/{led}",
     "DELETE /api/v1/follows/{led}",
@@ -72,12 +75,14 @@ class Reach(NamedTuple):
         seen: Sessions to look at.
         steered: Sessions to do with as one likes, all of them seen as well.
         lessons: Lessons that are followed.
+        tried: Those of them whose figures may be turned by oneself.
         led: Follows to lead.
     """
 
     seen: frozenset[str]
     steered: frozenset[str]
     lessons: frozenset[str]
+    tried: frozenset[str]
     led: frozenset[str]
 
 

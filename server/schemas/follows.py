@@ -62,7 +62,7 @@ class FollowCreate(RequestBody):
         {}, description="How the lecturer's page arranges them; passed on to the followers' pages"
     )
     most_followers: MostFollowers = 200
-    most_forks: MostForks = Field(4, description="Sessions of followers' own at one time")
+    most_forks: MostForks = Field(4, description="Followers who try something of their own at one time")
     hours: Hours = Field(3.0, description="After which it ends by itself")
 
     @model_validator(mode="after")
@@ -100,9 +100,9 @@ class VoteRequest(RequestBody):
 
 
 class ForkCreate(RequestBody):
-    """A follower wants a session of the own that begins as one of the class's stands."""
+    """A follower wants a session that begins as one of the class's stands, or to turn the lesson's figure."""
 
-    session: Name
+    session: Name | None = Field(None, description="One of the class's; the lesson if left out")
     frame: FrameNumber | None = Field(None, description="The frame that is shown, if left out")
 
 
@@ -139,9 +139,9 @@ class VotePublic(BaseModel):
 
 
 class ForkPublic(BaseModel):
-    """A session of a follower's own."""
+    """What a follower has: a session, or the lesson."""
 
-    id: str
+    id: str | None = Field(description="Of the session; null for the lesson")
     title: str
     page: str
 

@@ -247,6 +247,7 @@ class Manager:
             max_frames=self._settings.max_frames,
             max_pixels=self._settings.max_pixels,
             max_particles=self._settings.max_particles,
+            gives_way=spec.follow is not None,
         )
 
     def _index(self, upload: str) -> str | None:

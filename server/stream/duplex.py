@@ -15,6 +15,10 @@ GONE = 4404
 FAILED = 1011
 UNKNOWN_WORD = 1003
 SLOWEST_LISTENER_S = 30.0
+MOST_HZ = 150.0
+"""Messages a second that a page may go on sending; one that paints every drawing of a fast run sends 60."""
+BURST = 300
+"""Messages that it may send at once."""
 
 
 async def converse(
@@ -56,10 +60,16 @@ async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], fare
 
 
 async def _listen(websocket: WebSocket, hear: Callable[[str], None]) -> None:
-    """Hear what the page says until it leaves or says what it must not."""
+    """Hear what the page says, no faster than it may talk, until it leaves or says what it must not."""
+    loop = asyncio.get_running_loop()
+    # When what has come so far would be taken up at the rate that is allowed.
+    taken_up = loop.time()
     with contextlib.suppress(WebSocketDisconnect):
         while True:
             message = await websocket.receive()
+            taken_up = max(taken_up, loop.time()) + 1.0 / MOST_HZ
+            if taken_up - BURST / MOST_HZ > loop.time():
+                await asyncio.sleep(taken_up - BURST / MOST_HZ - loop.time())
             if message["type"] == "websocket.disconnect":
                 return
             try:

@@ -7,7 +7,7 @@ queues messages, a sweep's looks at what has changed.
 import asyncio
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import Generic, TypeVar
 
@@ -17,6 +17,8 @@ from server.schemas.stream import Message, Pong, encode
 __all__ = ["Listener", "Listeners", "QueueListener", "SessionListeners"]
 
 LONGEST_QUEUE = 256
+LONGEST_TALE = 64
+"""Messages after a greeting for which it is kept; a page then reads them faster than a new one is made."""
 
 One = TypeVar("One", bound="Listener")
 
@@ -82,7 +84,7 @@ class QueueListener(Listener):
     the complete state.
     """
 
-    def __init__(self, greeting: Callable[[], Hello]) -> None:
+    def __init__(self, greeting: Callable[[], Sequence[str]]) -> None:
         super().__init__()
         self._greeting = greeting
         self._queue: deque[str] = deque()
@@ -114,7 +116,7 @@ class QueueListener(Listener):
             await self.news.wait()
             if self._behind:
                 self._behind = False
-                yield encode(self._greeting())
+                self._queue.extend(self._greeting())
             elif self._queue:
                 yield self._queue.popleft()
             elif self.closed:
@@ -124,24 +126,42 @@ class QueueListener(Listener):
 
 
 class SessionListeners(Listeners[QueueListener]):
-    """All listeners of one session, which hear the same messages."""
+    """All listeners of one session, which hear the same messages.
+
+    A greeting holds the whole past of a run, so it is kept for those who come next, with what was said since: a class
+    that comes all at once is greeted by one.
+    """
 
     def __init__(self, greeting: Callable[[], Hello]) -> None:
         super().__init__()
         self._greeting = greeting
+        self._tale: list[str] = []
 
     def join(self) -> AbstractContextManager[QueueListener]:
         """Add a listener for as long as the context lasts."""
-        return self.add(QueueListener(self._greeting))
+        return self.add(QueueListener(self._told))
 
     def emit(self, message: Message) -> None:
         """Send a message to all, encoded once."""
         if self._all:
             text = encode(message)
+            if self._tale:
+                self._tale.append(text)
+            if len(self._tale) > LONGEST_TALE:
+                self._tale = []
             for listener in self._all:
                 listener.put(text)
+        else:
+            self._tale = []
 
     def greet(self) -> None:
         """Send everything again to all."""
+        self._tale = []
         for listener in self._all:
             listener.greet()
+
+    def _told(self) -> Sequence[str]:
+        """Return a greeting and what was said since."""
+        if not self._tale:
+            self._tale = [encode(self._greeting())]
+        return self._tale

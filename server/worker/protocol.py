@@ -73,6 +73,7 @@ class WorkerConfig:
         max_frames: Longest run allowed.
         max_pixels: Most pixels of a frame allowed.
         max_particles: Most particles allowed.
+        gives_way: Whether it computes only when no other session wants to.
     """
 
     session: str
@@ -89,6 +90,7 @@ class WorkerConfig:
     max_frames: int = 20_000
     max_pixels: int = 1920 * 1080 * 2
     max_particles: int = 100_000
+    gives_way: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,7 +65,7 @@ EARLY = 0.8
 HEARTBEAT_S = 1.0
 MEASURED_EVERY_S = 1.0
 """While frames keep coming; measures look at all frames so far."""
-NICENESS = 3
+NICENESS, GIVING_WAY = 3, 8
 """Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
 # So long a command or a start may take before it becomes a way that others can watch and cut short.
 AT_ONCE_S = 0.5
@@ -78,7 +78,7 @@ def main(end: socket.socket, config: WorkerConfig) -> None:
 
     assert_preloaded()
     leave_interrupts_to_parent()
-    os.nice(NICENESS)
+    os.nice(GIVING_WAY if config.gives_way else NICENESS)
     confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
     pipe = WorkerEnd(end)
     try:

@@ -149,6 +149,7 @@ class Site:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.bridges = 0
+        self.looks_only = False
         app = FastAPI()
         app.get("/")(self._page)
         app.get("/viz/one/")(self._client)
@@ -199,7 +200,7 @@ class Site:
     async def _bridge(self, websocket: WebSocket) -> None:
         self.bridges += 1
         try:
-            await bridge(websocket, self.session.viewer.endpoint)
+            await bridge(websocket, self.session.viewer.endpoint, looks_only=self.looks_only)
         finally:
             self.bridges -= 1
 

@@ -89,6 +89,25 @@ def test_a_message_from_nowhere_does_not_end_the_connection(session: Session, si
         wait_for(lambda: session.values["sample_count"] == 55)
 
 
+def test_who_only_looks_moves_the_camera_and_nothing_else(session: Session, site: Site) -> None:
+    """Controls of a follower's browser change nothing, and a tilted camera leaves what others see as it is."""
+    cameras = session.viewer._cameras
+    site.looks_only = True
+    with Peer(site.scene) as follower:
+        wait_for(lambda: session.viewer.clients == 1)
+        follower.move("Particles", 55)
+        follower.move_view("3-D")
+        follower.look(800, 600, position=(300.0, 400.0, 90.0))
+        (watcher,) = cameras._watchers.values()
+        wait_for(lambda: tuple(watcher.client.camera.position) == (300.0, 400.0, 90.0))
+        assert (cameras.relief, watcher.preset) == (0.0, "front")
+        site.looks_only = False
+        with Peer(site.scene) as lecturer:
+            lecturer.move("Particles", 77)
+            wait_for(lambda: session.values["sample_count"] == 77)
+        assert session.changes == [{"sample_count": 77}]
+
+
 def test_values_that_a_control_cannot_take_are_dropped(
     session: Session, site: Site, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -109,7 +128,7 @@ def test_a_browser_that_says_too_much_is_heard_slowly(
     """So nobody can keep the server busy; what it says is not lost."""
     heard = 0
 
-    def count(_: bytes) -> bool:
+    def count(_: bytes, **__: object) -> bool:
         nonlocal heard
         heard += 1
         return False

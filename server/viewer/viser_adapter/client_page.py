@@ -41,8 +41,8 @@ _DIRECTIVES = (
 )
 CONTENT_SECURITY_POLICY = "; ".join(_DIRECTIVES)
 
-ASSETS = "/viz/client/"
-"""Where the files of the client are served, under their names."""
+ASSETS = "../client/"
+"""Where the files of the client are served, under their names, seen from the page: a follower has it elsewhere."""
 
 SCRIPTS = ("page.js", "frames.js", "colours.js", "state.js", "keys.js", "numbers.js", "folds.js")
 """Scripts that run before viser's own script, in this order, each with names of its own."""

@@ -10,8 +10,9 @@ from server.app import create_app
 from server.follow.roles import Reach, is_allowed
 from server.settings import Settings
 
-REACH = Reach(frozenset({"seen", "own"}), frozenset({"own"}), frozenset({"bayes"}), frozenset())
-LED = Reach(frozenset({"seen"}), frozenset({"seen"}), frozenset({"bayes"}), frozenset({"mine"}))
+REACH = Reach(frozenset({"seen", "own"}), frozenset({"own"}), frozenset({"bayes"}), frozenset(), frozenset())
+TRYING = REACH._replace(tried=frozenset({"bayes"}))
+LED = Reach(frozenset({"seen"}), frozenset({"seen"}), frozenset({"bayes"}), frozenset({"bayes"}), frozenset({"mine"}))
 
 LOOKING = {
     "GET /viz/client/{name}",
@@ -39,15 +40,20 @@ STEERING = {
     "POST /api/v1/sessions/{session}/bookmarks",
     "DELETE /api/v1/sessions/{session}/bookmarks/{bookmark}",
 }
+TURNING = {
+    "GET /learn/{lesson}",
+    "POST /api/v1/lessons/{lesson}/figure",
+    "POST /api/v1/lessons/{lesson}/answer",
+}
 FOLLOWING = {
     "GET /follow",
     "GET /api/v1/follow",
     "WS /api/v1/follow/stream",
     "PUT /api/v1/follow/vote",
     "POST /api/v1/follow/fork",
+    "DELETE /api/v1/follow/fork",
 }
 LEADING = {
-    "GET /learn/{lesson}",
     "GET /api/v1/follows/{follow}",
     "PATCH /api/v1/follows/{follow}",
     "DELETE /api/v1/follows/{follow}",
@@ -89,7 +95,7 @@ def _allowed(routes: set[str], role: Any, reach: Reach, **names: str) -> set[str
 
 def test_the_walk_sees_the_app(routes: set[str]) -> None:
     """The lists above are of routes that there are."""
-    assert routes > LOOKING | STEERING | FOLLOWING | LEADING
+    assert routes > LOOKING | STEERING | TURNING | FOLLOWING | LEADING
     assert {"POST /api/v1/sessions", "DELETE /api/v1/runs/{run}", "WS /api/v1/sweeps/{sweep}/stream"} < routes
 
 
@@ -105,18 +111,22 @@ def test_a_follower_steers_a_fork(routes: set[str]) -> None:
     assert _allowed(routes, "follower", REACH, session="own", lesson="bayes") == LOOKING | FOLLOWING | STEERING
 
 
+def test_a_follower_turns_the_lesson(routes: set[str]) -> None:
+    """Whoever tries the lesson may turn its figure and answer its question."""
+    assert _allowed(routes, "follower", TRYING, session="seen", lesson="bayes") == LOOKING | FOLLOWING | TURNING
+
+
 def test_a_lecturer_leads_one_class(routes: set[str]) -> None:
     """A lecturer's link gives rights over one class and what it follows."""
     allowed = _allowed(routes, "owner", LED, session="seen", lesson="bayes", follow="mine")
-    assert allowed == LOOKING | STEERING | LEADING
+    assert allowed == LOOKING | STEERING | TURNING | LEADING
     others = _allowed(routes, "owner", LED)
     assert {route for route in others if any(name in route for name in ("{session}", "{lesson}", "{follow}"))} == set()
 
 
 def test_a_stranger_gets_the_page_alone(routes: set[str]) -> None:
     """A browser that has no seat yet gets what it needs to come in."""
-    nothing = Reach(frozenset(), frozenset(), frozenset(), frozenset())
-    allowed = _allowed(routes, "stranger", nothing, session="seen", lesson="bayes")
+    allowed = _allowed(routes, "stranger", Reach(*5 * (frozenset(),)), session="seen", lesson="bayes")
     assert allowed == {"GET /follow", "GET /viz/client/{name}", "GET /static", "HEAD /static"}
 
 

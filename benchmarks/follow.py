@@ -1,0 +1,193 @@
+"""A class that follows: frames a second of each follower, delay behind the lecturer, load of the server.
+
+A real server in a process of its own, a session that plays at 30 frames a second, a lecturer's page and a class of bare
+sockets, three of each as a page has them: what is followed, the session's messages, and its drawings, each of which is
+answered as painted when it has come whole. The delay is the time from a frame's arrival at the lecturer's socket to its
+arrival at a follower's, so the time that the sockets themselves take is in it. Some followers are slow: they answer
+half a second late, or read nothing at all. All of it shares the machine's cores with the server.
+"""
+
+from _table import arguments, progress, report, single_threaded
+
+single_threaded()
+
+import asyncio  # noqa: E402
+import re  # noqa: E402
+import tempfile  # noqa: E402
+import urllib.request  # noqa: E402
+from collections.abc import Callable, Iterator  # noqa: E402
+from dataclasses import dataclass, field  # noqa: E402
+from functools import partial  # noqa: E402
+from statistics import median  # noqa: E402
+from time import perf_counter  # noqa: E402
+from urllib.parse import urlsplit  # noqa: E402
+
+import psutil  # noqa: E402
+from _bare import BareSocket, open_socket  # noqa: E402
+from _server import Server, percentile, row  # noqa: E402
+
+RATE_HZ = 30.0
+SETTLING_S = 3.0
+LATE_S = 0.5
+FRAME = re.compile(rb'"frame":(\d+)')
+
+
+@dataclass(slots=True)
+class Watcher:
+    """One page: when each frame's drawing came, how many messages, how many bytes."""
+
+    painted: int = 0
+    arrived: dict[int, float] = field(default_factory=dict)
+    messages: int = 0
+    carried: int = 0
+
+    def drawing(self, late_s: float, socket: BareSocket, now: float, start: bytes, length: int) -> None:
+        """Take a drawing, and say that it is painted."""
+        found = FRAME.search(start)
+        if found:
+            self.arrived.setdefault(int(found[1]), now)
+        self.carried += length
+        if late_s:
+            asyncio.get_running_loop().call_later(late_s, self._paint, socket)
+        else:
+            self._paint(socket)
+
+    def message(self, _: BareSocket, __: float, ___: bytes, length: int) -> None:
+        """Take another message."""
+        self.messages += 1
+        self.carried += length
+
+    def _paint(self, socket: BareSocket) -> None:
+        self.painted += 1
+        socket.send(f'{{"type":"painted","count":{self.painted}}}')
+
+
+def seat(address: str) -> dict[str, str]:
+    """Open the link of a class, and return the headers of the browser that has done so."""
+    with urllib.request.urlopen(address, timeout=60) as page:  # noqa: S310 - our own server
+        return {"Cookie": page.headers["Set-Cookie"].partition(";")[0]}
+
+
+async def watch(server: Server, prefix: str, session: str, headers: dict[str, str], late_s: float = 0.0) -> Watcher:
+    """Open the sockets of one page."""
+    watcher = Watcher()
+    web = f"{server.url.replace('http', 'ws')}{prefix}/api/v1"
+    if prefix:
+        await open_socket(f"{web}/follow/stream", watcher.message, headers)
+    await open_socket(f"{web}/sessions/{session}/stream", watcher.message, headers)
+    await open_socket(f"{web}/sessions/{session}/drawings", partial(watcher.drawing, late_s), headers)
+    return watcher
+
+
+async def stall(server: Server, prefix: str, session: str, headers: dict[str, str]) -> None:
+    """Open the sockets of a page that reads nothing any more."""
+    watcher = Watcher()
+    web = f"{server.url.replace('http', 'ws')}{prefix}/api/v1"
+    for path, take in (("stream", watcher.message), ("drawings", partial(watcher.drawing, 0.0))):
+        socket = await open_socket(f"{web}/sessions/{session}/{path}", take, headers)
+        socket.transport.pause_reading()
+
+
+@dataclass(frozen=True, slots=True)
+class Class:
+    """What was measured of one class."""
+
+    rates: list[float]
+    delays: list[float]
+    lecturer: float
+    late: list[float]
+    megabytes_s: float
+    joined_s: float
+    load: dict[str, float]
+
+
+async def follow(server: Server, session: str, link: str, count: int, slow: int, seconds: float) -> Class:
+    """Let a class follow a session that plays, and measure it."""
+    prefix = urlsplit(link).path
+    lecturer = await watch(server, "", session, {})
+    seats = [await asyncio.to_thread(seat, link) for _ in range(count + 2 * slow)]
+    began = perf_counter()
+    followers = await asyncio.gather(*(watch(server, prefix, session, each) for each in seats[:count]))
+    joined = perf_counter() - began
+    late = [await watch(server, prefix, session, each, LATE_S) for each in seats[count : count + slow]]
+    for each in seats[count + slow :]:
+        await stall(server, prefix, session, each)
+    await asyncio.sleep(SETTLING_S)
+    read = load_of(server)
+    before = [(len(each.arrived), each.carried) for each in (lecturer, *followers, *late)]
+    first = max(lecturer.arrived)
+    began = perf_counter()
+    await asyncio.sleep(seconds)
+    passed = perf_counter() - began
+    load = read()
+    after = [(len(each.arrived), each.carried) for each in (lecturer, *followers, *late)]
+    rates = [(now[0] - then[0]) / passed for then, now in zip(before, after, strict=True)]
+    carried = sum(now[1] - then[1] for then, now in zip(before, after, strict=True))
+    seen = {frame: when for frame, when in lecturer.arrived.items() if frame > first}
+    delays = [one.arrived[frame] - when for one in followers for frame, when in seen.items() if frame in one.arrived]
+    return Class(rates[1 : count + 1], delays, rates[0], rates[count + 1 :], carried / passed / 1e6, joined, load)
+
+
+def load_of(server: Server) -> Callable[[], dict[str, float]]:
+    """Begin to measure; return what tells, in %, how busy the server has been since, and this process."""
+    web, *others = server.family()
+    processes = {"web process": [web], "workers": others, "sockets of the class": [psutil.Process()]}
+    before = {name: _cpu_s(them) for name, them in processes.items()}
+    began = perf_counter()
+
+    def read() -> dict[str, float]:
+        passed = perf_counter() - began
+        return {name: 100.0 * (_cpu_s(them) - before[name]) / passed for name, them in processes.items()}
+
+    return read
+
+
+def _cpu_s(processes: list[psutil.Process]) -> float:
+    times = [process.cpu_times() for process in processes]
+    return sum(time.user + time.system for time in times)
+
+
+def measured(server: Server, count: int, slow: int, seconds: float) -> Iterator[dict[str, object]]:
+    """Measure one class."""
+    name = f"{count} followers" + (f", {2 * slow} slow ones" if slow else "")
+    progress(name)
+    session = server.start(play=True)
+    begun = server.ask("POST", "/api/v1/follows", {"sessions": [session], "most_followers": 1000})
+    one = asyncio.run(follow(server, session, begun["links"][0]["address"], count, slow, seconds))
+    yield row(f"{name}: frames a second of each", median(one.rates), min(one.rates), RATE_HZ)
+    yield row(f"{name}: frames a second of the lecturer", one.lecturer, None, RATE_HZ)
+    milliseconds = [1000.0 * delay for delay in one.delays]
+    yield row(f"{name}: delay behind the lecturer, ms", median(milliseconds), percentile(milliseconds, 0.95))
+    if one.late:
+        yield row(f"{name}: frames a second of one that paints in {LATE_S:g} s", median(one.late), min(one.late))
+    yield row(f"{name}: all have come after, s", one.joined_s, None)
+    yield row(f"{name}: carried, MB/s", one.megabytes_s, None)
+    for what, busy in one.load.items():
+        yield row(f"{name}: CPU of the {what}, %", busy, None)
+    server.ask("DELETE", f"/api/v1/follows/{begun['id']}")
+    server.end(session)
+
+
+def main() -> None:
+    """Measure and report."""
+    given = arguments(
+        __doc__.splitlines()[0],
+        followers={"type": int, "default": 150, "help": "how many follow"},
+        slow={"type": int, "default": 5, "help": "how many more paint late, and as many read nothing"},
+        seconds={"type": float, "default": 20.0, "help": "for how long"},
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        server = Server(folder)
+        try:
+            rows = [
+                *measured(server, 1, 0, given.seconds),
+                *measured(server, given.followers, 0, given.seconds),
+                *measured(server, given.followers, given.slow, given.seconds),
+            ]
+        finally:
+            server.close()
+    report("A class that follows one session", rows, as_json=given.json)
+
+
+if __name__ == "__main__":
+    main()
