@@ -58,6 +58,7 @@ PLACES = {
     ("pftrack/faults.py", "faces"): "the triangles of a mesh",
     ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",
     ("pftrack/model_files/surface.py", "faces"): "the triangles of a mesh",
+    ("server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
     ("pftrack/runs/migrate.py", "head"): "a key of sessions that exist",
     ("server/store/database.py", "head"): "Alembic's word for the newest migration",
     ("server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",

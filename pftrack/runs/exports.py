@@ -22,6 +22,7 @@ from pftrack.runs.manifest import bibtex_of, citation_of, extent_of, manifest_of
 from pftrack.runs.notebook import run_notebook
 from pftrack.runs.run import Run
 from pftrack.runs.table_files import csv_of, json_lines_of, npz_of, parquet_of
+from pftrack.viewers import write_page
 
 __all__ = [
     "FORMATS",
@@ -297,6 +298,9 @@ FORMATS: tuple[RunExport, ...] = (
     RunExport("gif", "Short film for a slide, GIF", "gif", "image/gif", "film", _films("gif"), slow=True, short="GIF"),
     RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png"), short="PNG"),
     RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg"), short="SVG"),
+    RunExport(
+        "html", "Page with scene and plots, HTML", "html", "text/html", "film", write_page, slow=True, short="HTML page"
+    ),
     NOTEBOOK,
     RunExport("recipe", "Recipe, JSON", "json", "application/json", "documents", _at_once(_recipe), short="Recipe"),
     MANIFEST,

@@ -35,6 +35,8 @@ from pftrack.runs.timeline import LONGEST_RUN, Change, Timeline
 from pftrack.trackers import TrackState
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from pftrack.runs.exports import Exported
 
 __all__ = ["LONGEST_RUN", "Change", "EndOfRun", "PastError", "Run", "Timeline"]
@@ -322,6 +324,15 @@ class Run:
             step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
             estimates_sha256=self.estimates_sha256,
         )
+
+    def table(self) -> "pa.Table":
+        """Return the numbers of all frames that were computed as an Arrow table, a row each.
+
+        Columns are those of the exported tables; each says title and unit in its field's metadata.
+        """
+        from pftrack.runs.table import table_of  # noqa: PLC0415 - which reads runs
+
+        return table_of(self)
 
     def export(self, path: str | PathLike[str], *, plot: str | None = None) -> "Exported":
         """Write the run, as far as it has been computed, as a file of another kind, told by its suffix.

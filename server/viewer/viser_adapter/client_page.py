@@ -8,6 +8,7 @@ of its own and a browser would otherwise load and compile them again for each. W
 new viser brings its own; one that is packed in another way is served in one piece.
 """
 
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -22,6 +23,8 @@ __all__ = [
     "client_asset",
     "client_page",
     "client_parts",
+    "client_scripts",
+    "client_style",
     "original_page",
 ]
 
@@ -55,15 +58,24 @@ CLIENT = Path(__file__).parent / "client"
 def client_page() -> bytes:
     """Return the page for `/viz/{session}/`, to be sent with `CONTENT_SECURITY_POLICY`."""
     page = _opened() or original_page()
-    style = (CLIENT / "style.css").read_text(encoding="utf-8")
     page = page.replace("<title>Viser</title>", "<title>pftrack scene</title>", 1)
     head = page.index("<head>") + len("<head>")
     body = page.index("</head>")
-    return f"{page[:head]}{_scripts()}{page[head:body]}<style>{style}</style>{page[body:]}".encode()
+    return f"{page[:head]}{client_scripts()}{page[head:body]}<style>{client_style()}</style>{page[body:]}".encode()
 
 
-def _scripts() -> str:
-    texts = ((CLIENT / name).read_text(encoding="utf-8") for name in SCRIPTS)
+def client_style() -> str:
+    """Return the style sheet that is put into viser's client."""
+    return (CLIENT / "style.css").read_text(encoding="utf-8")
+
+
+def client_scripts(names: Iterable[str] = SCRIPTS) -> str:
+    """Return scripts that are put into viser's client before its own, as HTML.
+
+    Args:
+        names: Of their files, in this order.
+    """
+    texts = ((CLIENT / name).read_text(encoding="utf-8") for name in names)
     return "".join(f'<script>(() => {{\n"use strict";\n{text}}})();</script>' for text in texts)
 
 

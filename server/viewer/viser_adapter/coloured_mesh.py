@@ -10,11 +10,16 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-__all__ = ["ColouredMesh"]
+__all__ = ["ColouredMesh", "is_companion"]
 
 SUFFIX = " colours"
 """Behind the name of the mesh; `client/colours.js` looks for it."""
 WHITE = (255, 255, 255)
+
+
+def is_companion(name: str) -> bool:
+    """Whether a node is never shown, since it carries the colours of another."""
+    return name.endswith(SUFFIX)
 
 
 class ColouredMesh:

@@ -1,6 +1,8 @@
 // Keys that steer the run go to the page around.
 const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "[", "]", "?", ..."bBfFlLnNcC123456789"]);
 const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
+// A page that was opened from a file has no origin.
+const AROUND = location.origin === "null" ? "*" : location.origin;
 let clicked = true;
 addEventListener("pointerdown", () => (clicked = true), true);
 addEventListener("keydown", (event) => event.key === "Tab" && (clicked = false), true);
@@ -22,7 +24,7 @@ addEventListener(
     event.preventDefault();
     event.stopImmediatePropagation();
     if (parent !== window) {
-      parent.postMessage({ source: "pftrack-viser", key: event.key, shiftKey: event.shiftKey }, location.origin);
+      parent.postMessage({ source: "pftrack-viser", key: event.key, shiftKey: event.shiftKey }, AROUND);
     }
   },
   true,

@@ -1,6 +1,9 @@
 /** As much of viser's client, and of three.js in it, as the scripts beside this file use. */
 
 interface ViserVector {
+  x: number;
+  y: number;
+  z: number;
   clone(): ViserVector;
   distanceTo(other: ViserVector): number;
 }
@@ -52,12 +55,14 @@ interface ViserNode {
   /** Of a scene, just before a picture is drawn. */
   onBeforeRender?(): void;
   getWorldPosition(target: ViserVector): ViserVector;
+  worldToLocal(place: ViserVector): ViserVector;
   traverse(visit: (node: ViserNode) => void): void;
 }
 
 interface Window {
   __viserMutable?: {
     camera?: { aspect: number; fov: number; position: ViserVector };
+    cameraControl?: { getTarget(into: ViserVector): ViserVector };
     messageQueue: unknown[];
     nodeRefFromName?: Record<string, ViserNode | null | undefined>;
     scene?: ViserNode;
