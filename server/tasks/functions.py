@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Sighting
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.failures import Enacted, enact, entry
+from pftrack.finder import Sighting
 from pftrack.heat import over
 from pftrack.marks import read_mark
 from pftrack.parameters import ParameterError

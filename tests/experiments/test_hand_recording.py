@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from pftrack.drawing import COLOURS
-from pftrack.experiment import Setup, Sighting
+from pftrack.experiment import Setup
 from pftrack.experiments import find
 from pftrack.experiments.hand.marks import HandTips
 from pftrack.film import FilmWriter
+from pftrack.finder import Sighting
 from pftrack.marks import Box
 from pftrack.parameters import ParameterError
 from pftrack.runs.run import Run

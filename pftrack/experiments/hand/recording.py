@@ -10,8 +10,9 @@ from pftrack.detection.open_hand import NoOpenHandError, OpenHand, opened
 from pftrack.detection.protrusions import HandFeatures, features_of
 from pftrack.detection.raised_fingers import proposed
 from pftrack.detection.silhouette import suggested
-from pftrack.experiment import Finder, Setup, Sighting
+from pftrack.experiment import Setup
 from pftrack.experiments.hand.marks import TIPS, HandTips
+from pftrack.finder import Finder, Sighting
 from pftrack.marks import Mark
 from pftrack.parameters import ParameterError, revise
 from pftrack.runs.recipe import Footage

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
-from pftrack.experiment import Finder, Sighting
 from pftrack.experiments.head.marks import FaceBox, FacePoints
+from pftrack.finder import Finder, Sighting
 from pftrack.geometry.face_model import FEATURES
 from pftrack.likelihoods.template import luma
 from pftrack.marks import Box, Mark
