@@ -27,7 +27,7 @@ __all__ = ["Check", "examine"]
 DEFAULT_DATA_DIR = "~/.local/share/pftrack"
 LEAST_MEMORY_MIB = 512
 COMFORTABLE_MEMORY_MIB = 2048
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 
 Status = Literal["ok", "warning", "broken"]
 
@@ -225,4 +225,4 @@ def _browser() -> tuple[Status, str]:
     for name in BROWSERS:
         if place := shutil.which(name):
             return "ok", place
-    return "warning", "no chromium; only the browser tests need one here"
+    return "warning", f"none of {', '.join(BROWSERS)}; only the browser tests need one here"

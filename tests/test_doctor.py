@@ -156,3 +156,14 @@ def test_another_package_of_the_servers_name_is_reported(tmp_path: Path) -> None
     status, text = done.stdout.splitlines()
     assert status == "broken"
     assert f"imported as server ({tmp_path / 'server' / '__init__.py'})" in text
+
+
+def test_every_browser_that_the_tests_can_use_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The shell without windows as well; where there is none, the doctor says what was looked for."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    status, text = doctor._browser()
+    assert status == "warning"
+    assert text.startswith("none of chromium-headless-shell, chromium, ")
+    shell = tmp_path / "chromium-headless-shell"
+    shell.touch(0o755)
+    assert doctor._browser() == ("ok", str(shell))
