@@ -1,7 +1,7 @@
 """Finding what somebody has made by words: each word has to occur in what is known of a thing."""
 
 from collections.abc import Iterable
-from datetime import UTC, datetime
+from datetime import datetime, tzinfo
 
 from pftrack.experiments import EXPERIMENTS
 
@@ -29,11 +29,16 @@ def named(experiment: str, trackers: Iterable[str]) -> str:
     return " ".join(names)
 
 
-def dated(created: str) -> str:
-    """Return a moment, given as ISO 8601, as it may be looked for: in digits, in words, and "today" on that day."""
+def dated(created: str, zone: tzinfo) -> str:
+    """Return a moment as it may be looked for: in digits, in words, and "today" on that day.
+
+    Args:
+        created: The moment, as ISO 8601 has it.
+        zone: Where somebody looks for it: in another zone it may be another day.
+    """
     try:
-        moment = datetime.fromisoformat(created).astimezone(UTC)
+        moment = datetime.fromisoformat(created).astimezone(zone)
     except ValueError:
         return created
-    today = "today" if moment.date() == datetime.now(UTC).date() else ""
-    return f"{created} {moment.day} {moment:%B %Y} {today}"
+    today = "today" if moment.date() == datetime.now(zone).date() else ""
+    return f"{moment:%Y-%m-%d %H:%M} {moment.day} {moment:%B %Y} {today}"

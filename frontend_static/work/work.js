@@ -15,6 +15,8 @@ import { FEW, KINDS, MANY, addressOf, wishOf } from "./wish.js";
 
 const SKELETON_AFTER_MS = 200;
 const TYPING_MS = 250;
+/** Dates are looked for as they are shown. */
+const ZONE = Intl.DateTimeFormat().resolvedOptions().timeZone;
 
 /** @type {Record<Kind, {title: string, empty: string, way: [words: string, href: string]}>} What to say and do where there is nothing. */
 const WORDS = {
@@ -91,7 +93,7 @@ async function load() {
   const there = later(() => part("lists").childElementCount === 0 && fill(part("lists"), bones()), SKELETON_AFTER_MS, now.signal);
   try {
     const { words, show, limit } = wish;
-    const work = await api.work({ q: words, limit, ...(show !== null && { show }) }, now.signal);
+    const work = await api.work({ q: words, limit, zone: ZONE, ...(show !== null && { show }) }, now.signal);
     if (!now.signal.aborted) draw(work);
   } catch (error) {
     if (now.signal.aborted) return;

@@ -2,7 +2,9 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
+from datetime import tzinfo
 from typing import Annotated, TypeVar
+from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Query
 
@@ -19,8 +21,9 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/work", tags=["work"])
 
-Thing = TypeVar("Thing")
+Thing = TypeVar("Thing", SessionPublic, RunRow, SweepPublic, UploadRow)
 MOST = 500
+UTC = ZoneInfo("UTC")
 
 
 @router.get("")
@@ -31,16 +34,17 @@ async def find_work(
     q: Annotated[str, Query(max_length=200, description="Words that all have to occur: title, tracker, date ...")] = "",
     show: Annotated[Kind | None, Query(description="List things of this kind alone; the others are counted.")] = None,
     limit: Annotated[int, Query(ge=1, le=MOST, description="List so many of each kind.")] = 20,
+    zone: Annotated[ZoneInfo, Query(description="The time zone in which dates are looked for.")] = UTC,
 ) -> WorkPublic:
     """Find sessions, saved runs, sweeps and uploads by words, the newest first."""
     words = Words(q)
     started = [session.view() for session in manager.all if session.spec.card]
     planned = [sweep.view() for sweep in sweeps.all]
     runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
-    these = _having(words, started, _of_session)
-    saved = _having(words, runs, _of_run)
-    swept = _having(words, planned, _of_sweep)
-    sent = _having(words, uploads, _of_upload)
+    these = _having(words, zone, started, _of_session)
+    saved = _having(words, zone, runs, _of_run)
+    swept = _having(words, zone, planned, _of_sweep)
+    sent = _having(words, zone, uploads, _of_upload)
 
     def most(kind: Kind) -> int:
         return limit if show in {None, kind} else 0
@@ -55,23 +59,25 @@ async def find_work(
     )
 
 
-def _having(words: Words, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]) -> list[Thing]:
-    return [thing for thing in things if words.are_in(*texts(thing))]
+def _having(
+    words: Words, zone: tzinfo, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]
+) -> list[Thing]:
+    return [thing for thing in things if words.are_in(*texts(thing), dated(thing.created, zone))]
 
 
 def _of_session(session: SessionPublic) -> tuple[object, ...]:
     kept = named(session.recipe.experiment, [session.tracker])
-    return session.title, kept, f"seed {session.recipe.seed}", session.state, dated(session.created)
+    return session.title, kept, f"seed {session.recipe.seed}", session.state
 
 
 def _of_run(row: RunRow) -> tuple[object, ...]:
-    return row.title, named(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}", dated(row.created)
+    return row.title, named(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}"
 
 
 def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:
     methods = named(sweep.experiment, [tracker.id for tracker in sweep.trackers])
-    return sweep.title, methods, sweep.outcome, sweep.state, dated(sweep.created)
+    return sweep.title, methods, sweep.outcome, sweep.state
 
 
 def _of_upload(row: UploadRow) -> tuple[object, ...]:
-    return row.name, row.kind, dated(row.created)
+    return row.name, row.kind

@@ -1,10 +1,11 @@
 """My work: everything that people have of their own, found by words."""
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta, timezone
 
 import httpx
 import pytest
 
+from server.search import Words, dated
 from tests.server.host import begin
 
 
@@ -42,6 +43,19 @@ def test_every_word_has_to_occur(client: httpx.Client, kept: dict[str, str]) -> 
         assert found(client, words) & set(kept.values()) == {kept[name] for name in expected}, words
 
 
+def test_dates_are_those_of_who_looks(client: httpx.Client, kept: dict[str, str]) -> None:
+    """Late on the third of March in London is early on the fourth in Tokyo, and is found as it is shown there."""
+    late = "2026-03-03T23:30:00+00:00"
+    tokyo = timezone(timedelta(hours=9))
+    assert Words("4 March 08:30 2026-03-04").are_in(dated(late, tokyo))
+    assert Words("3 March 23:30 2026-03-03").are_in(dated(late, UTC))
+    assert not Words("today").are_in(dated(late, tokyo))
+    # Between the two there is always another day.
+    there, here = (datetime.now(timezone(timedelta(hours=hours))) for hours in (14, -11))
+    for zone, moment in (("Etc/GMT-14", there), ("Etc/GMT+11", here)):
+        assert found(client, f"{moment:%Y-%m-%d} today", zone=zone) >= {kept["run"]}
+
+
 def test_one_kind_is_listed_and_all_are_counted(client: httpx.Client, kept: dict[str, str]) -> None:
     """The limit cuts what is listed, not what is counted; of other kinds than the one asked for nothing is listed."""
     work = client.get("/api/v1/work", params={"limit": 1}).json()
@@ -57,7 +71,9 @@ def test_one_kind_is_listed_and_all_are_counted(client: httpx.Client, kept: dict
     }
 
 
-@pytest.mark.parametrize("wrong", [{"show": "everything"}, {"limit": 0}, {"limit": 501}, {"q": "x" * 201}])
+@pytest.mark.parametrize(
+    "wrong", [{"show": "everything"}, {"limit": 0}, {"limit": 501}, {"q": "x" * 201}, {"zone": "Mars"}]
+)
 def test_a_wrong_question_is_refused(client: httpx.Client, wrong: dict[str, object]) -> None:
     """With the field that is wrong."""
     answer = client.get("/api/v1/work", params=wrong)  # type: ignore[arg-type]  # numbers and texts
