@@ -1,8 +1,7 @@
 """Dependencies: what a handler may ask for."""
 
-from collections.abc import Awaitable, Callable
 from dataclasses import replace
-from typing import Annotated, TypeAlias
+from typing import Annotated, Protocol
 
 from fastapi import Depends, Path, Query, Request
 from starlette.requests import HTTPConnection
@@ -19,7 +18,7 @@ from server.runs.exports import Exports
 from server.runs.imports import Imports
 from server.schemas.spec import SessionSpec
 from server.services import Services
-from server.sessions.manager import Manager
+from server.sessions.manager import Manager, Prepare
 from server.sessions.session import Session
 from server.settings import Settings
 from server.store import Store
@@ -89,12 +88,16 @@ async def gone(request: Request) -> None:
         pass
 
 
-Begins: TypeAlias = Callable[[SessionSpec], Awaitable[Session]]
+class Begins(Protocol):
+    """Start a session for a client."""
+
+    async def __call__(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
+        """Return the session, prepared; where that fails or nobody waits any more, there is none."""
 
 
 def _begin(request: Request, manager: Annotated[Manager, Depends(_manager)]) -> Begins:
-    async def begin(spec: SessionSpec) -> Session:
-        return await unless_gone(manager.create(spec), lambda: gone(request))
+    async def begin(spec: SessionSpec, prepare: Prepare | None = None) -> Session:
+        return await unless_gone(manager.create(spec, prepare), lambda: gone(request))
 
     return begin
 

@@ -1,6 +1,7 @@
 """Runs: save, list, download, bring in, open again."""
 
 import asyncio
+from functools import partial
 from http import HTTPStatus
 from typing import Annotated
 
@@ -124,8 +125,7 @@ def thumbnail(run: ARun, store: AStore) -> Response:
 @router.post("/{run}/open", status_code=HTTPStatus.CREATED)
 async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> SessionPublic:
     """Go on with a saved run in a new session."""
-    session = await begin(await reopen(store, tasks, run))
-    await compare(store, tasks, run, session)
+    session = await begin(await reopen(store, tasks, run), partial(compare, store, tasks, run))
     return session.view()
 
 

@@ -11,7 +11,7 @@ import json
 import math
 import time
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import Any
+from typing import Any, TypeAlias
 
 import structlog
 
@@ -28,7 +28,10 @@ from server.tasks.child_tasks import ChildTasks
 from server.uploads.intake import index_of
 from server.worker.protocol import WorkerConfig
 
-__all__ = ["Manager"]
+__all__ = ["Manager", "Prepare"]
+
+Prepare: TypeAlias = Callable[[Session], Awaitable[None]]
+"""What is done with a session that has started before anybody is told of it."""
 
 log = structlog.get_logger(__name__)
 
@@ -123,12 +126,12 @@ class Manager:
             raise NotFoundError("There is no such session; it may have been ended.")
         return session
 
-    async def create(self, spec: SessionSpec) -> Session:
-        """Start a new session.
+    async def create(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
+        """Start a new session, and prepare it for who has asked for it; where that fails, it is ended.
 
         Raises:
             UnavailableError: The house is full.
-            Exception: Whatever refused the spec.
+            Exception: Whatever refused the spec, or failed in preparing.
         """
         self._make_room()
         await asyncio.to_thread(self._store.room.check)
@@ -143,6 +146,8 @@ class Manager:
             await self._start(session)
             await self.keep(positions=False)
             await session.opened(OPENING_S)
+            if prepare is not None:
+                await prepare(session)
         except BaseException:
             with contextlib.suppress(Exception):
                 await self.end(session)

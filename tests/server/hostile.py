@@ -172,7 +172,7 @@ def start_another(told: str) -> None:
     time.sleep(60)
 
 
-def wait_for_ever(told: str) -> None:
+def wait_for_ever(told: str, *_: object) -> None:
     """Tell this process's number in a file, and hang in native code that holds the interpreter."""
     Path(told).write_text(str(os.getpid()), encoding="ascii")
     hang()

@@ -14,6 +14,7 @@ import uvicorn
 
 from server import connections
 from server.middleware.body_limit import BodyLimit
+from tests.server import hostile
 from tests.server.apart import run
 from tests.server.holding import allow, held_worker
 from tests.server.host import Server, error_of
@@ -249,3 +250,17 @@ def test_a_client_that_hangs_up_leaves_no_session(
             raw.sendall("".join(f"{line}\r\n" for line in (*head, "")).encode() + body)
             wait_for(lambda: client.get("/api/v1/sessions").json(), what="the session has begun")
         wait_for(lambda: not server.manager.all, what="it has ended")
+
+
+def test_a_client_that_hangs_up_leaves_no_session_of_a_saved_run(
+    server: Server, client: httpx.Client, session: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor does one that is gone while the run that it opened is compared with what was saved."""
+    run = client.post("/api/v1/runs", json={"session": session["id"]}).json()["id"]
+    record = server.app.state.services.store.files.record(run)
+    monkeypatch.setattr("server.runs.service.compare_record", hostile.wait_for_ever)
+    with socket.create_connection(("127.0.0.1", server.port)) as raw:
+        raw.sendall(f"POST /api/v1/runs/{run}/open HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n".encode())
+        wait_for(lambda: record.read_bytes().isdigit(), what="a child is asked to compare, and writes its number there")
+        assert len(server.manager.all) == 2
+    wait_for(lambda: [each.spec.id for each in server.manager.all] == [session["id"]], what="it has ended")
