@@ -16,6 +16,8 @@
 const PLACE = "pftrack-lessons";
 /** Where what could not be read is left, as it was. */
 const ASIDE = "pftrack-lessons-unread";
+const DAMAGED = "Your progress in this browser is damaged";
+const OTHER = "Your progress was kept by another version of pftrack";
 export const VERSION = 1;
 
 /**
@@ -26,25 +28,46 @@ export const VERSION = 1;
  */
 export function read(text) {
   if (text === null) return { entries: {}, remark: "", rest: {} };
-  /** @type {unknown} */
-  let stored;
-  try {
-    stored = JSON.parse(text);
-  } catch {
-    return { entries: {}, remark: "Your progress could not be read and begins anew; what was kept is left aside.", rest: {} };
-  }
-  const { version, lessons, ...rest } = isRecord(stored) ? stored : { version: undefined, lessons: undefined };
-  const known = isRecord(lessons) ? Object.entries(lessons) : [];
+  const stored = parsed(text);
+  if (!isRecord(stored)) return { entries: {}, remark: anew(DAMAGED), rest: {} };
+  const { version, lessons, ...rest } = stored;
+  const why = version === VERSION ? DAMAGED : OTHER;
+  if (!isRecord(lessons)) return { entries: {}, remark: anew(why), rest };
+  const known = Object.entries(lessons);
   /** @type {Record<string, Entry>} */
   const entries = {};
   for (const [id, value] of known) {
     const entry = entryOf(value);
     if (entry !== null) entries[id] = entry;
   }
-  const found = Object.keys(entries).length;
-  const all = `${found} of ${known.length} lessons could be read`;
-  if (version !== VERSION) return { entries, remark: `Your progress was kept by another version of pftrack: ${all}.`, rest };
-  return { entries, remark: found < known.length ? `Your progress is damaged: ${all}.` : "", rest };
+  return { entries, remark: told(why, Object.keys(entries).length, known.length), rest };
+}
+
+/**
+ * @param {string} why
+ * @param {number} found How many lessons can be read.
+ * @param {number} all
+ */
+function told(why, found, all) {
+  if (found === all) return why === OTHER && all > 0 ? `${OTHER}, and all of it can be read.` : "";
+  return found === 0 ? anew(why) : `${why}: ${found} of its ${all} lessons can be read, the others are asked again.`;
+}
+
+/** @param {string} why */
+function anew(why) {
+  return `${why}. None of it can be read here, so that every lesson is asked again.`;
+}
+
+/**
+ * @param {string} text
+ * @returns {unknown} Undefined where it says nothing.
+ */
+function parsed(text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return undefined;
+  }
 }
 
 /** The progress of this browser. */
@@ -53,6 +76,7 @@ export class Progress {
   /** @type {Reading} */
   #reading;
   #isKept = true;
+  #isAside = false;
 
   /** @param {() => Pick<Storage, "getItem"|"setItem">} [storage] It may be forbidden. */
   constructor(storage = () => localStorage) {
@@ -62,7 +86,8 @@ export class Progress {
 
   /** What a person should know of it, one sentence, or nothing. */
   get remark() {
-    return this.#isKept ? this.#reading.remark : "This browser keeps nothing more: your progress lasts until you close this page.";
+    if (!this.#isKept) return "This browser keeps nothing more: your progress lasts until you close this page.";
+    return this.#isAside ? `${this.#reading.remark} What was kept is still in this browser, in its store under “${ASIDE}”.` : this.#reading.remark;
   }
 
   /**
@@ -115,7 +140,8 @@ export class Progress {
   /** @param {string} text */
   #setAside(text) {
     try {
-      if (this.#storage().getItem(ASIDE) === null) this.#storage().setItem(ASIDE, text);
+      this.#storage().setItem(ASIDE, text);
+      this.#isAside = true;
     } catch {
       // No room: it stays in its place until something is answered.
     }

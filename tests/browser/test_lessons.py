@@ -197,9 +197,9 @@ def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
     [
         (
             {"version": 9, "lessons": {"sir": {"given": 2, "right": True, "stars": 3}, "joint": 5}},
-            "1 of 2 lessons could be read",
+            "1 of its 2 lessons can be read",
         ),
-        ("no JSON", "begins anew"),
+        ("no JSON", "every lesson is asked again"),
     ],
 )
 def test_a_store_of_another_version_is_taken_up(lesson: LessonPage, stored: object, remark: str) -> None:

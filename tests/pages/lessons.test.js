@@ -49,7 +49,11 @@ describe("progress", () => {
     const progress = new Progress(() => store);
     assert.deepEqual(progress.of("sir"), { given: 2, right: true });
     assert.equal(progress.of("kalman"), null);
-    assert.equal(progress.remark, "Your progress was kept by another version of pftrack: 1 of 3 lessons could be read.");
+    assert.equal(
+      progress.remark,
+      "Your progress was kept by another version of pftrack: 1 of its 3 lessons can be read, the others are asked again. " +
+        "What was kept is still in this browser, in its store under “pftrack-lessons-unread”.",
+    );
     progress.set("bayes", { skipped: true });
     assert.match(progress.remark, /another version/);
     const kept = JSON.parse(store.held[PLACE]);
@@ -58,11 +62,18 @@ describe("progress", () => {
     assert.equal(new Progress(() => store).remark, "");
   });
 
-  for (const damaged of ["{", "5", "null", "[]", '"x"', '{"version": 1, "lessons": 5}', '{"version": 1, "lessons": {"sir": 5}}']) {
-    it(`begins anew where the store holds ${damaged}`, () => {
+  it("says nothing of another version that held nothing, and that all is there where it is", () => {
+    assert.equal(read('{"version": 7, "lessons": {}}').remark, "");
+    assert.match(read('{"version": 7, "lessons": {"sir": {"skipped": true}}}').remark, /all of it can be read/);
+  });
+
+  for (const damaged of ["{", "5", "null", "[]", '"x"', "{}", '{"version": 1, "lessons": 5}', '{"version": 1, "lessons": {"sir": 5}}']) {
+    it(`begins anew where the store holds ${damaged}, and says so`, () => {
       const store = storage({ [PLACE]: damaged });
       const progress = new Progress(() => store);
       assert.equal(progress.of("sir"), null);
+      assert.match(progress.remark, /None of it can be read here, so that every lesson is asked again/);
+      assert.equal(store.held["pftrack-lessons-unread"], damaged);
       progress.set("sir", { given: 2, right: true });
       assert.deepEqual(read(store.held[PLACE]).entries, { sir: { given: 2, right: true } });
     });
