@@ -8,9 +8,23 @@ from numpy.typing import NDArray
 from pftrack.lessons.course.axes import ceiling
 from pftrack.lessons.course.densities import Mixture, normal
 from pftrack.lessons.figure import Axis, Curve, Figure, Handle, Histogram, Panel, Rule
-from pftrack.lessons.lesson import Answer, Check, Demonstration, Lesson, Mistake, Number, Outcome, Question, Shown
+from pftrack.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
 from pftrack.parameters import Parameters, parameter
 from pftrack.random import Purpose, Stream
+from pftrack.runs.recipe import Recipe
+from pftrack.runs.timeline import Change
 
 __all__ = ["LESSON", "ProbabilityParameters"]
 
@@ -189,4 +203,28 @@ LESSON = Lesson(
         ),
         Check("peak", "The density of N(0, 0.2²) at 0 is 1.9947, more than 1.", _peak),
     ),
-)
+    uses=(
+        Use(
+            "A belief is honest if 95 % of its area lies over an interval that holds the truth in 95 of 100 frames. Of "
+            "the angles up to frame 100, 50 % and 97 % lay in the central 50 % and 95 %; with the document's band of "
+            "the pose it is 40 % and 82 %.",
+            Scenario(
+                Recipe(experiment="prism", tracker="pf-asd",
+                       timeline=(Change(0, {"upper_layer": "perspective", "pose_band": "calibrated"}),)),
+                unlocked=("pose_band", "noise_px", "seed"),
+                frame=100,
+                plots=("calibration", "yaw", "error"),
+            ),
+        ),
+        Use(
+            "Colours are counted: the histogram of those in a window is compared with the one remembered. While the "
+            "column hides the target, at frame 90, they agree by 0.44 instead of 0.98.",
+            Scenario(
+                Recipe(experiment="histogram", tracker="condensation"),
+                unlocked=("spatial_kernel", "colour_space", "sharpness"),
+                frame=90,
+                plots=("likeness", "error"),
+            ),
+        ),
+    ),
+)  # fmt: skip
