@@ -15,7 +15,7 @@ from pftrack.lessons.course.corridor import (
     known,
     total_variation,
 )
-from pftrack.lessons.course.sir import SirParameters, show
+from pftrack.lessons.course.sir import CHANCE, SirParameters, show, tolerated
 from pftrack.particles import ParticleSet
 
 
@@ -73,6 +73,24 @@ def test_fifty_particles_settle_at_a_wrong_door_now_and_then() -> None:
     beyond = [number.value for number in off if number.value > 0.8]
     assert 1 <= len(beyond) <= 15
     assert sum(number.value <= number.tolerance for number in off) > 20
+
+
+def test_the_tolerance_is_what_repeats_keep_to() -> None:
+    """Independent draws are off by a third of it on average; nearly all clouds keep to it, after each step."""
+    walk, exact = known(Corridor())
+    limits = [tolerated(density, 400) for density in exact.given]
+    runs = [Corridor().clouds(walk.doors, 400, seed) for seed in range(100)]
+    within = np.array(
+        [
+            [total_variation(*each) <= limit for *each, limit in zip(run, exact.given, limits, strict=True)]
+            for run in runs
+        ]
+    )
+    assert within.mean() > 0.98
+    assert within.mean(axis=0).min() >= 0.94
+    draws = np.random.default_rng(1).choice(CELLS_M, (100, 400, 1), p=exact.given[-1] * CELL_M)
+    off = np.mean([total_variation(ParticleSet.uniform(places), exact.given[-1]) for places in draws])
+    assert off == pytest.approx(limits[-1] / CHANCE, rel=0.1)
 
 
 def test_a_step_is_shown_as_the_filter_took_it() -> None:
