@@ -26,20 +26,23 @@ export function arrange(element, parts) {
     if (!parts.includes(part)) return null;
     return (places[part] = h(tag, { ...properties, data: { part } }));
   };
-  const scene = place("scene", "section", { class: "scene", "aria-label": "Scene" });
+  // A page may show several, each in a section of its own.
+  const around = element.closest("section[aria-label]")?.getAttribute("aria-label");
+  const named = (/** @type {string} */ label) => (around ? `${around}: ${label.toLowerCase()}` : label);
+  const scene = place("scene", "section", { class: "scene", "aria-label": named("Scene") });
   const side = [
-    scene ? null : place("panel", "section", { class: "controls standing", "aria-label": "Parameters" }),
-    place("branches", "nav", { class: "branches", "aria-label": "Branches", hidden: true }),
+    scene ? null : place("panel", "section", { class: "controls standing", "aria-label": named("Parameters") }),
+    place("branches", "nav", { class: "branches", "aria-label": named("Branches"), hidden: true }),
     place("plots", "div", { class: "plots" }),
     place("readout", "section", { class: "readout" }),
   ].filter((it) => it !== null);
   const deck = [place("transport", "div", { class: "transport" }), place("scrubber", "div", {})].filter((it) => it !== null);
-  const aside = side.length > 0 && h("aside", { class: "side", "aria-label": "Plots" }, side);
+  const aside = side.length > 0 && h("aside", { class: "side", "aria-label": named("Plots") }, side);
   fill(
     element,
-    h("div", { class: "session-view", role: "group", "aria-label": "Session", tabindex: -1 }, [
+    h("div", { class: "session-view", role: "group", "aria-label": named("Session"), tabindex: -1 }, [
       (scene || aside) && h("div", { class: scene && aside ? "stage" : "stage alone" }, scene, aside),
-      deck.length > 0 && h("footer", { class: "deck", "aria-label": "Transport" }, deck),
+      deck.length > 0 && h("footer", { class: "deck", "aria-label": named("Transport") }, deck),
     ]),
   );
   return places;
