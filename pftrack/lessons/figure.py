@@ -4,6 +4,7 @@ A lesson computes numbers and says what they are: a curve, a histogram, stems. A
 them and computes nothing. What carries a meaning has one of the palette's colours, by its name there.
 """
 
+import math
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -33,6 +34,8 @@ __all__ = [
 
 DIGITS = 6
 """Significant digits that travel to a browser: a screen has no use for more."""
+SHADE_DIGITS = 3
+"""Decimal places of the largest amount of a map that travel, in its own power of ten."""
 MOST_PLACES = 20
 """Places behind the point, so that powers of ten are exact."""
 
@@ -53,6 +56,13 @@ def _listed(values: NDArray[np.float64]) -> list[Any]:
     return listed
 
 
+def _shaded(values: NDArray[np.float64]) -> list[Any]:
+    """Return amounts as JSON has them, to some thousandths of the largest: no colour shows more."""
+    most = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+    unit = 10.0 ** (math.floor(math.log10(most)) - SHADE_DIGITS) if most > 0.0 else 1.0
+    return _listed(np.rint(values / unit) * unit)
+
+
 _ITEM: dict[str, Any] = {"type": ["number", "null"]}
 
 Numbers: TypeAlias = Annotated[
@@ -70,6 +80,14 @@ Table: TypeAlias = Annotated[
     WithJsonSchema({"type": "array", "items": {"type": "array", "items": _ITEM}}),
 ]
 """An array (rows, columns)."""
+
+Shades: TypeAlias = Annotated[
+    NDArray[np.float64],
+    BeforeValidator(_numbers),
+    PlainSerializer(_shaded),
+    WithJsonSchema({"type": "array", "items": {"type": "array", "items": _ITEM}}),
+]
+"""An array (rows, columns) of what is shown as colours."""
 
 Ink: TypeAlias = Literal["estimate", "truth", "prediction", "observation", "lost", "second", "hidden"]
 """A colour by its meaning, as `pftrack.palette.COLOURS` has it: what is computed of samples is the "estimate", what is
@@ -158,7 +176,7 @@ class HeatMap(_Trace):
     kind: Literal["heat map"] = "heat map"
     x: Numbers
     y: Numbers
-    values: Table
+    values: Shades
 
 
 class Stems(_Trace):

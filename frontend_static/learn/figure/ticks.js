@@ -12,6 +12,10 @@ const [MOST_DIGITS, MOST_ZEROS] = [6, 4];
 /** Ends of an axis are reached in spite of rounding. */
 const SLACK = 1e-9;
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+/** How numbers are written, by their decimals: to make a format takes longer than to use it a hundred times.
+ *
+ * @type {Map<string, Intl.NumberFormat>} */
+const FORMATS = new Map();
 
 /**
  * The ticks of an axis.
@@ -91,8 +95,20 @@ export function written(value, decimals) {
   const power = value === 0 ? 0 : Math.floor(Math.log10(Math.abs(value)) + SLACK);
   if (power >= MOST_DIGITS || power < -MOST_ZEROS) return scientific(value, power);
   const digits = decimals ?? Math.max(0, Math.min(MOST_ZEROS, 2) - power);
-  const fixed = value.toLocaleString("en-GB", { minimumFractionDigits: decimals ?? 0, maximumFractionDigits: Math.min(digits, 20) });
-  return fixed.replace("-", "−");
+  return format(decimals ?? 0, Math.min(digits, 20)).format(value).replace("-", "−");
+}
+
+/**
+ * @param {number} least Decimals.
+ * @param {number} most
+ */
+function format(least, most) {
+  const name = `${least} ${most}`;
+  const known = FORMATS.get(name);
+  if (known !== undefined) return known;
+  const made = new Intl.NumberFormat("en-GB", { minimumFractionDigits: least, maximumFractionDigits: most });
+  FORMATS.set(name, made);
+  return made;
 }
 
 /**

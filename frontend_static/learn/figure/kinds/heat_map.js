@@ -9,8 +9,10 @@ import { written } from "../ticks.js";
 /** @import { Hit, Sheet } from "../sheet.js" */
 
 const LEVELS = 256;
-/** Colours as a canvas keeps them: bytes of red, green, blue and opacity. */
-const COLOURS = Uint8ClampedArray.from(Array.from({ length: LEVELS }, (_, level) => [...viridis(level / (LEVELS - 1)), 255]).flat());
+/** Colours as a canvas keeps them: bytes of red, green, blue and opacity, as one number. */
+const COLOURS = new Uint32Array(Uint8Array.from(Array.from({ length: LEVELS }, (_, level) => [...viridis(level / (LEVELS - 1)), 255]).flat()).buffer);
+/** On which maps are painted, one after the other. */
+const canvas = new OffscreenCanvas(1, 1);
 
 /**
  * @param {Sheet} sheet
@@ -65,15 +67,17 @@ export function most({ values }) {
 function picture(map) {
   const { values } = map;
   const [rows, columns] = [values.length, values[0]?.length ?? 0];
-  const canvas = new OffscreenCanvas(Math.max(1, columns), Math.max(1, rows));
+  canvas.width = Math.max(1, columns);
+  canvas.height = Math.max(1, rows);
   const pen = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d"));
   const image = pen.createImageData(canvas.width, canvas.height);
+  const cells = new Uint32Array(image.data.buffer);
   const scale = (LEVELS - 1) / (most(map) || 1);
   values.forEach((row, j) => {
     row.forEach((value, i) => {
       if (value === null) return;
       const level = Math.min(Math.max(Math.round(value * scale), 0), LEVELS - 1);
-      image.data.set(COLOURS.subarray(4 * level, 4 * level + 4), 4 * (j * columns + i));
+      cells[j * columns + i] = COLOURS[level];
     });
   });
   pen.putImageData(image, 0, 0);
