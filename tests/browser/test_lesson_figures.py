@@ -15,7 +15,8 @@ from tests.browser.views import View
 BARE = """<head><title>Figures</title><link rel="stylesheet" href="/static/shared/palette.css">
 <link rel="stylesheet" href="/static/shared/style.css">
 <link rel="stylesheet" href="/static/learn/figure/figure.css"></head>
-<body><main style="height: 560px"></main></body>"""
+<body><header class="visually-hidden"><h1>Lesson</h1><h2>Figures</h2></header>
+<main style="height: 560px"></main></body>"""
 
 START = """async (text) => {
     Object.assign(document.documentElement, { lang: 'en', innerHTML: text });
@@ -111,6 +112,25 @@ def figures(opened: Any) -> Iterator[FigurePage]:
     opened.evaluate(START, BARE)
     yield FigurePage(opened)
     assert complaints == []
+
+
+def test_a_number_in_the_key_moves_nothing(figures: FigurePage) -> None:
+    """A key that took two lines and takes one keeps its room, until the window is another."""
+    height = "document.querySelector('.figure-plot').clientHeight"
+
+    def show(error: str) -> None:
+        named = [trace.model_copy(update={"title": f"{trace.title} {error}"}) for trace in DENSITIES.traces]
+        figures.show(Figure(panels=(DENSITIES.model_copy(update={"traces": tuple(named)}),)))
+
+    show("0.1")
+    alone = figures.page.evaluate(height)
+    show("rms error 0.12345")
+    wrapped = figures.page.evaluate(height)
+    assert wrapped < alone
+    show("0.1")
+    assert figures.page.evaluate(height) == wrapped
+    figures.page.set_viewport_size({"width": 901, "height": 600})
+    figures.until(lambda: figures.page.evaluate(height) == alone, "it takes no more than it needs")
 
 
 def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:

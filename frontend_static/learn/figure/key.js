@@ -23,14 +23,16 @@ export class Key {
    * @param {readonly Trace[]} traces
    * @param {Record<string, string>} ink
    * @param {number} em px
+   * @returns {boolean} Whether it is another one than before.
    */
   show(traces, ink, em) {
     const entries = traces.filter(({ title, kind }) => title !== "" && kind !== "label" && kind !== "picture");
     const told = [...new Map(entries.map((trace) => [`${look(trace)} ${trace.title}`, trace])).values()];
     const now = JSON.stringify([told.map((trace) => [look(trace), trace.title, extent(trace)]), ink, em, devicePixelRatio]);
-    if (now === this.#shown) return;
+    if (now === this.#shown) return false;
     this.#shown = now;
     this.element.replaceChildren(...told.map((trace) => h("li", {}, piece(trace, ink, em), trace.title, amount(extent(trace)))));
+    return true;
   }
 }
 

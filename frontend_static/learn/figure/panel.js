@@ -34,6 +34,9 @@ export class PanelView {
   #axes = new Axes();
   #key = new Key();
   #title = h("h3", {});
+  #header = h("header", {}, this.#title, this.#key.element);
+  /** What the height of the header was found for. */
+  #measured = "";
   #picture = h("div", { class: "figure-picture", role: "img" }, this.#axes.grid, this.#canvas, this.#axes.texts);
   #spot = h("span", { class: "figure-spot", hidden: true });
   #marks = h("div", { class: "figure-marks" });
@@ -62,7 +65,7 @@ export class PanelView {
     this.#shared = shared;
     this.#asking = new Asking((x, y) => shared.on.place?.(this.panel.id, x, y));
     this.#plot.append(this.#asking.element);
-    this.element = h("section", { class: "figure-panel", data: { panel: panel.id } }, h("header", {}, this.#title, this.#key.element), this.#plot);
+    this.element = h("section", { class: "figure-panel", data: { panel: panel.id } }, this.#header, this.#plot);
     this.#soon = coalesce(() => this.#point(), shared.signal);
     for (const type of /** @type {const} */ (["pointermove", "pointerdown"])) {
       this.#plot.addEventListener(type, (event) => {
@@ -87,10 +90,24 @@ export class PanelView {
   prepare(panel, style, sharesX) {
     this.panel = panel;
     setText(this.#title, panel.title);
-    this.#key.show(panel.traces, style.ink, style.em);
+    this.#steady(this.#key.show(panel.traces, style.ink, style.em), style.em);
     this.element.classList.toggle("shares-x", sharesX);
     this.#around = furniture(panel, this.#room, style.em, style.wide, sharesX);
     return margins(this.#around, style.wide, style.em);
+  }
+
+  /**
+   * Keep the header as high as it once had to be, so that nothing jumps when a number in the key gets shorter.
+   *
+   * @param {boolean} isOther Whether the key has changed.
+   * @param {number} em px
+   */
+  #steady(isOther, em) {
+    const now = `${this.element.clientWidth} ${em}`;
+    if (now !== this.#measured) this.#header.style.minHeight = "";
+    else if (!isOther) return;
+    this.#measured = now;
+    this.#header.style.minHeight = `${this.#header.offsetHeight}px`;
   }
 
   /**
