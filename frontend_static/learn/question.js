@@ -18,7 +18,7 @@ import { figure, typed } from "./words.js";
 const HINTS = {
   number: "Your prediction, a number",
   choice: "Your prediction",
-  point: "Place your prediction in the figure above: click, or use the arrow keys there.",
+  point: "Place your prediction in the figure: click, or use the arrow keys there.",
 };
 
 const WAITING = "The controls above wait for your answer.";
@@ -93,7 +93,7 @@ export class Question {
 
   /** Say that it was not answered. */
   skipped() {
-    const words = h("p", { class: "verdict-words" }, "You looked without a prediction. The figure above now shows what answers it.");
+    const words = h("p", { class: "verdict-words" }, "You looked without a prediction. The figure now shows what answers it.");
     this.#show("skipped", this.#past("Skipped", words, "Ask me"));
   }
 

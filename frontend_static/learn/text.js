@@ -16,6 +16,7 @@ export function describe(lesson, signal) {
   const { idea, tries, notice, origin, previous, next, id } = lesson;
   fill(
     part("text"),
+    h("h2", { class: "visually-hidden" }, "Idea"),
     rich("div", idea, { class: "idea" }),
     tries.length > 0 && h("section", { class: "tries" }, h("h2", {}, "Try"), h("ul", {}, tries.map((each) => rich("li", each)))),
     h("details", { class: "lesson-fold uses", data: { part: "uses" }, hidden: true }),

@@ -129,7 +129,7 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
 
 
 def test_a_presented_figure_is_the_hero(lesson: LessonPage) -> None:
-    """Three panels in a window of 800 px are all high enough to be read; the page scrolls instead."""
+    """Three panels in a lower window are all high enough to be read; the page scrolls instead."""
     lesson.open("sir")
     lesson.drawn()
     lesson.page.click(SKIP)
