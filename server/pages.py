@@ -98,6 +98,12 @@ async def failure(failure: str) -> Response:
     return _page("failures/failure.html")
 
 
+@router.get("/compare")
+async def compare() -> Response:
+    """Return the page on which runs stand beside each other."""
+    return _page("compare/compare.html")
+
+
 @router.get("/session/{session}")
 async def session(request: Request, session: str) -> Response:
     """Return the page of a session, which finds out by itself whether there is one."""

@@ -6,6 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
 
+from server.comparisons.references import House
+from server.comparisons.service import Comparisons
 from server.compilation import Compilation
 from server.failures import Courses
 from server.follow.follows import Follows
@@ -38,6 +40,7 @@ class Services:
     tasks: ChildTasks
     imports: Imports
     exports: Exports
+    comparisons: Comparisons
     lessons: Lessons
     follows: Follows
     metrics: Metrics
@@ -64,6 +67,7 @@ class Services:
         metrics.watch(manager, sweeps)
         imports = Imports(settings, store, tasks)
         exports = Exports(settings, store, tasks)
+        comparisons = Comparisons(settings, House(store, manager, sweeps, tasks), compilation.wait_for)
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
         await lessons.open()
         follows = Follows(settings, manager, lessons)
@@ -78,6 +82,7 @@ class Services:
             tasks,
             imports,
             exports,
+            comparisons,
             lessons,
             follows,
             metrics,
@@ -93,6 +98,6 @@ class Services:
         self.stopping.set()
         await asyncio.to_thread(self.compilation.close)
         await self.follows.close()
-        parts = self.manager, self.sweeps, self.imports, self.exports, self.lessons
+        parts = self.manager, self.sweeps, self.imports, self.exports, self.comparisons, self.lessons
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.store.close)

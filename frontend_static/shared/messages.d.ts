@@ -90,7 +90,7 @@ export interface CellsPublic {
   planned: number;
   done: number;
   maps: MapPublic[];
-  comparison: ComparisonPublic | null;
+  comparison: SessionComparisonPublic | null;
 }
 
 /** Values that take effect in computing a frame. */
@@ -163,21 +163,54 @@ export interface Columns {
   columns: Record<string, unknown[]>;
 }
 
-/** Two methods against each other, cell by cell. */
-export interface ComparisonPublic {
-  first: string;
-  second: string;
-  measure: string;
-  test: "chi-square" | "fisher" | "rank-sum";
-  level: number;
-  correction: "none" | "holm";
-  difference: (number | null)[];
-  paired: (number | null)[];
-  paired_low: (number | null)[];
-  paired_high: (number | null)[];
-  pairs: number[];
-  verdict: ("first" | "second" | "none" | "untested")[];
-  p_value: (number | null)[];
+/** One of the runs. */
+export interface ComparedPublic {
+  /** By what is special about it */
+  name: string;
+  /** What people call it, where it has such a name */
+  title: string | null;
+  colour: string;
+  /** Its frame that is the first of those that are compared */
+  first: number;
+  recipe: Recipe;
+  /** The same, no longer than what is compared */
+  shown: Recipe;
+  upload: string | null;
+}
+
+/** A run to compare: one that is here, by its name, or what makes it. */
+export interface ComparedRun {
+  /** A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another */
+  reference?: string | null;
+  recipe?: RecipeRequest | null;
+  /** Name of the upload that the recipe's footage is */
+  upload?: string | null;
+}
+
+/** Two to four runs to compare. */
+export interface ComparisonCreate {
+  runs: ComparedRun[];
+}
+
+/** What is known of a comparison from the start; its frames are those in common, counted from 0 on. */
+export interface ComparisonOutline {
+  unit: string;
+  frames: number;
+  runs: ComparedPublic[];
+  /** What differs, and that alone */
+  settings: SettingPublic[];
+}
+
+/** What is known once all runs have been computed. */
+export interface ComparisonResult {
+  frames: number;
+  outcomes: OutcomePublic[];
+  partings: PartingPublic[];
+  /** The first frame in which any two runs part */
+  first_difference: number | null;
+  /** From which to watch the first loss of any run */
+  before_loss: number | null;
+  paired: PairedPublic[];
 }
 
 /** How far compiling is, which is needed once after an installation or an update. */
@@ -789,6 +822,15 @@ export interface OpenRequest {
   tracker?: string | null;
 }
 
+/** What came of a run in the frames that are compared. */
+export interface OutcomePublic {
+  mean_error: number | null;
+  /** Share of the frames that count for the measure which decides on success */
+  kept: number | null;
+  first_lost: number | null;
+  lost_frames: number;
+}
+
 /** The first message to a lecturer. */
 export interface OwnedHello {
   version: 1;
@@ -809,6 +851,25 @@ export interface Painted {
   count: number;
 }
 
+/** How much a run differs from the first one, frame by frame. */
+export interface PairedPublic {
+  /** Place of a run in the comparison */
+  first: number;
+  /** Place of a run in the comparison */
+  second: number;
+  name: string;
+  title: string;
+  unit: string;
+  better: "higher" | "lower";
+  /** In which both have it */
+  frames: number;
+  /** Of the second run's value minus the first's */
+  mean: number | null;
+  /** Lower end of its 95 % interval, by batch means; null if not applicable */
+  low: number | null;
+  high: number | null;
+}
+
 /** The values in force and how they came about; `values` are those that changed, from `frame` on. */
 export interface Parameters {
   version: 1;
@@ -821,6 +882,16 @@ export interface Parameters {
   values: Record<string, boolean | number | string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
+}
+
+/** Where two runs part. */
+export interface PartingPublic {
+  /** Place of a run in the comparison */
+  first: number;
+  /** Place of a run in the comparison */
+  second: number;
+  /** The first with other estimates, if only in the last bit */
+  frame: number | null;
 }
 
 /** The only thing that a page says on the stream. */
@@ -1073,6 +1144,41 @@ export interface Series {
   reductions: Reduction[];
 }
 
+/** A comparison that is computed, or what came of it. */
+export interface SessionComparisonPublic {
+  unit: string;
+  frames: number;
+  runs: ComparedPublic[];
+  /** What differs, and that alone */
+  settings: SettingPublic[];
+  id: string;
+  state: "computing" | "done" | "failed";
+  /** Frames computed, of all runs */
+  done: number;
+  /** Frames to compute; 0 until it has begun */
+  total: number;
+  result: ComparisonResult | null;
+  /** Why it failed, if it did */
+  message: string | null;
+}
+
+/** Two methods against each other, cell by cell. */
+export interface SessionComparisonPublic {
+  first: string;
+  second: string;
+  measure: string;
+  test: "chi-square" | "fisher" | "rank-sum";
+  level: number;
+  correction: "none" | "holm";
+  difference: (number | null)[];
+  paired: (number | null)[];
+  paired_low: (number | null)[];
+  paired_high: (number | null)[];
+  pairs: number[];
+  verdict: ("first" | "second" | "none" | "untested")[];
+  p_value: (number | null)[];
+}
+
 /** A new session; the form in links of earlier versions is understood as well. */
 export interface SessionCreate {
   recipe: RecipeRequest;
@@ -1168,6 +1274,14 @@ export interface SessionSpec {
   remark: string | null;
   card: Record<string, unknown> | null;
   values: Record<string, boolean | number | string>;
+}
+
+/** Something in which the runs differ. */
+export interface SettingPublic {
+  name: string;
+  title: string;
+  /** What each run has of it, in words; null where it knows no such thing */
+  values: (string | null)[];
 }
 
 /** The result of a search for a target in an upload. */

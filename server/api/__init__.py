@@ -7,6 +7,7 @@ that `server.errors` turns into the one error shape.
 from fastapi import APIRouter
 
 from server.api import (
+    comparisons,
     compilation,
     experiments,
     exports,
@@ -29,6 +30,6 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, follows, follow
+computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons, follows, follow
 for part in (experiments, uploads, *computing, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

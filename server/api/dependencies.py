@@ -7,6 +7,7 @@ from fastapi import Depends, Path, Query, Request
 from starlette.requests import HTTPConnection
 
 from pftrack.experiment import Experiment
+from server.comparisons.service import Comparisons
 from server.errors import NotFoundError, RefusedError
 from server.experiments import asked_for
 from server.follow.follow import Follow
@@ -43,6 +44,7 @@ __all__ = [
     "Begin",
     "SettingsNow",
     "TakesFiles",
+    "TheComparisons",
     "TheExports",
     "TheFollows",
     "TheImports",
@@ -127,6 +129,10 @@ def _exports(services: TheServices) -> Exports:
     return services.exports
 
 
+def _comparisons(services: TheServices) -> Comparisons:
+    return services.comparisons
+
+
 def _lessons(services: TheServices) -> Lessons:
     return services.lessons
 
@@ -140,6 +146,7 @@ AStore = Annotated[Store, Depends(_store)]
 AManager = Annotated[Manager, Depends(_manager)]
 ASweeps = Annotated[Sweeps, Depends(_sweeps)]
 TheTasks = Annotated[ChildTasks, Depends(_tasks)]
+TheComparisons = Annotated[Comparisons, Depends(_comparisons)]
 TheImports = Annotated[Imports, Depends(_imports)]
 TheExports = Annotated[Exports, Depends(_exports)]
 TheLessons = Annotated[Lessons, Depends(_lessons)]

@@ -11,13 +11,13 @@ from starlette.responses import FileResponse, Response
 from server.api.dependencies import AManager, ARun, AStore, Begin, SettingsNow, TakesFiles, TheImports, TheTasks, gone
 from server.api.uploads import MULTIPART
 from server.errors import ClientGoneError, NotFoundError
-from server.middleware.system_errors import failure
 from server.runs.imports import Import
 from server.runs.service import check_room, compare, reopen, save
 from server.schemas.messages import SessionPublic
 from server.schemas.runs import ImportPublic, RunCreate, RunPublic
 from server.store.files import is_name
 from server.store.tables import RunRow
+from server.tasks.jobs import failure_of
 from server.tasks.queue import unless_gone
 from server.uploads.multipart import receive
 
@@ -133,10 +133,10 @@ def _job(job: Import) -> ImportPublic:
     known = {"id": job.id, "name": job.about, "done": job.done, "total": job.total}
     if not job.task.done():
         return ImportPublic(**known, state="computing", run=None, message=None)
-    error = asyncio.CancelledError() if job.task.cancelled() else job.task.exception()
-    if error is None:
+    message = failure_of(job)
+    if message is None:
         return ImportPublic(**known, state="done", run=job.task.result().id, message=None)
-    return ImportPublic(**known, state="failed", run=None, message=failure(error))
+    return ImportPublic(**known, state="failed", run=None, message=message)
 
 
 def shown(row: RunRow) -> RunPublic:

@@ -231,10 +231,10 @@ class Manager:
             )
 
     def _session(self, spec: SessionSpec) -> Session:
-        return Session(spec, self._settings, self._config)
+        return Session(spec, self._settings, self.config)
 
-    def _config(self, spec: SessionSpec) -> WorkerConfig:
-        """Return what a worker needs to make a session's active branch."""
+    def config(self, spec: SessionSpec) -> WorkerConfig:
+        """Return what a worker needs to make the active branch of a spec."""
         branch = spec.active
         video = self._store.files.upload(spec.upload) if spec.upload else None
         return WorkerConfig(

@@ -14,6 +14,7 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Any
 
+from pftrack.comparison import ComparisonError
 from pftrack.export import ExportError
 from pftrack.parameters import ParameterError
 from pftrack.process import confine, leave_interrupts_to_parent, stand_alone
@@ -71,7 +72,7 @@ def main(end: socket.socket, function: Callable[..., Any], arguments: tuple[obje
     try:
         result = function(*arguments)
         pipe.send(Reply(0, _followed(pipe, result, budget) if isinstance(result, Generator) else result))
-    except (ExportError, SourceError, ParameterError, TruthError, RecordError) as error:
+    except (ComparisonError, ExportError, SourceError, ParameterError, TruthError, RecordError) as error:
         pipe.send(Failed(str(error)))
     except BrokenPipeError:
         return

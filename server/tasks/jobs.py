@@ -15,9 +15,10 @@ from typing import Any, Generic, TypeAlias, TypeVar
 import structlog
 
 from server.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
+from server.middleware.system_errors import failure
 from server.store.files import new_name
 
-__all__ = ["Job", "Jobs", "Work"]
+__all__ = ["Job", "Jobs", "Work", "failure_of"]
 
 log = structlog.get_logger(__name__)
 
@@ -176,6 +177,12 @@ class Jobs(Generic[About, Result]):
         finally:
             working.cancel()
             await asyncio.gather(working, return_exceptions=True)
+
+
+def failure_of(job: Job[About, Result]) -> str | None:
+    """Return why a job that has ended has failed, a sentence; None if it has not."""
+    error = asyncio.CancelledError() if job.task.cancelled() else job.task.exception()
+    return None if error is None else failure(error)
 
 
 async def _cancel(job: Job[About, Result]) -> None:

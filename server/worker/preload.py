@@ -19,6 +19,7 @@ import pftrack.sources.tracks.sequence
 import pftrack.sources.video
 import server.lessons.functions
 import server.lessons.worker
+import server.tasks.comparing
 import server.tasks.exports
 import server.tasks.functions
 import server.worker.worker

@@ -364,3 +364,14 @@ class TestStrangers:
             pass
         assert refusal.value.response.status_code == 403
         assert show(client, sweep["id"])["state"] == "done"
+
+
+def test_a_row_is_compared_with_another_method(client: httpx.Client, sweep: dict[str, Any]) -> None:
+    """A run of a sweep stands beside the same seed by another method, named by references alone."""
+    row = rows(client, sweep["id"])["rows"][0]
+    other = next(it["id"] for it in sweep["trackers"] if it["id"] != row["tracker"])
+    named = [{"reference": f"{sweep['id']}:{row['run']}{more}"} for more in ("", f":{other}")]
+    begun = client.post("/api/v1/comparisons", json={"runs": named}).json()
+    assert [run["recipe"]["tracker"] for run in begun["runs"]] == [row["tracker"], other]
+    assert {run["recipe"]["seed"] for run in begun["runs"]} == {row["seed"]}
+    assert [setting["name"] for setting in begun["settings"]] == ["tracker"]

@@ -1,0 +1,131 @@
+"""Comparisons over REST: runs named in three ways, outlined at once, computed as a job, and refused in sentences."""
+
+from typing import Any
+
+import httpx
+import pytest
+
+from pftrack.comparison import Comparison
+from pftrack.experiments import find
+from pftrack.runs.run import Run
+from tests.server.host import begin, error_of, steer
+from tests.server.test_uploads import send, video
+from tests.waiting import wait_for
+
+BALL = find("ball")
+
+
+def ball(tracker: str = "h-spf", frames: int = 30, **more: Any) -> dict[str, Any]:
+    return {"recipe": {"experiment": "ball", "tracker": tracker, "seed": 7, "frames": frames, **more}}
+
+
+def compare(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
+    answer = client.post("/api/v1/comparisons", json={"runs": list(runs)})
+    assert answer.status_code == 202, answer.text
+    begun: dict[str, Any] = answer.json()
+    return begun
+
+
+def computed(client: httpx.Client, begun: dict[str, Any]) -> dict[str, Any]:
+    """Return what came of a comparison."""
+    url = f"/api/v1/comparisons/{begun['id']}"
+    wait_for(lambda: client.get(url).json()["state"] != "computing", 60)
+    found: dict[str, Any] = client.get(url).json()
+    return found
+
+
+def refusal(client: httpx.Client, status: int, *runs: dict[str, Any]) -> str:
+    message: str = error_of(client.post("/api/v1/comparisons", json={"runs": list(runs)}), status)["message"]
+    return message
+
+
+def test_recipes_are_compared_as_the_library_compares_them(client: httpx.Client) -> None:
+    """What differs is told at once, with recipes no longer than what is common; then come the library's numbers."""
+    begun = compare(client, ball(), ball("condensation", frames=25))
+    assert [run["first"] for run in begun["runs"]] == [0, 0]
+    assert [run["recipe"]["frames"] for run in begun["runs"]] == [30, 25]
+    assert [run["shown"]["frames"] for run in begun["runs"]] == [25, 25]
+    assert [setting["name"] for setting in begun["settings"]] == ["tracker"]
+    done = computed(client, begun)
+    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=25) for name in ("h-spf", "condensation")]
+    expected = Comparison.of(*runs).finish().as_dict()
+    assert done["state"] == "done"
+    assert done["result"] == {name: expected[name] for name in done["result"]}
+    assert [run["name"] for run in done["runs"]] == expected["names"]
+    assert client.delete(f"/api/v1/comparisons/{begun['id']}").status_code == 204
+    assert "no such comparison" in error_of(client.get(f"/api/v1/comparisons/{begun['id']}"), 404)["message"]
+
+
+def test_branches_and_saved_runs_are_named_by_references(client: httpx.Client) -> None:
+    """A branch parts from its run in the frame after it left, also from that run saved, and by another tracker."""
+    session = begin(client, tracker="h-spf")["id"]
+    steer(client, session, "seek", frame=12)
+    saved = client.post("/api/v1/runs", json={"session": session, "title": "Mine"}).json()["id"]
+    client.post(f"/api/v1/sessions/{session}/branch", json={"frame": 12, "tracker": "apf"})
+    references = f"{session}:b0", f"{session}:b1", saved, f"{session}:b0:condensation"
+    begun = compare(client, *({"reference": reference} for reference in references))
+    assert [run["title"] for run in begun["runs"]][2:] == ["Mine", None]
+    done = computed(client, begun)
+    frames = {(it["first"], it["second"]): it["frame"] for it in done["result"]["partings"]}
+    assert (frames[0, 1], frames[0, 2], frames[1, 2]) == (13, None, 13)
+    assert done["result"]["first_difference"] == frames[0, 3] < 13
+
+
+def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client) -> None:
+    """Runs on an upload are compared picture by picture; without it the recipe is refused, and so is its saved run."""
+    upload = send(client, ("clip.mp4", video(12))).json()
+    mark = {"kind": "box", "x": 8, "y": 18, "width": 14, "height": 14}
+    early, late = (
+        {"recipe": {"experiment": "ball", "footage": {"sha256": upload["sha256"], "start": start, "mark": mark}}}
+        for start in (0, 3)
+    )
+    begun = compare(client, early, late)
+    assert [run["first"] for run in begun["runs"]] == [3, 0]
+    assert {run["upload"] for run in begun["runs"]} == {upload["id"]}
+    assert computed(client, begun)["state"] == "done"
+    session = client.post("/api/v1/sessions", json=early).json()["id"]
+    saved = client.post("/api/v1/runs", json={"session": session}).json()["id"]
+    client.delete(f"/api/v1/sessions/{session}")
+    assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
+    assert "no such upload" in refusal(client, 422, early, late)
+    assert "clip.mp4, which is not here any more; upload it first" in refusal(
+        client, 409, {"reference": saved}, {"reference": saved}
+    )
+
+
+@pytest.mark.parametrize(
+    ("runs", "status", "said"),
+    [
+        ([ball()], 422, "two to four runs to compare, got 1"),
+        ([ball()] * 5, 422, "two to four runs to compare, got 5"),
+        ([ball(), {"recipe": {"experiment": "sine"}}], 422, "in px, those of"),
+        ([ball(), {"recipe": {"experiment": "nothing"}}], 422, "nothing"),
+        ([ball(), ball(timeline=[{"frame": 0, "values": {"sample_count": -3}}])], 422, "ample_count must be a whole number"),
+        ([ball(), ball(frames=900_000)], 422, "on this server"),
+        ([ball(), {"reference": "0123456789abcdef"}], 404, "no saved run '0123456789abcdef' any more"),
+        ([ball(), {"reference": "0123456789abcdef:b0"}], 404, "no branch 'b0' of a session"),
+        ([ball(), {"reference": "0123456789abcdef:3"}], 404, "no such sweep"),
+        ([ball(), {"reference": "a:b:c:d"}], 422, "session:branch or sweep:run, got 'a:b:c:d'"),
+        ([ball(), {}], 422, "by a reference or by a recipe"),
+    ],
+)
+def test_what_cannot_be_compared_is_said(
+    client: httpx.Client, runs: list[dict[str, Any]], status: int, said: str
+) -> None:
+    """Wrong numbers of runs, other units, unknown and deleted runs and values out of bounds: a sentence each."""
+    assert said in refusal(client, status, *runs)
+
+
+def test_a_tracker_that_an_experiment_lacks_is_refused(client: httpx.Client, session: dict[str, Any]) -> None:
+    """The sentence lists those that there are."""
+    said = refusal(client, 422, ball(), {"reference": f"{session['id']}:b0:viterbi"})
+    assert "h-spf" in said
+    assert "viterbi" in said
+
+
+def test_a_comparison_that_is_cancelled_is_gone(client: httpx.Client) -> None:
+    """Its computing ends with it."""
+    begun = compare(client, ball(frames=20_000), ball("apf", frames=20_000))
+    assert begun["state"] == "computing"
+    assert client.delete(f"/api/v1/comparisons/{begun['id']}").status_code == 204
+    error_of(client.get(f"/api/v1/comparisons/{begun['id']}"), 404)
