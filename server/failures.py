@@ -8,7 +8,7 @@ from pftrack.failure import KINDS
 from pftrack.failures import Entry, entry, gallery
 from pftrack.parameters import Value, declarations, flat, revise
 from server.errors import NotFoundError
-from server.schemas.failures import DifferencePublic, FailureCourse, FailurePublic
+from server.schemas.failures import DifferencePublic, FailureCourse, FailureNeighbour, FailurePublic
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.functions import enact_failure
 
@@ -53,7 +53,14 @@ def public(shown: Entry) -> FailurePublic:
         failing=shown.recipe(),
         cured=shown.recipe(cured=True),
         page=f"/failures/{failure.id}",
+        previous=_neighbour(shown.number - 1),
+        next=_neighbour(shown.number + 1),
     )
+
+
+def _neighbour(number: int) -> FailureNeighbour | None:
+    found = [each.failure for each in gallery(EXPERIMENTS) if each.number == number]
+    return FailureNeighbour(id=found[0].id, title=found[0].title) if found else None
 
 
 def _differences(shown: Entry) -> list[DifferencePublic]:

@@ -14,6 +14,7 @@ const HEADS = { failing: "Fails", cured: "Cured" };
  * @property {HTMLElement} element
  * @property {HTMLElement} place For the picture.
  * @property {Side} side
+ * @property {string} name
  * @property {(course: FailureCourse) => void} show Say what was measured.
  * @property {(sentence: string) => void} tell Say something in its place.
  */
@@ -45,5 +46,5 @@ export function column(failure, side) {
     place,
   );
   const tell = (/** @type {string} */ sentence) => fill(measured, sentence);
-  return { element, place, side, tell, show: (course) => tell(course[side].finding) };
+  return { element, place, side, name: HEADS[side], tell, show: (course) => tell(course[side].finding) };
 }

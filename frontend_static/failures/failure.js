@@ -3,13 +3,14 @@
 import { api, messageOf, statusOf } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
 import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
+import { icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
 import { column } from "./column.js";
-import { Pair } from "./pair.js";
+import { pair } from "./pair.js";
 
 /** @import { FailurePublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
@@ -34,6 +35,7 @@ async function load() {
     setText(part("title"), `${failure.number}  ${failure.title}`);
     document.title = `${failure.title} · pftrack`;
     history.replaceState(null, "", failure.page + location.search);
+    fill(part("neighbours"), neighbour(failure.previous, "previous"), neighbour(failure.next, "next"));
     begin(failure);
   } catch (error) {
     there();
@@ -44,16 +46,27 @@ async function load() {
   }
 }
 
+/**
+ * @param {FailurePublic["next"]} failure
+ * @param {"previous"|"next"} way
+ */
+function neighbour(failure, way) {
+  if (failure === null) return null;
+  const words = `${way === "next" ? "Next" : "Previous"} failure, ${failure.title}`;
+  const href = `/failures/${encodeURIComponent(failure.id)}`;
+  return h("a", { class: "button quiet icon-only", rel: way === "next" ? "next" : "prev", href, title: words, "aria-label": words }, icon(way));
+}
+
 /** @param {FailurePublic} failure */
 function begin(failure) {
-  const end = new AbortController();
   const columns = [column(failure, "failing"), column(failure, "cured")];
   const deck = h("div", { class: "failure-deck" });
   fill(root, columns.map(({ element }) => element), deck);
-  measure(failure, columns, end.signal);
-  const pair = new Pair(columns, deck, failure, end);
-  pair.begun.catch((error) => {
-    pair.end();
+  const runs = pair(columns, deck, failure);
+  measure(failure, columns, runs.signal);
+  runs.begun.catch((error) => {
+    if (runs.signal.aborted) return;
+    runs.end();
     fill(root, notice("The two runs could not be started", messageOf(error), { label: "Try again", run: () => begin(failure) }));
   });
 }

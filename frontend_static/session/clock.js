@@ -1,6 +1,7 @@
 /**
  * One clock for several sessions of a page: the first of them leads, and the others follow it. Whoever steers any of them
- * steers the first one.
+ * steers the first one. Runs on one recording may begin at different pictures: each says which of its frames belongs to
+ * frame 0 of the one that leads.
  */
 
 import { Follower } from "./follower.js";
@@ -8,7 +9,12 @@ import { Follower } from "./follower.js";
 /** @import { Steering } from "./steering.js" */
 /** @import { Store } from "./store.js" */
 
-/** @typedef {{store: Store, steering: Steering}} Member */
+/**
+ * @typedef {object} Member
+ * @property {Store} store
+ * @property {Steering} steering
+ * @property {number} [first] Its frame that belongs to frame 0 of the one that leads.
+ */
 
 export class Clock {
   /** @type {{member: Member, follower: Follower}[]} */
@@ -47,7 +53,7 @@ export class Clock {
     const [first, ...others] = this.#members;
     if (moved !== first) {
       const lead = first.member.store.session;
-      if (lead !== null) moved.follower.follow(lead);
+      if (lead !== null) moved.follower.follow(lead, moved.member.first);
       return;
     }
     // Each looks where it has to go, and shows again what it has of the leader: whether it plays, and how fast.

@@ -44,13 +44,15 @@ export class Follower {
   /**
    * Go where the leader is, or along with it.
    *
-   * @param {SessionPublic} lead
+   * @param {SessionPublic} leader
+   * @param {number} [first] The own frame that belongs to the leader's frame 0.
    */
-  follow(lead) {
+  follow(leader, first = 0) {
     const { session: own, connection } = this.#store;
     if (own === null || connection !== "open") return;
+    const lead = { ...leader, position: leader.position + first };
     // A long way is computed frame by frame; both go it at the same time.
-    const goal = Math.min(lead.goal ?? lead.position, own.frames - 1);
+    const goal = Math.min((leader.goal ?? leader.position) + first, own.frames - 1);
     // As fast as possible has no pace, and at its end a run stands.
     if (lead.playing && lead.speed > 0 && goal < own.frames - 1) this.#goAlong(lead, own);
     else this.#stand(lead, own, goal);

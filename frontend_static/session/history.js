@@ -30,8 +30,12 @@ export class History {
   #rows = [];
   /** @type {Set<string>} */
   #measured = new Set();
+  #edition = 0;
+
   /** Counts every change that is not an appended row; a plot that saw the same count only has to add the tail. */
-  edition = 0;
+  get edition() {
+    return this.#edition;
+  }
 
   get length() {
     return this.#rows.length;
@@ -68,7 +72,7 @@ export class History {
     this.#rows = parent.#rows.slice(0, frame + 1);
     this.#measured.clear();
     for (const row of this.#rows) this.#note(row);
-    this.edition += 1;
+    this.#edition += 1;
   }
 
   /**
@@ -83,7 +87,7 @@ export class History {
       this.#rows[row.frame] = row;
       this.#note(row);
     }
-    this.edition += 1;
+    this.#edition += 1;
   }
 
   /**
@@ -94,7 +98,7 @@ export class History {
    */
   add(row) {
     const whole = row.frame <= this.#rows.length;
-    if (row.frame < this.#rows.length && row.estimate?.[0] !== this.#rows[row.frame]?.estimate?.[0]) this.edition += 1;
+    if (row.frame < this.#rows.length && row.estimate?.[0] !== this.#rows[row.frame]?.estimate?.[0]) this.#edition += 1;
     this.#rows[row.frame] = row;
     this.#note(row);
     return whole;
@@ -125,8 +129,9 @@ export class History {
     /** @type {[number, number][]} */
     const found = [];
     let first = -1;
-    for (let frame = 0; frame <= this.#rows.length; frame += 1) {
-      const holds = frame < this.#rows.length && test(this.#rows[frame]);
+    for (let frame = 0; frame <= this.length; frame += 1) {
+      const row = this.at(frame);
+      const holds = row !== undefined && test(row);
       if (holds && first < 0) first = frame;
       if (!holds && first >= 0) {
         found.push([first, frame - 1]);
@@ -142,7 +147,11 @@ export class History {
    * @param {(row: Row) => boolean} test
    */
   some(test) {
-    return this.#rows.some((row) => test(row));
+    for (let frame = 0; frame < this.length; frame += 1) {
+      const row = this.at(frame);
+      if (row !== undefined && test(row)) return true;
+    }
+    return false;
   }
 
   /**
@@ -150,11 +159,11 @@ export class History {
    *
    * @param {Curve} value
    */
-  most(value, from = 0, to = this.#rows.length - 1) {
+  most(value, from = 0, to = this.length - 1) {
     /** @type {number|null} */
     let most = null;
     for (let frame = from; frame <= to; frame += 1) {
-      const number = value(this.#rows[frame]);
+      const number = value(this.at(frame));
       if (number !== null && (most === null || number > most)) most = number;
     }
     return most;

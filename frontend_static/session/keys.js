@@ -16,6 +16,8 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {() => void} beforeLoss
  * @property {() => void} bookmark
  * @property {() => void} branch
+ * @property {() => void} compare
+ * @property {() => void} difference
  * @property {(direction: number) => void} faster
  * @property {(which: number) => void} preset
  * @property {() => void} help
@@ -38,6 +40,7 @@ export const HELP = [
   { keys: "L", what: "Go to before the loss" },
   { keys: "B", what: "Bookmark this frame" },
   { keys: "N", what: "Branch from this frame" },
+  { keys: "C", what: "Compare this run with others" },
   { keys: "[ ]", what: "Slower, faster" },
   { keys: "1 – 9", what: "Start a preset" },
   { keys: "F", what: "Present in large type; escape ends it" },
@@ -50,10 +53,10 @@ export const HELP = [
  *
  * @param {HTMLElement} element What holds the session.
  * @param {Partial<Actions>} actions
- * @param {() => Window|null} sceneWindow Where forwarded keys may come from.
+ * @param {(source: MessageEventSource|null) => boolean} isScene Whether forwarded keys may come from there.
  * @param {AbortSignal} signal Ends the listening.
  */
-export function listen(element, actions, sceneWindow, signal) {
+export function listen(element, actions, isScene, signal) {
   listening.add(element);
   signal.addEventListener("abort", () => listening.delete(element));
   // One that is inert, as while a lesson's question waits for an answer, has none.
@@ -74,7 +77,7 @@ export function listen(element, actions, sceneWindow, signal) {
     if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
   }, { signal });
   globalThis.addEventListener("message", (event) => {
-    if (event.origin !== location.origin || event.source !== sceneWindow()) return;
+    if (event.origin !== location.origin || !isScene(event.source)) return;
     /** @type {{source?: unknown, key?: unknown, shiftKey?: unknown}} */
     const { source, key, shiftKey } = event.data ?? {};
     if (source === "pftrack-viser" && typeof key === "string") press(key, shiftKey === true);
@@ -115,6 +118,10 @@ function find(actions, key, shiftKey) {
       return actions.bookmark;
     case "n":
       return actions.branch;
+    case "c":
+      return actions.compare;
+    case "d":
+      return actions.difference;
     case "l":
       return actions.beforeLoss;
     default:

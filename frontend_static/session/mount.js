@@ -38,10 +38,17 @@ const KEPT = isGuest ? "" : "What was saved of it is in My work.";
  * @property {readonly import("./layout.js").Part[]} [parts]
  * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
+ * @property {number} [first] With a clock, the frame that belongs to frame 0 of the session that leads.
  * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
  * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
  * @property {HTMLElement|null} [keys] Where the keys are the session's own: its element if not given, nowhere if null.
  * @property {boolean} [readOnly] Whether it can be looked at and not be steered: cameras have their keys, it has none.
+ */
+
+/**
+ * What the parts need that show a run's course and move through it. Several runs in step have one for all of them.
+ *
+ * @typedef {Pick<Mounted, "store"|"steering"|"able"|"signal"|"scene"|"plots">} View
  */
 
 /**
@@ -66,7 +73,7 @@ export class Mounted {
    * @param {SessionStart} start
    * @param {Options} options
    */
-  constructor(start, { clock, plots: ids = [], actions = {}, readOnly = false, keys = readOnly ? null : start.element }) {
+  constructor(start, { clock, first = 0, plots: ids = [], actions = {}, readOnly = false, keys = readOnly ? null : start.element }) {
     this.#start = start;
     this.#keys = keys;
     this.#clock = clock;
@@ -77,7 +84,7 @@ export class Mounted {
     this.store = new Store({ readOnly });
     this.commands = new Commands(this.store);
     this.#steering = new Steering(this.store, this.signal);
-    clock?.join({ store: this.store, steering: this.#steering }, this.signal);
+    clock?.join({ store: this.store, steering: this.#steering, first }, this.signal);
     this.actions = { ...this.#ownActions(), ...actions };
     this.#fill();
     this.#begin();
@@ -107,7 +114,7 @@ export class Mounted {
     if (places.plots) plots(places.plots, this);
     if (places.panel) this.#panel(places.panel);
     this.scene?.follow(this);
-    if (this.#keys) listen(this.#keys, this.actions, () => this.scene?.window ?? null, this.signal);
+    if (this.#keys) listen(this.#keys, this.actions, (source) => source !== null && source === this.scene?.window, this.signal);
     this.store.on(["refused"], () => toast(this.store.refusal, { kind: "error" }));
   }
 

@@ -14,6 +14,7 @@ import { SpatialScene } from "./spatial_scene.js";
 import { chosenView, graphics, rememberView } from "./view_choice.js";
 
 /** @import { SessionPublic } from "../shared/messages.js" */
+/** @import { Overlay } from "./flat/overlay.js" */
 /** @import { Mounted } from "./mount.js" */
 /** @import { ViewKind } from "./view_choice.js" */
 
@@ -39,6 +40,8 @@ export class Scene {
   #view = null;
   #endView = new AbortController();
   #id = "";
+  /** @type {ViewKind|null} */
+  #kind = null;
   /** @type {Promise<SessionPublic>} */
   #session = new Promise(() => {});
   /** @type {Mounted|null} */
@@ -50,14 +53,15 @@ export class Scene {
   /**
    * @param {HTMLElement} root
    * @param {AbortSignal} signal Aborted when the scene is taken from the page.
-   * @param {{view?: ViewKind, hasPanel?: boolean, layers?: readonly string[]}} [options] The view to show, without it the
-   *     page's choice, which a switch changes; whether a flat view has a panel of parameters, which the 3-D scene always
-   *     has; and the layers that a flat view shows from the beginning, beside those declared so.
+   * @param {{view?: ViewKind, hasPanel?: boolean, layers?: readonly string[], overlay?: Overlay}} [options] The view to
+   *     show, without it the page's choice, which a switch changes; whether a flat view has a panel of parameters, which
+   *     the 3-D scene always has; the layers that a flat view shows from the beginning, beside those declared so; and what
+   *     says how it is painted where several lie over each other.
    */
-  constructor(root, signal, { view, hasPanel = true, layers = [] } = {}) {
+  constructor(root, signal, { view, hasPanel = true, layers = [], overlay } = {}) {
     this.#root = root;
     this.#fixed = view;
-    this.#flat = { hasPanel, layers };
+    this.#flat = { hasPanel, layers, overlay };
     fill(root, this.#cover);
     signal.addEventListener("abort", () => this.#endView.abort());
     later(() => !this.#shows && this.#cover.hidden && this.#show(skeleton()), SKELETON_AFTER_MS, signal);
@@ -123,6 +127,17 @@ export class Scene {
     this.#show(notice(title, message, action));
   }
 
+  /**
+   * Show the run in another way.
+   *
+   * @param {ViewKind} kind
+   */
+  show(kind) {
+    if (kind === this.#kind) return;
+    this.#fixed = kind;
+    if (this.#id !== "") this.#put(kind, false);
+  }
+
   /** @param {ViewKind} kind */
   #choose(kind) {
     rememberView(kind);
@@ -134,6 +149,7 @@ export class Scene {
    * @param {boolean} isFresh
    */
   #put(kind, isFresh) {
+    this.#kind = kind;
     this.#remove();
     this.#endView = new AbortController();
     const { signal } = this.#endView;
@@ -195,7 +211,7 @@ export class Scene {
  * @param {ViewKind} kind Which is shown.
  * @param {(kind: ViewKind) => void} choose
  */
-function viewSwitch(kind, choose) {
+export function viewSwitch(kind, choose) {
   const buttons = [button("flat", "Flat", "The picture from the front"), button("scene", "3-D", "The scene in three dimensions")];
   /**
    * @param {ViewKind} is

@@ -7,7 +7,7 @@
 
 import { api } from "../shared/api.js";
 import { Topics } from "../shared/topics.js";
-import { History } from "./history.js";
+import { History, isGone } from "./history.js";
 
 /**
  * @typedef {import("../shared/messages.js").SessionMessage} SessionMessage
@@ -63,6 +63,20 @@ export class Store extends Topics {
     const known = this.histories.get(branch) ?? new History();
     this.histories.set(branch, known);
     return known;
+  }
+
+  /** Whether there is a loss to go back to. */
+  get knowsLoss() {
+    return this.history.some(isGone);
+  }
+
+  /**
+   * The losses of several runs, where this is a store of several; of one its own are shown.
+   *
+   * @returns {{history: History, colour: string}[]}
+   */
+  get losses() {
+    return [];
   }
 
   /** The active branch first, then the others. */

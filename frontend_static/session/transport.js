@@ -4,7 +4,6 @@ import { fill, h, setText } from "../shared/dom.js";
 import { speed as speedText } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
 import { coalesce } from "../shared/timing.js";
-import { isGone } from "./history.js";
 
 /** @import { IconName } from "../shared/icons.js" */
 
@@ -12,7 +11,7 @@ const LABELS = { pause: "Pause", replay: "Play again", play: "Play" };
 
 /**
  * @param {HTMLElement} root
- * @param {import("./mount.js").Mounted} view
+ * @param {import("./mount.js").View} view
  * @param {import("../shared/elements.js").Child[]} extras Further controls, at the right.
  */
 export function transport(root, view, extras) {
@@ -64,7 +63,7 @@ export function transport(root, view, extras) {
       play.title = `${label} (space)`;
     }
     for (const element of [...moves, speed]) element.disabled = !able;
-    loss.disabled = !able || !store.history.some(isGone);
+    loss.disabled = !able || !store.knowsLoss;
     if (document.activeElement !== speed) choose(speed, steering);
     if (session === null) return;
     setText(counter, counted(session));

@@ -90,7 +90,7 @@ export interface CellsPublic {
   planned: number;
   done: number;
   maps: MapPublic[];
-  comparison: SessionComparisonPublic | null;
+  comparison: ComparisonPublic | null;
 }
 
 /** Values that take effect in computing a frame. */
@@ -199,6 +199,23 @@ export interface ComparisonOutline {
   runs: ComparedPublic[];
   /** What differs, and that alone */
   settings: SettingPublic[];
+}
+
+/** Two methods against each other, cell by cell. */
+export interface ComparisonPublic {
+  first: string;
+  second: string;
+  measure: string;
+  test: "chi-square" | "fisher" | "rank-sum";
+  level: number;
+  correction: "none" | "holm";
+  difference: (number | null)[];
+  paired: (number | null)[];
+  paired_low: (number | null)[];
+  paired_high: (number | null)[];
+  pairs: number[];
+  verdict: ("first" | "second" | "none" | "untested")[];
+  p_value: (number | null)[];
 }
 
 /** What is known once all runs have been computed. */
@@ -439,6 +456,12 @@ export interface FailureCourse {
   cured: FailureRun;
 }
 
+/** The failure before another in the gallery, or the one after it. */
+export interface FailureNeighbour {
+  id: string;
+  title: string;
+}
+
 /** A named failure of an experiment's trackers, and its cure. */
 export interface FailurePublic {
   id: string;
@@ -460,6 +483,8 @@ export interface FailurePublic {
   failing: Recipe;
   cured: Recipe;
   page: string;
+  previous: FailureNeighbour | null;
+  next: FailureNeighbour | null;
 }
 
 /** What came of one of the two runs. */
@@ -1096,6 +1121,24 @@ export interface RowsPublic {
   rows: RowPublic[];
 }
 
+/** A comparison that is computed, or what came of it. */
+export interface RunComparisonPublic {
+  unit: string;
+  frames: number;
+  runs: ComparedPublic[];
+  /** What differs, and that alone */
+  settings: SettingPublic[];
+  id: string;
+  state: "computing" | "done" | "failed";
+  /** Frames computed, of all runs */
+  done: number;
+  /** Frames to compute; 0 until it has begun */
+  total: number;
+  result: ComparisonResult | null;
+  /** Why it failed, if it did */
+  message: string | null;
+}
+
 /** Which session's active branch to save. */
 export interface RunCreate {
   session: string;
@@ -1142,41 +1185,6 @@ export interface Series {
   components: string[];
   colours: string[];
   reductions: Reduction[];
-}
-
-/** A comparison that is computed, or what came of it. */
-export interface SessionComparisonPublic {
-  unit: string;
-  frames: number;
-  runs: ComparedPublic[];
-  /** What differs, and that alone */
-  settings: SettingPublic[];
-  id: string;
-  state: "computing" | "done" | "failed";
-  /** Frames computed, of all runs */
-  done: number;
-  /** Frames to compute; 0 until it has begun */
-  total: number;
-  result: ComparisonResult | null;
-  /** Why it failed, if it did */
-  message: string | null;
-}
-
-/** Two methods against each other, cell by cell. */
-export interface SessionComparisonPublic {
-  first: string;
-  second: string;
-  measure: string;
-  test: "chi-square" | "fisher" | "rank-sum";
-  level: number;
-  correction: "none" | "holm";
-  difference: (number | null)[];
-  paired: (number | null)[];
-  paired_low: (number | null)[];
-  paired_high: (number | null)[];
-  pairs: number[];
-  verdict: ("first" | "second" | "none" | "untested")[];
-  p_value: (number | null)[];
 }
 
 /** A new session; the form in links of earlier versions is understood as well. */

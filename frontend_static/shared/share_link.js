@@ -1,6 +1,6 @@
 /** What a session shall be like, as it travels in the fragment of a link, which no server logs. */
 
-/** @import { SessionCreate, SweepCreate } from "./messages.js" */
+/** @import { SessionCreate } from "./messages.js" */
 
 /** @typedef {SessionCreate & {play?: boolean}} NewSession What POST sessions takes, and whether the session shall play. */
 
@@ -16,7 +16,7 @@ export function linkTo(body) {
 /**
  * base64url of JSON, in UTF-8.
  *
- * @param {NewSession|SweepCreate|{experiment: string}} body
+ * @param {object} body
  */
 export function encode(body) {
   // Letter by letter: a run whose parameters were changed thousands of times has more than a call takes arguments.
@@ -33,9 +33,19 @@ export function encode(body) {
  * @throws {Error} It holds no experiment.
  */
 export function decode(fragment) {
-  const raw = atob(fragment.replace(/^#/, "").replaceAll("-", "+").replaceAll("_", "/"));
-  const body = JSON.parse(new TextDecoder().decode(Uint8Array.from(raw, (letter) => letter.charCodeAt(0))));
+  const body = parse(fragment);
   // A link of an earlier version has no recipe; the server understands it.
   if (typeof (body?.recipe ?? body)?.experiment !== "string") throw new Error("no experiment");
   return body;
+}
+
+/**
+ * The JSON of a fragment, whatever it is of.
+ *
+ * @param {string} fragment
+ * @throws {Error} It is none.
+ */
+export function parse(fragment) {
+  const raw = atob(fragment.replace(/^#/, "").replaceAll("-", "+").replaceAll("_", "/"));
+  return JSON.parse(new TextDecoder().decode(Uint8Array.from(raw, (letter) => letter.charCodeAt(0))));
 }

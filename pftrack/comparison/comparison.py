@@ -106,11 +106,13 @@ class Comparison:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What to call each run: what is special about it."""
+        """What to call each run: what is special about it, as few of its settings as tell it from the others."""
         told = [setting for setting in self.settings if None not in setting.values][:TOLD_SETTINGS]
-        names = [", ".join(_told(each, place) for each in told) for place in range(len(self.runs))]
-        if len(set(names)) == len(names):
-            return tuple(names)
+        names = [""] * len(self.runs)
+        for count in range(1, len(told) + 1):
+            names = [", ".join(_told(each, place) for each in told[:count]) for place in range(len(self.runs))]
+            if len(set(names)) == len(names):
+                return tuple(names)
         return tuple(f"{name or 'Run'} ({place})" for place, name in enumerate(names, 1))
 
     @property

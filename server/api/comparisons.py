@@ -7,7 +7,7 @@ from fastapi import APIRouter, Path, Request
 
 from server.api.dependencies import TheComparisons, gone
 from server.comparisons.service import shown
-from server.schemas.comparisons import ComparisonCreate, ComparisonPublic
+from server.schemas.comparisons import ComparisonCreate, RunComparisonPublic
 from server.tasks.queue import unless_gone
 
 __all__ = ["router"]
@@ -18,13 +18,13 @@ Name = Annotated[str, Path(max_length=64)]
 
 
 @router.post("", status_code=HTTPStatus.ACCEPTED)
-async def compare(body: ComparisonCreate, request: Request, comparisons: TheComparisons) -> ComparisonPublic:
+async def compare(body: ComparisonCreate, request: Request, comparisons: TheComparisons) -> RunComparisonPublic:
     """Compare two to four runs: what differs is told at once, what came of them when they have been computed."""
     return shown(await unless_gone(comparisons.compare(body.runs), lambda: gone(request)))
 
 
 @router.get("/{name}")
-async def show_comparison(name: Name, comparisons: TheComparisons) -> ComparisonPublic:
+async def show_comparison(name: Name, comparisons: TheComparisons) -> RunComparisonPublic:
     """Tell how far a comparison is, or what came of it; one that nobody asks for is dropped after 150 s."""
     return shown(comparisons.get(name))
 

@@ -12,8 +12,8 @@ from server.schemas.comparisons import (
     ComparedPublic,
     ComparedRun,
     ComparisonOutline,
-    ComparisonPublic,
     ComparisonResult,
+    RunComparisonPublic,
     SettingPublic,
 )
 from server.settings import Settings
@@ -71,15 +71,15 @@ class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
         return dataclasses.replace(self._house.manager.config(named.spec), states=None)
 
 
-def shown(job: Comparing) -> ComparisonPublic:
+def shown(job: Comparing) -> RunComparisonPublic:
     """Return a comparison as everybody outside sees it."""
     known = {**dict(job.about), "id": job.id, "done": job.done, "total": job.total}
     if not job.task.done():
-        return ComparisonPublic(**known, state="computing", result=None, message=None)
+        return RunComparisonPublic(**known, state="computing", result=None, message=None)
     message = failure_of(job)
     if message is None:
-        return ComparisonPublic(**known, state="done", result=job.task.result(), message=None)
-    return ComparisonPublic(**known, state="failed", result=None, message=message)
+        return RunComparisonPublic(**known, state="done", result=job.task.result(), message=None)
+    return RunComparisonPublic(**known, state="failed", result=None, message=message)
 
 
 def _outline(named: Sequence[Named], told: dict[str, Any]) -> ComparisonOutline:

@@ -12,11 +12,11 @@ __all__ = [
     "ComparedRun",
     "ComparisonCreate",
     "ComparisonOutline",
-    "ComparisonPublic",
     "ComparisonResult",
     "OutcomePublic",
     "PairedPublic",
     "PartingPublic",
+    "RunComparisonPublic",
     "SettingPublic",
 ]
 
@@ -119,7 +119,7 @@ class ComparisonOutline(BaseModel):
     settings: list[SettingPublic] = Field(description="What differs, and that alone")
 
 
-class ComparisonPublic(ComparisonOutline):
+class RunComparisonPublic(ComparisonOutline):
     """A comparison that is computed, or what came of it."""
 
     id: str

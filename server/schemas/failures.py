@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 from pftrack.parameters import Value
 from pftrack.runs.recipe import Recipe
 
-__all__ = ["DifferencePublic", "FailureCourse", "FailurePublic", "FailureRun"]
+__all__ = ["DifferencePublic", "FailureCourse", "FailureNeighbour", "FailurePublic", "FailureRun"]
 
 
 class DifferencePublic(BaseModel):
@@ -17,6 +17,13 @@ class DifferencePublic(BaseModel):
     unit: str
     failing: Value
     cured: Value
+
+
+class FailureNeighbour(BaseModel):
+    """The failure before another in the gallery, or the one after it."""
+
+    id: str
+    title: str
 
 
 class FailurePublic(BaseModel):
@@ -36,6 +43,8 @@ class FailurePublic(BaseModel):
     failing: Recipe
     cured: Recipe
     page: str
+    previous: FailureNeighbour | None
+    next: FailureNeighbour | None
 
 
 class FailureRun(BaseModel):

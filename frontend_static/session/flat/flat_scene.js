@@ -18,6 +18,7 @@ export class FlatScene {
   #on;
   #signal;
   #hasPanel;
+  #overlay;
   /** @type {Promise<Layers>} */
   #layers;
 
@@ -29,12 +30,14 @@ export class FlatScene {
    * @param {Promise<SessionPublic>} session What else is known of it.
    * @param {import("../scene.js").Progress} on
    * @param {AbortSignal} signal
-   * @param {{hasPanel: boolean, layers: readonly string[]}} options Names of layers to show from the beginning, beside those declared so.
+   * @param {{hasPanel: boolean, layers: readonly string[], overlay?: import("./overlay.js").Overlay}} options Names of layers to show
+   *     from the beginning, beside those declared so, and what says how it is painted where several lie over each other.
    */
-  constructor(id, session, on, signal, { hasPanel, layers: named }) {
+  constructor(id, session, on, signal, { hasPanel, layers: named, overlay }) {
     this.#on = on;
     this.#signal = signal;
     this.#hasPanel = hasPanel;
+    this.#overlay = overlay;
     if (hasPanel) this.element.append(this.#controls, this.#opener);
     else this.element.classList.add("bare");
     // Without knowing which layers are shown the first picture would flash all of them.
@@ -66,7 +69,7 @@ export class FlatScene {
    */
   #show(session, layers) {
     if (this.#signal.aborted) return;
-    this.#signal.addEventListener("abort", mount(this.#stage, { session, layers, onPainted: () => this.#on.drawn() }));
+    this.#signal.addEventListener("abort", mount(this.#stage, { session, layers, overlay: this.#overlay, onPainted: () => this.#on.drawn() }));
   }
 
   #toggle() {

@@ -18,12 +18,14 @@ import { receiveDrawings } from "./stream.js";
 import { WorldView } from "./world_view.js";
 
 /** @import { Drawing, WorldDrawing } from "./decode.js" */
+/** @import { Overlay } from "./overlay.js" */
 /** @import { Room } from "../../shared/room.js" */
 
 /**
  * @typedef {object} Options
  * @property {string} session Its identifier.
  * @property {Layers} [layers] Which layers are shown; all of them without it.
+ * @property {Overlay} [overlay] Says how it is painted where several lie over each other; it has no ground then.
  * @property {(frame: number) => void} [onPainted] Called with the number of each frame that was painted.
  * @property {() => void} [onGone] Called when the session has ended.
  */
@@ -61,6 +63,7 @@ class FlatView {
   #pictures = new Pictures();
   #unsettle = () => {};
   #layers;
+  #overlay;
   #onPainted;
   #signal;
   #came = 0;
@@ -77,14 +80,16 @@ class FlatView {
    * @param {Options} options
    * @param {AbortSignal} signal
    */
-  constructor(element, { session, layers = new Layers(), onPainted = () => {}, onGone = () => {} }, signal) {
+  constructor(element, { session, layers = new Layers(), overlay, onPainted = () => {}, onGone = () => {} }, signal) {
     this.#layers = layers;
+    this.#overlay = overlay;
     this.#onPainted = onPainted;
     this.#signal = signal;
     this.#soon = coalesce(() => this.#paint(), signal);
     fill(element, this.#root);
     watchRoom(this.#place, (room) => this.#resize(room), signal);
     layers.on(this.#soon, signal);
+    overlay?.on(this.#soon, signal);
     this.#nameWhatIsPointedAt();
     receiveDrawings(session, { drawing: (message, painted) => this.#receive(message, painted), gone: onGone }, signal);
   }
@@ -124,7 +129,7 @@ class FlatView {
 
   #paint() {
     const ready = this.#ready;
-    const context = this.#canvas.getContext("2d", { alpha: false });
+    const context = this.#canvas.getContext("2d", { alpha: this.#overlay !== undefined });
     if (ready === null || context === null || !this.#room.width || !this.#room.height) return;
     const { drawing, bitmaps, number, painted } = ready;
     const scale = Math.min(this.#room.width / drawing.width, this.#room.height / drawing.height);
@@ -134,7 +139,7 @@ class FlatView {
     /** @param {number} key */
     const picture = (key) => bitmaps.get(key);
     const surface = { context, width, height, scale, density: devicePixelRatio, picture };
-    paint(surface, drawing, (layer) => this.#layers.isShown(layer));
+    paint(surface, drawing, (layer) => this.#layers.isShown(layer), this.#overlay?.coat);
     this.#showWorlds(drawing.worlds);
     this.#say(drawing);
     this.#layers.tell(drawing.legend);

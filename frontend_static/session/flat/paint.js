@@ -7,6 +7,7 @@
 
 import { paintEllipsoids, paintHeads } from "./bodies.js";
 import { paintMesh } from "./mesh.js";
+import { coated } from "./overlay.js";
 import { css, placed } from "./pixels.js";
 import { paintPoints } from "./points.js";
 
@@ -43,16 +44,21 @@ const BRIGHT_FROM = 3 * 160;
  * @param {Surface} surface
  * @param {Pick<Drawing, "primitives">} drawing
  * @param {(layer: string) => boolean} isShown
+ * @param {import("./overlay.js").Coat|null} [coat] Where it is one of several that lie over each other.
  */
-export function paint(surface, drawing, isShown) {
+export function paint(surface, drawing, isShown, coat = null) {
   const { context, width, height } = surface;
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.globalAlpha = 1;
+  context.clearRect(0, 0, width, height);
   context.fillStyle = PAPER;
-  context.fillRect(0, 0, width, height);
+  if (coat === null || coat.isLowest) context.fillRect(0, 0, width, height);
   context.lineJoin = "round";
   context.lineCap = "round";
-  for (const item of drawing.primitives) if (isShown(item.layer)) paintPrimitive(surface, item);
+  for (const item of drawing.primitives) {
+    const shown = coat === null ? item : coated(item, coat);
+    if (shown !== null && isShown(item.layer)) paintPrimitive(surface, shown);
+  }
 }
 
 /**

@@ -12,7 +12,7 @@ import { loadBokeh } from "./bokeh.js";
 import { KINDS } from "./kinds/kinds.js";
 
 /** @import { History } from "../history.js" */
-/** @import { Mounted } from "../mount.js" */
+/** @import { View } from "../mount.js" */
 /** @import { Store } from "../store.js" */
 /** @import { BokehApi, Range } from "./bokeh_api.js" */
 /** @import { Plot } from "./kinds/plot.js" */
@@ -40,7 +40,7 @@ const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
  * The scene's script goes first; then come the plots, into the place that is kept for them.
  *
  * @param {HTMLElement} root
- * @param {Mounted} view
+ * @param {View} view
  */
 export async function plots(root, view) {
   const { store, scene, signal } = view;
@@ -78,7 +78,7 @@ export async function plots(root, view) {
  * Draw what is in sight whenever something of it changes.
  *
  * @param {HTMLElement} root
- * @param {Mounted} view
+ * @param {View} view
  * @param {Range} axis
  * @param {Panel[]} panels
  */
@@ -90,7 +90,7 @@ function keepDrawn(root, { store, signal }, axis, panels) {
     axis.end = Math.max(1, store.known.frames - 1);
     for (const plot of inSight) plot.draw(store);
   }, REDRAW_MS, signal);
-  const view = root.closest(".session-view") ?? root;
+  const view = root.closest(".session-view, .comparison") ?? root;
   const isLong = panels.some(({ plot }) => plot.rowTitles.length > 0);
   const shape = () => ({ isNarrow: view.clientWidth < WIDE_PX, isRoomy: isLong && root.clientWidth >= ROOMY_PX });
   let { isNarrow, isRoomy } = shape();

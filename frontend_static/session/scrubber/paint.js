@@ -28,6 +28,7 @@ import { rowOf } from "./sheet.js";
  * @property {Curve} weight The share of the particles that carries the weight.
  * @property {Mixture} mixture
  * @property {Events} events
+ * @property {{history: History, colour: string}[]} losses Of several runs, in whose colours their losses are shown, a lane each.
  * @property {string} gone What the row of bands is called, by what is known: "hidden", "lost" or both.
  */
 
@@ -43,7 +44,7 @@ export function paint(sheet, content) {
   labels(sheet, content);
   const own = content.lines.find(({ active }) => active);
   if (!own) return;
-  bands(sheet, own.history);
+  bands(sheet, own.history, content.losses);
   const others = content.lines.filter((line) => line !== own);
   const errorTop = top(content.lines, curve.error, content.smallest);
   area(sheet, { row: "error", history: own.history, value: curve.error, most: errorTop }, own.colour);
@@ -80,8 +81,9 @@ function labels({ context, axis, ink, rows }, { thresholds, mixture, gone }) {
 /**
  * @param {Sheet} sheet
  * @param {History} history
+ * @param {Content["losses"]} losses
  */
-function bands(sheet, history) {
+function bands(sheet, history, losses) {
   const { ink } = sheet;
   const [, y, height] = rowOf(sheet, "bands");
   const curvesAt = ["error", "sigma"].map((name) => rowOf(sheet, /** @type {RowName} */ (name))).filter(([, , tall]) => tall > 0);
@@ -90,7 +92,11 @@ function bands(sheet, history) {
     if (first && last) band(sheet, span, [first[1], last[1] + last[2] - first[1]], ink.hidden, 0.2);
     band(sheet, span, [y, height], ink.hidden, 0.55);
   }
-  for (const span of history.spans(isGone)) band(sheet, span, [y + 2, height - 4], ink.lost, 1);
+  if (losses.length === 0) for (const span of history.spans(isGone)) band(sheet, span, [y + 2, height - 4], ink.lost, 1);
+  const lane = height / losses.length;
+  losses.forEach((run, place) => {
+    for (const span of run.history.spans(isGone)) band(sheet, span, [y + place * lane, lane - 1], run.colour, 1);
+  });
 }
 
 /**

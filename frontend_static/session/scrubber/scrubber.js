@@ -53,7 +53,7 @@ export class Scrubber {
 
   /**
    * @param {HTMLElement} root
-   * @param {import("../mount.js").Mounted} view
+   * @param {import("../mount.js").View} view
    */
   constructor(root, view) {
     this.#view = view;
@@ -187,6 +187,7 @@ export class Scrubber {
       weight: weightOf(session),
       mixture: mixtureOf(session),
       events: { lanes: ofRole(session, "event").length, of: (row) => eventsOf(session, row) },
+      losses: store.losses,
       gone: goneOf(store.history),
     };
   }

@@ -8,6 +8,9 @@ import { HypothesesPlot } from "./hypotheses.js";
 import { SamplersPlot } from "./samplers.js";
 import { TreePlot } from "./tree.js";
 
+/** Those that draw a line for each branch, and so for each of several runs. */
+export const OVERLAID = /** @type {readonly string[]} */ (["error", "sigma", "sample size", "value", "band", "frequency"]);
+
 export const KINDS = {
   error: ErrorPlot,
   sigma: SigmaPlot,

@@ -6,7 +6,7 @@ import { Figure } from "../figure.js";
 
 /** @import { Plot as Declared, SessionPublic } from "../../../shared/messages.js" */
 /** @import { Curve, History } from "../../history.js" */
-/** @import { Mounted } from "../../mount.js" */
+/** @import { View } from "../../mount.js" */
 /** @import { Store } from "../../store.js" */
 /** @import { BokehApi, Range } from "../bokeh_api.js" */
 /** @import { Ink, Ticks } from "../figure.js" */
@@ -103,7 +103,7 @@ export class Plot {
    * Take what a person does in the figure, where that means something.
    *
    * @param {HTMLElement} place Of the figure.
-   * @param {Mounted} view
+   * @param {View} view
    */
   listen(place, view) {
     void [place, view];

@@ -13,7 +13,7 @@ import { Plot, made } from "./plot.js";
 import { key } from "./samplers.js";
 
 /** @import { History, Row } from "../../history.js" */
-/** @import { Mounted } from "../../mount.js" */
+/** @import { View } from "../../mount.js" */
 /** @import { Store } from "../../store.js" */
 /** @import { BokehApi, Range, Renderer } from "../bokeh_api.js" */
 /** @import { Ink } from "../figure.js" */
@@ -112,7 +112,7 @@ export class TreePlot extends Plot {
    * Take clicks and arrows for a choice.
    *
    * @param {HTMLElement} place
-   * @param {Mounted} view
+   * @param {View} view
    */
   listen(place, view) {
     this.figure.model.on_event("tap", ({ x, y }) => {
@@ -137,7 +137,7 @@ export class TreePlot extends Plot {
   }
 
   /**
-   * @param {Mounted} view
+   * @param {View} view
    * @param {number} frame
    * @param {number} place From 1 on.
    */

@@ -1,0 +1,242 @@
+/**
+ * A comparison as a component: runs in step in any element of a page, beside what differs between them, and none of it
+ * left when it is taken away again. Whoever follows a class has the same of sessions that are another's, to be looked at.
+ */
+
+import { fill, h } from "../shared/dom.js";
+import { begin, follow } from "./asking.js";
+import { column } from "./column.js";
+import { Table } from "./table.js";
+import { Together } from "./together.js";
+
+/** @import { ViewKind } from "../session/view_choice.js" */
+/** @import { ComparedRun, ComparisonOutline, RunComparisonPublic } from "../shared/messages.js" */
+/** @import { Column } from "./column.js" */
+/** @import { Arrangement, Wanted } from "./link.js" */
+/** @import { Member } from "./together.js" */
+
+/**
+ * What of a comparison others need to show the same: what a lecturer's page tells a class.
+ *
+ * @typedef {object} Told
+ * @property {ComparisonOutline} outline
+ * @property {RunComparisonPublic|null} comparison What came of the runs, as far as it is known.
+ * @property {Arrangement} arrangement
+ */
+
+/**
+ * @typedef {object} Options
+ * @property {ViewKind} [view] How the runs are seen; flat if not given.
+ * @property {Partial<import("../session/keys.js").Actions>} [actions] What keys do beyond moving through the runs.
+ * @property {(compared: Compared) => void} [onChange] Called when its link, or what is told of it, has changed.
+ * @property {(runs: ComparedRun[]) => void} [onFewer] Called with the runs that stay when one is taken away.
+ */
+
+/**
+ * Compare runs: sessions are made for them, which end with the comparison.
+ *
+ * @param {HTMLElement} element
+ * @param {Wanted} wanted
+ * @param {(sentence: string) => void} tell What to say while it has to be waited for; empty when there is nothing to wait for.
+ * @param {AbortSignal} signal
+ * @param {Options} [options]
+ * @returns {Promise<Compared>} Rejects where the runs cannot be compared.
+ */
+export async function compare(element, { runs, position = 0, arrangement = "side" }, tell, signal, options = {}) {
+  const comparison = await begin(runs, tell, signal);
+  const known = comparison.runs.map(({ recipe }) => ({ recipe }));
+  const at = Math.min(position, comparison.frames - 1);
+  const members = comparison.runs.map(({ shown, upload, first }) => ({ recipe: { recipe: shown, upload, position: first + at } }));
+  const compared = new Compared(element, comparison, members, { ...options, arrangement, readOnly: false });
+  follow(comparison, known, (now) => compared.know(now), compared.signal).catch((error) => compared.fail(error));
+  return compared;
+}
+
+/**
+ * Look at a comparison that somebody else moves.
+ *
+ * @param {HTMLElement} element
+ * @param {Told} told
+ * @param {readonly string[]} sessions
+ * @param {Options} [options]
+ */
+export function watch(element, { outline, comparison, arrangement }, sessions, options = {}) {
+  const compared = new Compared(element, outline, sessions.map((session) => ({ session })), { ...options, arrangement, readOnly: true });
+  if (comparison !== null) compared.know(comparison);
+  return compared;
+}
+
+export class Compared {
+  #outline;
+  /** @type {RunComparisonPublic|null} */
+  #comparison = null;
+  /** @type {Arrangement} */
+  #arrangement = "side";
+  /** @type {Together} */
+  #together;
+  /** @type {Column[]} */
+  #columns;
+  #table;
+  #root;
+  #options;
+  #difference;
+
+  /**
+   * @param {HTMLElement} element
+   * @param {ComparisonOutline} outline
+   * @param {readonly Pick<Member, "recipe"|"session">[]} sessions
+   * @param {Options & {arrangement: Arrangement, readOnly: boolean}} options
+   */
+  constructor(element, outline, sessions, options) {
+    this.#outline = outline;
+    this.#options = options;
+    const { runs } = outline;
+    const isRemovable = runs.length > 2 && options.onFewer !== undefined;
+    this.#columns = runs.map((run, place) =>
+      column(run, place, {
+        choose: () => this.#choose(place),
+        remove: isRemovable ? () => this.#without(place) : null,
+        position: () => this.position,
+      }),
+    );
+    this.#table = new Table(outline);
+    const [deck, plots] = [h("div", { class: "comparison-deck" }), h("div", { class: "plots" })];
+    const views = h("div", { class: "comparison-views" }, this.#columns.map((each) => each.element));
+    const side = h("aside", { class: "comparison-side", "aria-label": "What differs" }, this.#table.element, plots);
+    this.#root = h("div", { class: "comparison", data: { runs: runs.length } }, views, side, deck);
+    this.#root.style.setProperty("--runs", String(runs.length));
+    fill(element, this.#root);
+    const members = runs.map(({ name, colour, first }, place) => ({ name, colour, first, place: this.#columns[place].place, ...sessions[place] }));
+    this.#together = new Together(members, { view: options.view, readOnly: options.readOnly });
+    this.#difference = h("button", { type: "button", disabled: true, on: { click: () => this.toDifference() } }, "First difference");
+    this.#together.deck(deck, [this.#difference]);
+    this.#together.plotInto(plots);
+    if (!options.readOnly) this.#together.listen({ ...options.actions, difference: () => this.toDifference() });
+    this.arrange(options.arrangement);
+    this.#choose(0);
+    /** Resolves with the ids of the sessions when all of them are there, or rejects. */
+    this.begun = this.#together.begun;
+  }
+
+  get signal() {
+    return this.#together.signal;
+  }
+
+  /** The frame that is shown, of those that all runs have. */
+  get position() {
+    return this.#together.store.session?.position ?? 0;
+  }
+
+  /** What makes the same comparison elsewhere. @returns {Wanted} */
+  get wanted() {
+    return { runs: this.#outline.runs.map(({ recipe }) => ({ recipe })), position: this.position, arrangement: this.#arrangement };
+  }
+
+  /** What others need to show the same sessions. @returns {Told} */
+  get told() {
+    return { outline: this.#outline, comparison: this.#comparison, arrangement: this.#arrangement };
+  }
+
+  get title() {
+    return this.#outline.runs.map(({ name }) => name).join(" · ");
+  }
+
+  /** @param {RunComparisonPublic} comparison What is known by now. */
+  know(comparison) {
+    const isNew = this.#comparison?.state !== comparison.state;
+    this.#comparison = comparison;
+    const { store } = this.#together;
+    this.#whenKnown(() => this.#table.show(comparison, measureOf(store.known)));
+    const { result } = comparison;
+    if (result !== null && isNew) {
+      const { first_difference: difference, before_loss: beforeLoss } = result;
+      this.#difference.disabled = difference === null;
+      this.#difference.title = difference === null ? "The runs never part" : `Go to frame ${difference}, the first in which two runs part (D)`;
+      this.#difference.textContent = difference === null ? "No difference" : `First difference ${difference}`;
+      store.know({ beforeLoss, notes: difference === null ? [] : [{ frame: difference, note: "The first frame in which two runs part" }] });
+    }
+    if (isNew) this.#options.onChange?.(this);
+  }
+
+  /** @param {unknown} error Why it is not known what came of the runs. */
+  fail(error) {
+    if (this.signal.aborted) return;
+    const message = error instanceof Error ? error.message : String(error);
+    this.know({ ...this.#outline, id: "", state: "failed", done: 0, total: 0, result: null, message });
+  }
+
+  /** Go to the first frame in which two runs part. */
+  toDifference() {
+    const frame = this.#comparison?.result?.first_difference ?? null;
+    if (frame !== null) this.#together.steering.seek(frame);
+  }
+
+  /** @param {Arrangement} arrangement */
+  arrange(arrangement) {
+    this.#arrangement = arrangement;
+    this.#root.dataset.arrangement = arrangement;
+    if (arrangement === "over") this.#together.show("flat");
+    this.#together.overlays.forEach((overlay, place) => {
+      overlay.wear(arrangement === "over" ? { tint: rgb(this.#outline.runs[place].colour), isLowest: place === 0 } : null);
+    });
+    this.#options.onChange?.(this);
+  }
+
+  /** @param {ViewKind} kind */
+  show(kind) {
+    if (kind === "scene") this.arrange("side");
+    this.#together.show(kind);
+  }
+
+  /** End it with the sessions that were made for it. */
+  end() {
+    this.#together.end();
+    this.#root.remove();
+  }
+
+  /** @param {number} place */
+  #choose(place) {
+    this.#together.store.bringToFront(place);
+    this.#columns.forEach(({ setFront }, other) => setFront(other === place));
+  }
+
+  /** @param {number} place */
+  #without(place) {
+    this.#options.onFewer?.(this.#outline.runs.filter((_, other) => other !== place).map(({ recipe }) => ({ recipe })));
+  }
+
+  /**
+   * Do something once the sessions have told about themselves.
+   *
+   * @param {() => void} work
+   */
+  #whenKnown(work) {
+    const { store } = this.#together;
+    let isDone = false;
+    const look = () => {
+      if (isDone || store.session === null) return;
+      isDone = true;
+      work();
+    };
+    store.on(["session"], look);
+    look();
+  }
+}
+
+/**
+ * The title of the measure that decides on success.
+ *
+ * @param {import("../shared/messages.js").SessionPublic} session
+ */
+function measureOf({ measures, success_measure: name }) {
+  return measures.find((measure) => measure.name === name)?.title ?? "Success";
+}
+
+/**
+ * @param {string} colour "#rrggbb"
+ * @returns {[number, number, number]}
+ */
+function rgb(colour) {
+  const value = Number.parseInt(colour.slice(1), 16);
+  return [value >> 16, (value >> 8) & 255, value & 255];
+}

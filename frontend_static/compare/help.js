@@ -1,0 +1,23 @@
+/** The keys of a comparison. */
+
+import { openDialog } from "../shared/dialog.js";
+import { h } from "../shared/dom.js";
+
+/** @type {readonly [keys: string, what: string][]} */
+const KEYS = [
+  ["space", "Play or pause all runs"],
+  ["← →", "One frame back or on"],
+  ["shift ← →", "Ten frames back or on"],
+  ["home end", "First frame, newest frame"],
+  ["D", "Go to the first frame in which two runs part"],
+  ["L", "Go to before the first loss"],
+  ["[ ]", "Slower, faster"],
+  ["F", "Present in large type; escape ends it"],
+  ["?", "This help"],
+];
+
+export function help() {
+  openDialog("Keys", () => [
+    h("dl", { class: "keys" }, KEYS.map(([keys, what]) => [h("dt", {}, keys.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, what)])),
+  ]);
+}

@@ -1,0 +1,149 @@
+/**
+ * Several runs in step as one store: what a session has as branches, a comparison has as runs. So the scrubber and the
+ * plots draw a line for each, and whatever moves through the runs has one position.
+ *
+ * Frames are those that all runs have in common, counted from 0 on, as the run that leads counts its own.
+ */
+
+import { HistoryWindow } from "../session/history_window.js";
+import { Store } from "../session/store.js";
+
+/** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
+/** @import { History } from "../session/history.js" */
+
+/** @typedef {{frame: number, note: string}} Note A frame worth finding again. */
+
+/**
+ * Frames that are known of the runs as wholes.
+ *
+ * @typedef {object} Landmarks
+ * @property {number|null} beforeLoss From where to watch the first loss of any run.
+ * @property {Note[]} notes
+ */
+
+/**
+ * One of the runs.
+ *
+ * @typedef {object} JointRun
+ * @property {Store} store Of its session.
+ * @property {string} name
+ * @property {string} colour
+ * @property {number} first Its frame that is frame 0 here.
+ */
+
+/** Topics of one session that are told of all. */
+const TOPICS = /** @type {const} */ (["session", "position", "history", "branches", "connection"]);
+
+export class JointStore extends Store {
+  #runs;
+  #lead;
+  #front = 0;
+  /** @type {Landmarks} */
+  #landmarks = { beforeLoss: null, notes: [] };
+
+  /**
+   * @param {readonly JointRun[]} runs
+   * @param {number} lead Place of the run that all others follow; its frame 0 is frame 0 here.
+   * @param {boolean} readOnly
+   */
+  constructor(runs, lead, readOnly) {
+    super({ readOnly });
+    this.#runs = runs;
+    this.#lead = lead;
+    runs.forEach(({ store, first }, place) => {
+      this.histories.set(String(place), new HistoryWindow(() => store.history, first, () => this.#frames));
+      for (const topic of TOPICS) store.on([topic], () => this.#heard(topic));
+    });
+    for (const topic of TOPICS) this.#heard(topic);
+  }
+
+  /** How many frames all runs have. */
+  get #frames() {
+    return Math.min(...this.#runs.map(({ store, first }) => (store.session?.frames ?? 0) - first));
+  }
+
+  /** Place of the run whose bands, strips and changes are shown, and whose curves lie above. */
+  get front() {
+    return this.#front;
+  }
+
+  /** @param {number} place */
+  bringToFront(place) {
+    this.#front = place;
+    this.#heard("session");
+    this.tell("branches", "history");
+  }
+
+  /** @param {Landmarks} landmarks */
+  know(landmarks) {
+    this.#landmarks = landmarks;
+    this.#heard("session");
+    this.tell("bookmarks", "history");
+  }
+
+  get knowsLoss() {
+    return this.#landmarks.beforeLoss !== null;
+  }
+
+  /** From where to watch the first loss, where there is one. */
+  get beforeLoss() {
+    return this.#landmarks.beforeLoss;
+  }
+
+  /** Where the target is lost in each run. */
+  get losses() {
+    return this.#runs.map(({ colour }, place) => ({ colour, history: this.historyOf(String(place)) }));
+  }
+
+  /** @param {typeof TOPICS[number]} topic */
+  #heard(topic) {
+    if (topic === "connection") this.connection = worst(this.#runs.map(({ store }) => store.connection));
+    // There is nothing to show of all before all are there.
+    if (this.#runs.some(({ store }) => store.session === null)) return;
+    const [lead, front] = [this.#runs[this.#lead], this.#runs[this.#front]];
+    this.session = this.#joined(lead.store.known, front.store.known, front.first);
+    this.tell(topic);
+  }
+
+  /**
+   * @param {SessionPublic} lead Has the position and all that moves.
+   * @param {SessionPublic} front Has what is shown of one run alone.
+   * @param {number} first
+   * @returns {SessionPublic}
+   */
+  #joined(lead, front, first) {
+    const lengths = this.#runs.map((_, place) => this.historyOf(String(place)).length);
+    const frames = this.#frames;
+    const { id, position, goal, playing, speed, speeds, state, message, recipe } = lead;
+    return {
+      ...front,
+      ...{ id, goal, playing, speed, speeds, state, message, recipe },
+      position: Math.min(position, frames - 1),
+      frames,
+      computed: Math.max(0, Math.min(...lengths) - 1),
+      branch: String(this.#front),
+      branches: this.#runs.map(branchOf),
+      bookmarks: this.#landmarks.notes.map((note, place) => ({ id: String(place), branch: "", ...note })),
+      timeline: front.timeline.map((change) => ({ ...change, frame: Math.max(0, change.frame - first) })),
+      thresholds: front.thresholds.map((limit) => ({
+        ...limit,
+        steps: limit.steps.map((step) => ({ ...step, frame: Math.max(0, step.frame - first) })),
+      })),
+    };
+  }
+}
+
+/**
+ * @param {JointRun} run
+ * @param {number} place
+ * @returns {BranchPublic}
+ */
+function branchOf({ name, colour, store }, place) {
+  return { id: String(place), title: name, parent: null, frame: 0, tracker: store.session?.tracker ?? "", colour };
+}
+
+/** @param {Store["connection"][]} all */
+function worst(all) {
+  const order = /** @type {const} */ (["gone", "lost", "connecting"]);
+  return order.find((each) => all.includes(each)) ?? "open";
+}

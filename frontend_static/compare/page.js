@@ -1,0 +1,145 @@
+/** The page of a comparison: what its address names, beside each other, and a link that holds all that makes it. */
+
+import { messageOf } from "../shared/api.js";
+import { copyButton } from "../shared/copy.js";
+import { openDialog } from "../shared/dialog.js";
+import { fill, h, part, setText } from "../shared/dom.js";
+import { icon } from "../shared/icons.js";
+import { navigation } from "../shared/navigation.js";
+import { notice } from "../shared/notice.js";
+import { present, presentationButton } from "../shared/presentation.js";
+import { themeButton } from "../shared/theme.js";
+import { later } from "../shared/timing.js";
+import { viewSwitch } from "../session/scene.js";
+import { compare } from "./compare.js";
+import { help } from "./help.js";
+import { linkTo, wantedOf } from "./link.js";
+
+/** @import { ComparedRun } from "../shared/messages.js" */
+/** @import { Compared } from "./compare.js" */
+/** @import { Arrangement, Wanted } from "./link.js" */
+
+const SKELETON_AFTER_MS = 200;
+const WORK = { label: "Choose saved runs", href: "/work?show=runs" };
+const EMPTY = "Compare a session with its branches or with other methods (key C on its page), two saved runs (My work), or two methods on one row of a sweep.";
+const RECORDING = "A recording is not in the link: where it is opened, it has to be uploaded, if it is not there already.";
+const root = part("comparison");
+/** @type {Compared|null} */
+let compared = null;
+
+navigation(null);
+const arrangements = arrangementSwitch();
+const views = viewSwitch("flat", (kind) => {
+  compared?.show(kind);
+  if (kind === "scene") arrangements.mark("side");
+});
+const share = h(
+  "button",
+  { type: "button", class: "tool", title: "Share a link to this comparison", disabled: true, on: { click: shareDialog } },
+  icon("share"),
+  h("span", { class: "wide-only" }, "Share"),
+);
+const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
+part("tools").append(arrangements.element, views, share, themeButton(), presentationButton({ hears: false }), keys);
+// The sessions are the page's own; whoever comes back by the browser's cache begins anew.
+addEventListener("pageshow", (event) => event.persisted && location.reload());
+addEventListener("hashchange", () => location.reload());
+load();
+
+function load() {
+  try {
+    const wanted = wantedOf(location);
+    if (wanted === null) fill(root, notice("Nothing to compare yet", EMPTY, WORK));
+    else show(wanted);
+  } catch (error) {
+    fill(root, notice("This link cannot be read", messageOf(error), WORK));
+  }
+}
+
+/** @param {Wanted} wanted */
+async function show(wanted) {
+  const end = new AbortController();
+  const wait = h("p", { class: "note compiling", role: "status", hidden: true });
+  const there = later(() => fill(root, h("div", { class: "comparison-wait" }, wait, h("div", { class: "shimmer" }))), SKELETON_AFTER_MS);
+  const tell = (/** @type {string} */ sentence) => {
+    setText(wait, sentence && `${sentence}. The comparison begins by itself.`);
+    wait.hidden = sentence === "";
+  };
+  try {
+    const actions = { help, present: () => present() };
+    compared = await compare(root, wanted, tell, end.signal, { actions, onChange: keepAddress, onFewer: showFewer });
+    there();
+    arrangements.mark(wanted.arrangement ?? "side");
+    setText(part("title"), `Compare · ${compared.title}`);
+    document.title = `${compared.title} · Compare · pftrack`;
+    keepAddress(compared);
+    share.disabled = false;
+  } catch (error) {
+    there();
+    setText(part("title"), "Compare");
+    fill(root, notice("These runs cannot be compared", messageOf(error), WORK));
+  }
+}
+
+/**
+ * The address holds what makes the runs as soon as that is known, so that it can be kept, sent and reloaded.
+ *
+ * @param {Compared} shown
+ */
+function keepAddress(shown) {
+  if (shown === compared) history.replaceState(null, "", linkTo({ ...shown.wanted, position: 0 }));
+}
+
+/** @param {ComparedRun[]} runs */
+function showFewer(runs) {
+  const wanted = { runs, position: compared?.position ?? 0 };
+  compared?.end();
+  compared = null;
+  show(wanted);
+}
+
+function shareDialog() {
+  if (compared === null) return;
+  const { wanted } = compared;
+  const address = new URL(linkTo(wanted), location.href).href;
+  openDialog("Share this comparison", (close) => {
+    const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
+    field.addEventListener("focus", () => field.select());
+    return [
+      h(
+        "p",
+        {},
+        `The link holds all that makes the runs, and frame ${wanted.position}. `,
+        "Wherever it is opened, the runs have the same numbers and part in the same frame.",
+      ),
+      wanted.runs.some(({ recipe }) => recipe?.footage) && h("p", { class: "hint" }, RECORDING),
+      field,
+      h("footer", {}, h("button", { type: "button", on: { click: close } }, "Close"), copyButton("Copy link", address, "the link")),
+    ];
+  }, { wide: true });
+}
+
+function arrangementSwitch() {
+  /** @type {Record<Arrangement, HTMLButtonElement>} */
+  const buttons = {
+    side: button("side", "Side by side", "Each run has a picture of its own"),
+    over: button("over", "Over each other", "All runs on the picture of the first, each in its colour"),
+  };
+  const mark = (/** @type {Arrangement} */ chosen) => {
+    for (const [name, each] of Object.entries(buttons)) each.setAttribute("aria-pressed", String(name === chosen));
+  };
+  /**
+   * @param {Arrangement} name
+   * @param {string} text
+   * @param {string} title
+   */
+  function button(name, text, title) {
+    const press = () => {
+      compared?.arrange(name);
+      mark(name);
+      if (name === "over") views.querySelector("[data-view=flat]")?.dispatchEvent(new MouseEvent("click"));
+    };
+    return h("button", { type: "button", title, "aria-pressed": String(name === "side"), data: { arrangement: name }, on: { click: press } }, text);
+  }
+  return { element: h("div", { class: "view-switch", role: "group", "aria-label": "Arrangement" }, buttons.side, buttons.over), mark };
+}

@@ -1,0 +1,95 @@
+/** The table beside the pictures: what differs between the runs, only that, and what came of them. */
+
+import { fill, h } from "../shared/dom.js";
+import { count } from "../shared/format.js";
+import { outcomeLines } from "./words.js";
+
+/** @import { ComparisonOutline, RunComparisonPublic, SettingPublic } from "../shared/messages.js" */
+
+const INTERVAL =
+  "An error that is large in one frame is large in the next: frames of one run are no independent trials. So the frames in " +
+  "common are cut into six stretches, and the interval is that of their means (batch means). It speaks of these runs with " +
+  "these seeds; what others would give is a question for a sweep.";
+
+export class Table {
+  #comparison;
+  #outcomes = h("tbody", {});
+  #progress = h("p", { class: "hint", role: "status" });
+  #why = h("details", { class: "hint", hidden: true }, h("summary", {}, "What the interval says"), h("p", {}, INTERVAL));
+
+  /** @param {ComparisonOutline} comparison */
+  constructor(comparison) {
+    this.#comparison = comparison;
+    const { runs, settings } = comparison;
+    const isShort = runs.length > 2;
+    this.element = h(
+      "section",
+      { class: "comparison-table", "aria-label": "What differs" },
+      h(
+        "table",
+        {},
+        h("thead", {}, h("tr", {}, h("td", {}), runs.map(({ name, colour }, place) => head(name, colour, place)))),
+        h("tbody", {}, settings.map((setting) => settingRow(setting, isShort))),
+        this.#outcomes,
+      ),
+      settings.length === 0 && h("p", { class: "hint" }, "Nothing that makes the runs is different."),
+      this.#progress,
+      this.#why,
+    );
+  }
+
+  /**
+   * Say how far it is, and what came of the runs as soon as that is known.
+   *
+   * @param {RunComparisonPublic} comparison
+   * @param {string} measure Title of what decides on success.
+   */
+  show({ state, done, total, result, message }, measure) {
+    const { unit, runs } = this.#comparison;
+    fill(this.#progress, wordsOf(state, done, total, message));
+    this.#progress.hidden = state === "done";
+    this.#progress.classList.toggle("wrong", state === "failed");
+    if (result === null) return;
+    const lines = outcomeLines(result, { unit, names: runs.map(({ name }) => name), measure });
+    fill(this.#outcomes, lines.map(({ title, hint, cells }) => h("tr", {}, h("th", { scope: "row", title: hint }, title), cells.map(figure))));
+    this.#why.hidden = result.paired.every(({ low }) => low === null);
+  }
+}
+
+/**
+ * @param {string} state
+ * @param {number} done
+ * @param {number} total
+ * @param {string|null} message
+ */
+function wordsOf(state, done, total, message) {
+  if (state === "failed") return `What came of the runs is not known: ${message}`;
+  if (total === 0) return "What came of the runs is computed as soon as there is a place";
+  return `Computing what came of the runs, ${done} of ${count(total, "frame")}`;
+}
+
+/**
+ * @param {string} name
+ * @param {string} colour
+ * @param {number} place
+ */
+function head(name, colour, place) {
+  const swatch = h("span", { class: "swatch" });
+  swatch.style.background = colour;
+  return h("th", { scope: "col", title: name, "aria-label": name }, swatch, h("span", { "aria-hidden": "true" }, String(place + 1)));
+}
+
+/**
+ * @param {SettingPublic} setting
+ * @param {boolean} isShort Whether there is little room: a name has a short form in brackets.
+ */
+function settingRow({ name, title, values }, isShort) {
+  const words = (/** @type {string} */ value) => (isShort && name === "tracker" ? value.replaceAll(/[^,(]*\(([^)]+)\)/g, "$1") : value);
+  const cells = values.map((value) => (value === null ? h("td", { title: "It has no such setting" }, "–") : h("td", { title: value }, words(value))));
+  return h("tr", { data: { setting: name } }, h("th", { scope: "row" }, title), cells);
+}
+
+/** @param {import("./words.js").Cell} cell */
+function figure({ text, more, hint }) {
+  return h("td", { title: hint, class: "figure" }, text, more && h("span", { class: "hint" }, more));
+}

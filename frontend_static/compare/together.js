@@ -1,0 +1,167 @@
+/**
+ * Runs in step on a page: a session each, one clock, and one transport, one scrubber and one set of plots for all of them.
+ * Sessions that are made here belong to the page: they begin with it, and end when it is left.
+ */
+
+import { Clock } from "../session/clock.js";
+import { Overlay } from "../session/flat/overlay.js";
+import { listen } from "../session/keys.js";
+import { arrange } from "../session/layout.js";
+import { mount } from "../session/mount.js";
+import { OwnSession } from "../session/own_session.js";
+import { plots } from "../session/plots/plots.js";
+import { OVERLAID } from "../session/plots/kinds/kinds.js";
+import { Scrubber } from "../session/scrubber/scrubber.js";
+import { SessionStart } from "../session/session_start.js";
+import { transport } from "../session/transport.js";
+import { JointSteering } from "./joint_steering.js";
+import { JointStore } from "./joint_store.js";
+
+/** @import { Actions } from "../session/keys.js" */
+/** @import { ViewKind } from "../session/view_choice.js" */
+/** @import { NewSession } from "../shared/share_link.js" */
+
+/**
+ * One of the runs.
+ *
+ * @typedef {object} Member
+ * @property {HTMLElement} place For its picture and its numbers.
+ * @property {string} name
+ * @property {string} colour As CSS has it.
+ * @property {number} first Its frame that is the first of those that all have.
+ * @property {NewSession} [recipe] What to make its session with.
+ * @property {string} [session] Otherwise the session that there is.
+ */
+
+/**
+ * @typedef {object} Options
+ * @property {ViewKind} [view]
+ * @property {boolean} [readOnly] Whether they can be looked at and not be moved.
+ */
+
+const PARTS = /** @type {const} */ (["scene", "readout"]);
+
+export class Together {
+  #end = new AbortController();
+  /** @type {OwnSession[]} */
+  #own = [];
+  /** @type {SessionStart[]} */
+  #starts;
+  #views;
+
+  /**
+   * @param {readonly Member[]} members
+   * @param {Options} options
+   */
+  constructor(members, { view = "flat", readOnly = false } = {}) {
+    /** How each flat view is painted where they lie over each other. */
+    this.overlays = members.map(() => new Overlay());
+    this.#starts = members.map(({ place, recipe, session }, index) => {
+      const look = { parts: PARTS, view, overlay: this.overlays[index] };
+      if (recipe === undefined) return new SessionStart(place, { session, ...look });
+      const own = new OwnSession(place, { recipe, ...look });
+      this.#own.push(own);
+      return own.start;
+    });
+    // One that has nothing before the common frames counts as all do together.
+    const lead = Math.max(0, members.findIndex(({ first }) => first === 0));
+    const clock = readOnly ? undefined : new Clock();
+    const leadFirst = [lead, ...[...members.keys()].filter((place) => place !== lead)];
+    const mounted = new Map(leadFirst.map((place) => {
+      const start = this.#starts[place];
+      return [place, mount(start.element, { start, clock, first: members[place].first, keys: null, readOnly })];
+    }));
+    this.#views = members.map((_, place) => /** @type {import("../session/mount.js").Mounted} */ (mounted.get(place)));
+    const runs = members.map(({ name, colour, first }, place) => ({ name, colour, first, store: this.#views[place].store }));
+    this.store = new JointStore(runs, lead, readOnly);
+    this.steering = new JointSteering(this.#views[lead].store, this.store, this.signal);
+    /** Resolves with the sessions' names when all of them are there, however long they take, or rejects. */
+    this.begun = this.#all();
+    this.begun.catch(() => {});
+  }
+
+  get signal() {
+    return this.#end.signal;
+  }
+
+  /** Whether what steers can be used. */
+  get able() {
+    return this.store.connection === "open" && this.store.isSteerable;
+  }
+
+  scene = null;
+
+  /** Ids of the plots that all runs have and that can be laid over each other. */
+  get plots() {
+    const [first, ...others] = this.#views.map(({ store }) => store.session?.plots ?? []);
+    const key = (/** @type {{id: string, kind: string}} */ { id, kind }) => `${kind} ${id}`;
+    const isShared = (/** @type {string} */ wanted) => others.every((each) => each.some((plot) => key(plot) === wanted));
+    return first.filter((plot) => OVERLAID.includes(plot.kind) && isShared(key(plot))).map(({ id }) => id);
+  }
+
+  /**
+   * Put the transport and the scrubber into a place.
+   *
+   * @param {HTMLElement} place
+   * @param {Node[]} extras Further controls, at the right of the transport.
+   */
+  deck(place, extras) {
+    const places = arrange(place, ["transport", "scrubber"]);
+    if (places.transport) transport(places.transport, this, extras);
+    if (places.scrubber) new Scrubber(places.scrubber, this);
+  }
+
+  /**
+   * Put the plots into a place, all runs in each.
+   *
+   * @param {HTMLElement} place
+   */
+  plotInto(place) {
+    plots(place, this);
+  }
+
+  /**
+   * Have the keys of the page move all runs.
+   *
+   * @param {Partial<Actions>} more What they do besides.
+   */
+  listen(more) {
+    const { steering } = this;
+    const actions = {
+      toggle: () => steering.toggle(),
+      step: (/** @type {number} */ direction) => steering.step(direction),
+      jump: (/** @type {number} */ frames) => steering.jump(frames),
+      first: () => steering.first(),
+      newest: () => steering.newest(),
+      faster: (/** @type {number} */ direction) => steering.faster(direction),
+      beforeLoss: () => steering.beforeLoss(),
+      ...more,
+    };
+    const isScene = (/** @type {MessageEventSource|null} */ source) => source !== null && this.#views.some(({ scene }) => scene?.window === source);
+    listen(document.body, actions, isScene, this.signal);
+  }
+
+  /**
+   * Show all runs flat or in three dimensions.
+   *
+   * @param {ViewKind} kind
+   */
+  show(kind) {
+    for (const { scene } of this.#views) scene?.show(kind);
+  }
+
+  /** End all that was made here, on the server as well; also when the page is about to be left. */
+  end() {
+    if (this.signal.aborted) return;
+    this.#end.abort();
+    for (const view of this.#views) view.dispose();
+    for (const session of this.#own) session.end();
+  }
+
+  async #all() {
+    // All are waited for, so that whoever tries again finds the places of all free.
+    await Promise.allSettled(this.#starts.map(({ begun }) => begun));
+    const begun = await Promise.all(this.#starts.map((start) => start.begun));
+    return begun.map(({ session }) => session.id);
+  }
+}
