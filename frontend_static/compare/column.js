@@ -4,7 +4,7 @@ import { h } from "../shared/dom.js";
 import { iconButton } from "../shared/icons.js";
 import { linkTo } from "../shared/share_link.js";
 
-/** @import { ComparedPublic } from "../shared/messages.js" */
+/** @import { Outline } from "./compare.js" */
 
 /**
  * @typedef {object} Column
@@ -14,7 +14,7 @@ import { linkTo } from "../shared/share_link.js";
  */
 
 /**
- * @param {ComparedPublic} run
+ * @param {Outline["runs"][number]} run
  * @param {number} place
  * @param {{choose: () => void, remove: (() => void)|null, position: () => number}} on
  * @returns {Column}
@@ -30,13 +30,24 @@ export function column({ name, title, colour, recipe, first }, place, { choose, 
     h("strong", {}, String(place + 1)),
     h("span", {}, name),
   );
-  const open = h("a", { class: "link", href: linkTo({ recipe, position: first }), title: "Open this run as a session of its own, at this frame" }, "Open");
-  // The runs have moved on by the time that somebody goes there.
-  for (const type of /** @type {const} */ (["pointerenter", "focus", "click"])) {
-    open.addEventListener(type, () => (open.href = linkTo({ recipe, position: first + position() })));
-  }
+  const open = recipe && opener((frame) => linkTo({ recipe, position: first + frame }), position);
   const head = h("header", { class: "compared-head" }, h("h2", {}, chip), open, remove && iconButton("close", `Take ${name} away`, remove));
   const element = h("section", { class: "compared", "aria-label": `Run ${place + 1}, ${name}`, data: { place } }, head, view);
   element.style.setProperty("--run", colour);
   return { element, place: view, setFront: (isFront) => chip.setAttribute("aria-pressed", String(isFront)) };
+}
+
+/**
+ * A link to the run as a session of its own, at the frame that is shown.
+ *
+ * @param {(frame: number) => string} address
+ * @param {() => number} position
+ */
+function opener(address, position) {
+  const link = h("a", { class: "link", href: address(0), title: "Open this run as a session of its own, at this frame" }, "Open");
+  // The runs have moved on by the time that somebody goes there.
+  for (const type of /** @type {const} */ (["pointerenter", "focus", "click"])) {
+    link.addEventListener(type, () => (link.href = address(position())));
+  }
+  return link;
 }

@@ -10,19 +10,24 @@ import { Table } from "./table.js";
 import { Together } from "./together.js";
 
 /** @import { ViewKind } from "../session/view_choice.js" */
-/** @import { ComparedRun, ComparisonOutline, RunComparisonPublic } from "../shared/messages.js" */
+/** @import { ComparedPublic, ComparedRun, ComparisonOutline, Recipe, RunComparisonPublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
 /** @import { Arrangement, Wanted } from "./link.js" */
 /** @import { Member } from "./together.js" */
 
 /**
- * What of a comparison others need to show the same: what a lecturer's page tells a class.
+ * What others need to show the same sessions, as a lecturer's page tells a class; what makes the runs is none of it, which
+ * may be long.
  *
  * @typedef {object} Told
- * @property {ComparisonOutline} outline
- * @property {RunComparisonPublic|null} comparison What came of the runs, as far as it is known.
+ * @property {Outline} outline
+ * @property {Outcome|null} outcome What came of the runs, as far as it is known.
  * @property {Arrangement} arrangement
  */
+
+/** @typedef {Pick<ComparedPublic, "name"|"title"|"colour"|"first">} Run */
+/** @typedef {Pick<ComparisonOutline, "unit"|"settings"> & {runs: (Run & {recipe?: Recipe})[]}} Outline */
+/** @typedef {Pick<RunComparisonPublic, "state"|"done"|"total"|"result"|"message">} Outcome */
 
 /**
  * @typedef {object} Options
@@ -60,16 +65,16 @@ export async function compare(element, { runs, position = 0, arrangement = "side
  * @param {readonly string[]} sessions
  * @param {Options} [options]
  */
-export function watch(element, { outline, comparison, arrangement }, sessions, options = {}) {
+export function watch(element, { outline, outcome, arrangement }, sessions, options = {}) {
   const compared = new Compared(element, outline, sessions.map((session) => ({ session })), { ...options, arrangement, readOnly: true });
-  if (comparison !== null) compared.know(comparison);
+  if (outcome !== null) compared.know(outcome);
   return compared;
 }
 
 export class Compared {
   #outline;
-  /** @type {RunComparisonPublic|null} */
-  #comparison = null;
+  /** @type {Outcome|null} */
+  #outcome = null;
   /** @type {Arrangement} */
   #arrangement = "side";
   /** @type {Together} */
@@ -83,7 +88,7 @@ export class Compared {
 
   /**
    * @param {HTMLElement} element
-   * @param {ComparisonOutline} outline
+   * @param {Outline} outline
    * @param {readonly Pick<Member, "recipe"|"session">[]} sessions
    * @param {Options & {arrangement: Arrangement, readOnly: boolean}} options
    */
@@ -129,25 +134,26 @@ export class Compared {
 
   /** What makes the same comparison elsewhere. @returns {Wanted} */
   get wanted() {
-    return { runs: this.#outline.runs.map(({ recipe }) => ({ recipe })), position: this.position, arrangement: this.#arrangement };
+    return { runs: this.#runs(), position: this.position, arrangement: this.#arrangement };
   }
 
   /** What others need to show the same sessions. @returns {Told} */
   get told() {
-    return { outline: this.#outline, comparison: this.#comparison, arrangement: this.#arrangement };
+    const { unit, settings, runs } = this.#outline;
+    const named = runs.map(({ name, title, colour, first }) => ({ name, title, colour, first }));
+    return { outline: { unit, settings, runs: named }, outcome: this.#outcome, arrangement: this.#arrangement };
   }
 
   get title() {
     return this.#outline.runs.map(({ name }) => name).join(" · ");
   }
 
-  /** @param {RunComparisonPublic} comparison What is known by now. */
-  know(comparison) {
-    const isNew = this.#comparison?.state !== comparison.state;
-    this.#comparison = comparison;
+  /** @param {Outcome} outcome What is known by now of what came of the runs. */
+  know({ state, done, total, result, message }) {
+    const isNew = this.#outcome?.state !== state;
+    const outcome = (this.#outcome = { state, done, total, result, message });
     const { store } = this.#together;
-    this.#whenKnown(() => this.#table.show(comparison, measureOf(store.known)));
-    const { result } = comparison;
+    this.#whenKnown(() => this.#table.show(outcome, measureOf(store.known)));
     if (result !== null && isNew) {
       const { first_difference: difference, before_loss: beforeLoss } = result;
       this.#difference.disabled = difference === null;
@@ -162,12 +168,12 @@ export class Compared {
   fail(error) {
     if (this.signal.aborted) return;
     const message = error instanceof Error ? error.message : String(error);
-    this.know({ ...this.#outline, id: "", state: "failed", done: 0, total: 0, result: null, message });
+    this.know({ state: "failed", done: 0, total: 0, result: null, message });
   }
 
   /** Go to the first frame in which two runs part. */
   toDifference() {
-    const frame = this.#comparison?.result?.first_difference ?? null;
+    const frame = this.#outcome?.result?.first_difference ?? null;
     if (frame !== null) this.#together.steering.seek(frame);
   }
 
@@ -202,7 +208,12 @@ export class Compared {
 
   /** @param {number} place */
   #without(place) {
-    this.#options.onFewer?.(this.#outline.runs.filter((_, other) => other !== place).map(({ recipe }) => ({ recipe })));
+    this.#options.onFewer?.(this.#runs().filter((_, other) => other !== place));
+  }
+
+  /** What makes the runs, where that is known. */
+  #runs() {
+    return this.#outline.runs.map(({ recipe }) => ({ recipe }));
   }
 
   /**

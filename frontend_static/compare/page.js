@@ -10,6 +10,8 @@ import { notice } from "../shared/notice.js";
 import { present, presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
+import { followChip } from "../follow/lead/chip.js";
+import { Lead } from "../follow/lead/lead.js";
 import { viewSwitch } from "../session/scene.js";
 import { compare } from "./compare.js";
 import { help } from "./help.js";
@@ -26,6 +28,14 @@ const RECORDING = "A recording is not in the link: where it is opened, it has to
 const root = part("comparison");
 /** @type {Compared|null} */
 let compared = null;
+/** @type {string[]} */
+let sessions = [];
+/** Nothing ends what listens here but the page itself. */
+const { signal } = new AbortController();
+const lead = new Lead(() => {
+  if (compared === null || sessions.length === 0) return null;
+  return { title: compared.title, sessions, lesson: null, arrangement: { comparison: compared.told } };
+}, signal);
 
 navigation(null);
 const arrangements = arrangementSwitch();
@@ -40,7 +50,7 @@ const share = h(
   h("span", { class: "wide-only" }, "Share"),
 );
 const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
-part("tools").append(arrangements.element, views, share, themeButton(), presentationButton({ hears: false }), keys);
+part("tools").append(arrangements.element, views, followChip(lead, signal), share, themeButton(), presentationButton({ hears: false }), keys);
 // The sessions are the page's own; whoever comes back by the browser's cache begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 addEventListener("hashchange", () => location.reload());
@@ -58,7 +68,6 @@ function load() {
 
 /** @param {Wanted} wanted */
 async function show(wanted) {
-  const end = new AbortController();
   const wait = h("p", { class: "note compiling", role: "status", hidden: true });
   const there = later(() => fill(root, h("div", { class: "comparison-wait" }, wait, h("div", { class: "shimmer" }))), SKELETON_AFTER_MS);
   const tell = (/** @type {string} */ sentence) => {
@@ -67,13 +76,17 @@ async function show(wanted) {
   };
   try {
     const actions = { help, present: () => present() };
-    compared = await compare(root, wanted, tell, end.signal, { actions, onChange: keepAddress, onFewer: showFewer });
+    compared = await compare(root, wanted, tell, signal, { actions, onChange: keepAddress, onFewer: showFewer });
     there();
     arrangements.mark(wanted.arrangement ?? "side");
     setText(part("title"), `Compare · ${compared.title}`);
     document.title = `${compared.title} · Compare · pftrack`;
     keepAddress(compared);
     share.disabled = false;
+    compared.begun.then((ids) => {
+      sessions = ids;
+      lead.find();
+    }, () => {});
   } catch (error) {
     there();
     setText(part("title"), "Compare");
@@ -87,14 +100,16 @@ async function show(wanted) {
  * @param {Compared} shown
  */
 function keepAddress(shown) {
-  if (shown === compared) history.replaceState(null, "", linkTo({ ...shown.wanted, position: 0 }));
+  if (shown !== compared) return;
+  history.replaceState(null, "", linkTo({ ...shown.wanted, position: 0 }));
+  lead.update();
 }
 
 /** @param {ComparedRun[]} runs */
 function showFewer(runs) {
   const wanted = { runs, position: compared?.position ?? 0 };
   compared?.end();
-  compared = null;
+  [compared, sessions] = [null, []];
   show(wanted);
 }
 

@@ -4,7 +4,8 @@ import { fill, h } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { outcomeLines } from "./words.js";
 
-/** @import { ComparisonOutline, RunComparisonPublic, SettingPublic } from "../shared/messages.js" */
+/** @import { SettingPublic } from "../shared/messages.js" */
+/** @import { Outcome, Outline } from "./compare.js" */
 
 const INTERVAL =
   "An error that is large in one frame is large in the next: frames of one run are no independent trials. So the frames in " +
@@ -17,7 +18,7 @@ export class Table {
   #progress = h("p", { class: "hint", role: "status" });
   #why = h("details", { class: "hint", hidden: true }, h("summary", {}, "What the interval says"), h("p", {}, INTERVAL));
 
-  /** @param {ComparisonOutline} comparison */
+  /** @param {Outline} comparison */
   constructor(comparison) {
     this.#comparison = comparison;
     const { runs, settings } = comparison;
@@ -41,7 +42,7 @@ export class Table {
   /**
    * Say how far it is, and what came of the runs as soon as that is known.
    *
-   * @param {RunComparisonPublic} comparison
+   * @param {Outcome} outcome
    * @param {string} measure Title of what decides on success.
    */
   show({ state, done, total, result, message }, measure) {

@@ -16,7 +16,8 @@ export function linkTo(body) {
 /**
  * base64url of JSON, in UTF-8.
  *
- * @param {object} body
+ * @template Body
+ * @param {Body} body
  */
 export function encode(body) {
   // Letter by letter: a run whose parameters were changed thousands of times has more than a call takes arguments.

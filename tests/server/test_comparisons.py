@@ -100,7 +100,7 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
         ([ball()] * 5, 422, "two to four runs to compare, got 5"),
         ([ball(), {"recipe": {"experiment": "sine"}}], 422, "in px, those of"),
         ([ball(), {"recipe": {"experiment": "nothing"}}], 422, "nothing"),
-        ([ball(), ball(timeline=[{"frame": 0, "values": {"sample_count": -3}}])], 422, "ample_count must be a whole number"),
+        ([ball(), ball(timeline=[{"frame": 0, "values": {"sample_count": -3}}])], 422, "ample_count must be"),
         ([ball(), ball(frames=900_000)], 422, "on this server"),
         ([ball(), {"reference": "0123456789abcdef"}], 404, "no saved run '0123456789abcdef' any more"),
         ([ball(), {"reference": "0123456789abcdef:b0"}], 404, "no branch 'b0' of a session"),
