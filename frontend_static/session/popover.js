@@ -16,7 +16,9 @@ export function popover(button, ...content) {
     if (event.newState !== "open") return;
     const from = button.getBoundingClientRect();
     menu.style.left = `${Math.max(EDGE_PX, Math.min(from.left, innerWidth - menu.offsetWidth - EDGE_PX))}px`;
-    menu.style.bottom = `${innerHeight - from.top + GAP_PX}px`;
+    const isAbove = from.top > innerHeight - from.bottom;
+    menu.style.bottom = isAbove ? `${innerHeight - from.top + GAP_PX}px` : "auto";
+    menu.style.top = isAbove ? "auto" : `${from.bottom + GAP_PX}px`;
   });
   return h("div", { class: "menu-root" }, button, menu);
 }

@@ -160,6 +160,8 @@ export function query(values) {
 
 /** @param {string} id @param {string} [rest] */
 const session = (id, rest = "") => `sessions/${encodeURIComponent(id)}${rest}`;
+/** @param {string} name @param {string} plot */
+const exportPath = (name, plot) => `/exports/${encodeURIComponent(name)}${plot ? `?${query({ plot })}` : ""}`;
 /** @param {string} id @param {string} experiment */
 const truthPath = (id, experiment) => `uploads/${encodeURIComponent(id)}/truth?experiment=${encodeURIComponent(experiment)}`;
 /** @param {string} id @param {string} [rest] */
@@ -204,8 +206,12 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
  * @property {(id: string) => Promise<Messages.SessionPublic>} open
  * @property {(id: string) => Promise<null>} remove
  * @property {(id: string) => string} downloadAddress
- * @property {(id: string, name: string) => string} exportAddress
- * @property {(id: string, name: string) => Promise<{name: string, content: Blob}>} exported
+ * @property {(id: string, name: string, plot: string) => Promise<{name: string, content: Blob}>} exported
+ * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJobPublic>} exportSession
+ * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJobPublic>} exportRun
+ * @property {(id: string) => Promise<Messages.ExportsPublic>} exportsOfRun
+ * @property {(id: string) => Promise<Messages.ExportJobPublic>} exporting
+ * @property {(id: string) => Promise<null>} cancelExport
  */
 
 /** @type {Api} */
@@ -250,7 +256,11 @@ export const api = {
   run: (id) => request("GET", run(id)),
   open: (id) => request("POST", run(id, "/open")),
   remove: (id) => request("DELETE", run(id)),
-  exportAddress: (id, name) => `${ROOT}${session(id, `/exports/${encodeURIComponent(name)}`)}`,
-  exported: (id, name) => fetched(session(id, `/exports/${encodeURIComponent(name)}`)),
+  exported: (id, name, plot) => fetched(session(id, exportPath(name, plot))),
+  exportSession: (id, name, plot) => request("POST", session(id, exportPath(name, plot))),
+  exportRun: (id, name, plot) => request("POST", run(id, exportPath(name, plot))),
+  exportsOfRun: (id) => request("GET", run(id, "/exports")),
+  exporting: (id) => request("GET", `exports/${encodeURIComponent(id)}`),
+  cancelExport: (id) => request("DELETE", `exports/${encodeURIComponent(id)}`),
   downloadAddress: (id) => `${ROOT}${run(id, "/download")}`,
 };

@@ -3,10 +3,12 @@
 import { api } from "../shared/api.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
+import { exportLists } from "../shared/exports.js";
 import { bytes, count, moment } from "../shared/format.js";
 import { iconButton } from "../shared/icons.js";
 import { thumbnail } from "../shared/thumbnail.js";
 import { attempt } from "../shared/toast.js";
+import { popover } from "../session/popover.js";
 import { trackerTitle } from "../session/timeline.js";
 import { sweeps } from "../sweep/api.js";
 
@@ -55,9 +57,26 @@ export function runRow(run, again) {
   const question = { title: "Delete this run?", text: `${run.title} is lost for good, unless you downloaded it.`, action: "Delete it" };
   return row({ run: run.id }, `run-${run.id}`, run.thumbnail, h("span", {}, run.title), facts, [
     h("button", { type: "button", on: { click: open } }, "Open"),
-    h("a", { class: "button", href: api.downloadAddress(run.id), download: "" }, "Download"),
+    filesOf(run),
     removal(`Delete ${run.title}`, question, () => api.remove(run.id), again),
   ]);
+}
+
+/**
+ * The file of a run itself, and all that it can be written as.
+ *
+ * @param {RunPublic} run
+ */
+function filesOf({ id, title }) {
+  const lists = exportLists({ begin: (name, plot) => api.exportRun(id, name, plot) });
+  const own = h("a", { class: "button quiet grow", href: api.downloadAddress(id), download: "" }, "The run itself, to be opened or replayed (.pft)");
+  const button = h("button", { type: "button", "aria-label": `Download ${title}` }, "Download");
+  const root = popover(button, h("section", {}, h("h2", {}, "Take away"), h("ul", { class: "menu-list" }, h("li", {}, own)), lists.element));
+  button.addEventListener("click", () => attempt(async () => {
+    const { exports, plots } = await api.exportsOfRun(id);
+    lists.draw(exports, plots);
+  }), { once: true });
+  return root;
 }
 
 /**
