@@ -19,6 +19,7 @@ export function popover(button, ...content) {
     const isAbove = from.top > innerHeight - from.bottom;
     menu.style.bottom = isAbove ? `${innerHeight - from.top + GAP_PX}px` : "auto";
     menu.style.top = isAbove ? "auto" : `${from.bottom + GAP_PX}px`;
+    menu.style.maxHeight = `${(isAbove ? from.top : innerHeight - from.bottom) - GAP_PX - EDGE_PX}px`;
   });
   return h("div", { class: "menu-root" }, button, menu);
 }

@@ -69,7 +69,7 @@ export function runRow(run, again) {
  */
 function filesOf({ id, title }) {
   const lists = exportLists({ begin: (name, plot) => api.exportRun(id, name, plot) });
-  const own = h("a", { class: "button quiet grow", href: api.downloadAddress(id), download: "" }, "The run itself, to be opened or replayed (.pft)");
+  const own = h("a", { class: "button quiet grow", href: api.downloadAddress(id), download: "" }, "The saved run, to open it again (.pft)");
   const button = h("button", { type: "button", "aria-label": `Download ${title}` }, "Download");
   const root = popover(button, h("section", {}, h("h2", {}, "Take away"), h("ul", { class: "menu-list" }, h("li", {}, own)), lists.element));
   button.addEventListener("click", () => attempt(async () => {

@@ -12,7 +12,7 @@ from pftrack.experiments.head.sketch import front
 from pftrack.geometry.face_model import FEATURES, mean_model, person
 from pftrack.model_files.points import as_json
 from tests.browser.conftest import Complaints
-from tests.browser.host import Server
+from tests.browser.host import Server, until
 from tests.browser.views import SessionPage
 
 VALUES = {"face_model": "growing", "person": 102, "image_width_px": 320, "feature_noise_px": 3}
@@ -97,7 +97,7 @@ def test_the_model_is_taken_away_and_brought_back(
         unchosen.click("[data-export=face-obj]")
     place = tmp_path / waiting.value.suggested_filename
     waiting.value.save_as(place)
-    assert place.name == "face-obj-0.obj"
+    assert place.name == "head-0.obj"
     read = trimesh.load(place, process=False, force="mesh")
     assert read.vertices.shape == front(mean_model()).vertices_mm.shape
     nose = mean_model()["nose"] * (1, -1, -1)
@@ -112,8 +112,8 @@ def test_the_model_is_taken_away_and_brought_back(
     assert server.get(f"sessions/{view.id}/exports/face-json")["frames"] == 2
 
 
-def test_every_run_can_be_taken_away_as_a_notebook(unchosen: Any, server: Server) -> None:
-    """The noisy sinusoid offers nothing of its own and takes no files, and its run is there all the same."""
+def test_every_run_can_be_taken_away(unchosen: Any, server: Server) -> None:
+    """As a notebook, as a picture of one plot, and as a film, which the server writes beside the session."""
     session = server.start_session(experiment="sine")
     unchosen.goto(session["page"])
     SessionPage(unchosen, server).ready()
@@ -123,4 +123,13 @@ def test_every_run_can_be_taken_away_as_a_notebook(unchosen: Any, server: Server
         away.locator("[data-export=notebook]").click()
     book = json.loads(Path(waiting.value.path()).read_text())
     assert any("Recipe.read" in "".join(cell["source"]) for cell in book["cells"])
+    away.get_by_label("Which plot").select_option("error")
+    with unchosen.expect_download() as waiting:
+        away.locator("[data-export=svg]").click()
+    assert waiting.value.suggested_filename == "sine-0-error.svg"
+    assert ">error</text>" in Path(waiting.value.path()).read_text()
+    with unchosen.expect_download() as waiting:
+        away.locator("[data-export=mp4]").click()
+    assert waiting.value.suggested_filename == "sine-0.mp4"
+    until(lambda: away.locator("[data-writing]").count() == 0, "what was being written is there")
     assert into.count() == 0

@@ -24,7 +24,7 @@ def test_a_learned_motion_is_taken_away_and_brought_in(
     view.stands_at(45)
     with unchosen.expect_download() as waiting:
         unchosen.click("[data-export=learned]")
-    assert waiting.value.suggested_filename == "learned-45.learned.json"
+    assert waiting.value.suggested_filename == "ball-45.learned.json"
     place = tmp_path / "mine.json"
     waiting.value.save_as(place)
     text = place.read_text()

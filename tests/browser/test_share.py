@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import pandas as pd
 import pytest
 
 from tests.browser.host import Server
@@ -111,15 +112,21 @@ def test_bookmarks_lead_back(watch: Watch, server: Server) -> None:
 
 
 def test_a_downloaded_run_can_be_dropped_again(watch: Watch, server: Server, page: Any) -> None:
-    """A .pft file given to the drop zone opens as a session with the same numbers."""
+    """From My work it comes as a table, too; the .pft file, dropped, opens as a session with the same numbers."""
     shown = watch(tracker="s-spf")
     server.seek(shown.id, 25)
     shown.stands_at(25)
     first, errors = shown.id, server.column(shown.id, "error")
     run = server.post("runs", {"session": first})
     page.goto("/work")
+    row = page.locator(f"[data-run='{run['id']}']")
+    row.get_by_role("button", name="Download").click()
+    with page.expect_download() as table:
+        row.locator("[data-export=csv]").click()
+    assert table.value.suggested_filename == "ball-25.csv"
+    assert list(pd.read_csv(table.value.path())["error"]) == pytest.approx(errors[:26])
     with page.expect_download() as download:
-        page.locator(f"[data-run='{run['id']}'] >> text=Download").click()
+        page.locator(f"[data-run='{run['id']}'] .menu a[download]").click()
     page.goto("/")
     page.set_input_files("#file-picker", download.value.path().rename(download.value.path().with_suffix(".pft")))
     again = SessionPage(page, server).ready()
