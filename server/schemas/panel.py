@@ -24,6 +24,7 @@ class PanelDescription:
         layers: What can be switched on and off in the scene, in order.
         worlds: What stands beside the picture, in order.
         about: Names of the parameters to turn first, in order.
+        frames: Of the run, where the panel itself has to lead through them; 0 where a page around it does.
     """
 
     title: str
@@ -32,6 +33,7 @@ class PanelDescription:
     layers: Sequence[Layer]
     worlds: Sequence[World] = ()
     about: Sequence[str] = ()
+    frames: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,8 @@ REST_S = 0.5
 """How long a control must lie still before it is set to what the session says."""
 PATIENCE_S = 5.0
 """How long the session may take to answer before the control springs back."""
+FRAME = "frame"
+"""What the panel calls its slider of frames among what is touched."""
 TRACKER = "tracker"
 """What the session calls the choice of a tracker among the values of parameters."""
 
@@ -78,6 +80,7 @@ class Panel:
         self._answered = False
         self._titles = dict(description.trackers)
         self._tracker = in_force.tracker
+        self._frame = self._add_frames(description.frames) if description.frames > 1 else None
         self._choice = self._add_tracker()
         self._seed = SeedBox(server, in_force.seed, self._reseed)
         self._add_cameras(description.worlds)
@@ -119,6 +122,12 @@ class Panel:
             self._restore()
         for client in self._server.get_clients().values():
             client.add_notification("Not accepted", message, color="orange", auto_close_seconds=6.0)
+
+    def frame(self, frame: int) -> None:
+        """Show which frame is shown, unless somebody is on the way to another."""
+        with self._lock:
+            if self._frame is not None and FRAME not in self._touched:
+                self._frame.value = frame
 
     def caption(self, caption: str) -> None:
         """Show the line of text about the frame."""
@@ -187,6 +196,22 @@ class Panel:
                 self._moved(TRACKER, identifiers[choice.value])
 
         return choice
+
+    def _add_frames(self, frames: int) -> Handle:
+        slider = self._server.gui.add_slider("Frame", 0, frames - 1, 1, 0)
+        play = self._server.gui.add_button("Play or pause")
+
+        @slider.on_update
+        async def _(event: viser.GuiEvent[viser.GuiSliderHandle[int]]) -> None:
+            if event.client_id is not None:
+                self._touch(FRAME)
+                self._requests.transport({"action": "go", "frame": int(slider.value)})
+
+        @play.on_click
+        async def _(_event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            self._requests.transport({"action": "toggle"})
+
+        return slider
 
     def _add_cameras(self, worlds: Sequence[World]) -> None:
         self._add_views("View", {view.title: name for name, view in PRESETS.items()})

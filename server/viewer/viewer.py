@@ -230,5 +230,6 @@ class Viewer:
             self._scene.apply(shown, self._cameras.relief)
             self._panel.legend(self._scene.legend(drawing))
             self._panel.caption(drawing.caption or f"Frame {frame}")
+            self._panel.frame(frame)
         self._server.flush()
         self._pacer.sent()

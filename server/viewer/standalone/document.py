@@ -16,6 +16,7 @@ from pftrack.runs.run import Run
 from server.viewer.camera import FLAT_RAD, FULL_RELIEF_RAD, RELIEF_STEPS
 from server.viewer.modules import joined
 from server.viewer.standalone import words as said_of
+from server.viewer.standalone.plots import PagePlot, plots_of
 from server.viewer.standalone.recording import Recording, record
 
 __all__ = ["write_page"]
@@ -74,7 +75,7 @@ def document(run: Run, recording: Recording) -> str:
         "layers": "".join(layers),
         "legend": "".join(legend),
         "remarks": "".join(f'<p class="muted">{escape(line)}</p>' for line in said_of.remarks(recording)),
-        "plots": "",
+        "plots": "".join(_figure(plot) for plot in plots_of(run)),
         "readings": "".join(f"<dt>{escape(reading.title)}</dt><dd></dd>" for reading in readings),
         "track": said_of.track(run),
         "last": str(run.computed),
@@ -89,6 +90,14 @@ def document(run: Run, recording: Recording) -> str:
         "script": joined(PAGE / name for name in SCRIPTS),
     }
     return _filled((PAGE / "page.html").read_text(encoding="utf-8"), parts)
+
+
+def _figure(plot: PagePlot) -> str:
+    return (
+        f'<figure class="plot" title="{escape(plot.description)}"><figcaption>{escape(plot.title)}</figcaption>'
+        f'<div class="axes" data-first="{plot.first:.5f}" data-last="{plot.last:.5f}">{plot.svg}'
+        '<i class="cursor"></i></div></figure>'
+    )
 
 
 def _run(run: Run, recording: Recording, readings: Iterable[Reading]) -> dict[str, Any]:

@@ -38,7 +38,7 @@ function show(frame) {
   figures.forEach((figure, line) => (figure.textContent = run.readings[line][frame]));
   play.ariaPressed = String(clock.isPlaying);
   for (const plot of axes) {
-    const [left, right] = [Number(plot.dataset.left), Number(plot.dataset.right)];
+    const [left, right] = [Number(plot.dataset.first), Number(plot.dataset.last)];
     const cursor = /** @type {HTMLElement} */ (plot.querySelector(".cursor"));
     cursor.style.left = `${100 * (left + ((right - left) * frame) / Math.max(1, run.frames - 1))}%`;
   }
@@ -100,7 +100,7 @@ function listen() {
  */
 function point(plot, event) {
   const { left, width } = plot.getBoundingClientRect();
-  const [from, to] = [Number(plot.dataset.left), Number(plot.dataset.right)];
+  const [from, to] = [Number(plot.dataset.first), Number(plot.dataset.last)];
   const follow = (/** @type {PointerEvent} */ { clientX }) => clock.go(((clientX - left) / width - from) / (to - from) * (run.frames - 1));
   follow(event);
   plot.setPointerCapture(event.pointerId);

@@ -1,0 +1,97 @@
+"""A run that is shown on this machine, by a real server to a real browser, and not to those who should not see it."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from pftrack import viewers
+from pftrack.runs.recipe import Recipe
+from pftrack.runs.record import make
+from pftrack.runs.run import Run
+from server.viewer.player import Player
+from tests.conftest import FRUGAL
+from tests.waiting import wait_for
+
+
+def _made(frames: int = 40) -> Run:
+    return make(Recipe(experiment="ball", frames=frames, seed=3))
+
+
+@pytest.fixture
+def player() -> Iterator[Player]:
+    run = _made()
+    run.seek(12)
+    playing = Player(run)
+    yield playing
+    playing.close()
+
+
+def test_a_player_goes_branches_and_restarts_while_the_run_that_was_given_stays(player: Player) -> None:
+    """It begins where the run stands; turning a parameter in the past is a branch, one that is not live a new start."""
+    first = player.run
+    assert first.position == 12
+    assert first.estimates_sha256 == _until(12).estimates_sha256
+    player.go(30)
+    wait_for(lambda: player.run.position == 30)
+    player.go(5)
+    wait_for(lambda: player.run.position == 5)
+    player._wish_values({"sample_count": 50})
+    wait_for(lambda: player.run is not first, what="a branch was made")
+    assert player.run.position == 5
+    assert player.run.parameters_at(6).sample_count == 50
+    assert first.computed == 30
+    player._wish_transport({"action": "restart", "seed": 8})
+    wait_for(lambda: player.run.seed == 8)
+    assert player.run.parameters_at(0).sample_count == 800
+
+
+def _until(frame: int) -> Run:
+    run = _made()
+    run.seek(frame)
+    return run
+
+
+def test_a_player_plays_to_the_end_and_says_what_it_refuses(player: Player, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the end it rests; a value that is out of bounds is refused with a sentence, and nothing else happens."""
+    refused: list[str] = []
+    monkeypatch.setattr(player.viewer, "refuse", refused.append)
+    player._wish_transport({"action": "speed", "speed": 0.0})
+    player._wish_transport({"action": "toggle"})
+    wait_for(lambda: player.run.position == 39)
+    wait_for(lambda: not player._is_playing)
+    player.go(10)
+    wait_for(lambda: player.run.position == 10)
+    player._wish_values({"sample_count": -1})
+    wait_for(lambda: refused)
+    assert "sample_count" in refused[0]
+    assert player.run.parameters_at(11).sample_count == 800
+
+
+@pytest.mark.browser
+def test_a_scene_is_shown_to_its_own_page_alone(chromium: Any) -> None:
+    """A browser at the address sees the frame that is asked for; other pages, addresses and hosts see nothing."""
+    run = _made()
+    run.seek(20)
+    with viewers.show(run, browser=False) as scene:
+        context = chromium.new_context(viewport={"width": 900, "height": 600})
+        context.add_init_script(FRUGAL)
+        page = context.new_page()
+        page.goto(scene.address)
+        page.get_by_text("frame 20").first.wait_for()
+        scene.go(7)
+        page.get_by_text("frame 7").first.wait_for()
+        context.close()
+        assert run.position == 20
+        assert scene.address in scene._repr_html_()
+        origin = scene.address.rsplit("/", 2)[0]
+        assert httpx.get(f"{origin}/").status_code == 404
+        assert httpx.get(scene.address, headers={"Host": "elsewhere.example"}).status_code == 400
+        with pytest.raises(InvalidStatus, match="403"):
+            connect(scene.address.replace("http", "ws", 1), origin="http://elsewhere.example")
+    with pytest.raises(httpx.ConnectError):
+        httpx.get(scene.address)
+    scene.close()
