@@ -55,9 +55,11 @@ class Links:
     def read(self, typed: str) -> Claim | None:
         """Return what a link says, however it was typed; None if this server has not signed it."""
         letters = typed[:LONGEST].lower().translate(TYPED)
+        if not letters.isascii():
+            return None
         for role in SIGNATURE_BYTES:
             link = self.of(letters[:NAME], role)
-            if hmac.compare_digest(link.replace("-", "").encode(), letters.encode("utf-8", "replace")):
+            if hmac.compare_digest(link.replace("-", "").encode(), letters.encode()):
                 return Claim(letters[:NAME], role, link)
         return None
 

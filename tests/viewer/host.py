@@ -208,9 +208,15 @@ class Site:
 class Peer:
     """A browser without eyes: speaks viser's protocol and remembers the newest of what it was told."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, cookie: str = "") -> None:
+        headers = {"cookie": cookie} if cookie else None
         self.socket: ClientConnection = connect(
-            address, subprotocols=[PROTOCOL], compression=None, max_size=None, proxy=None
+            address,
+            subprotocols=[PROTOCOL],
+            compression=None,
+            max_size=None,
+            proxy=None,
+            additional_headers=headers,
         )
         self.controls: dict[str, dict[str, Any]] = {}
         self.nodes: dict[str, dict[str, Any]] = {}

@@ -32,7 +32,7 @@ class Follower:
     def __init__(self, server: Server, link: str) -> None:
         self.place = urlsplit(link).path
         self.http = httpx.Client(base_url=f"{server.url}{self.place}/", timeout=60, verify=False)  # noqa: S501
-        self._ws = f"{server.ws}{self.place}"
+        self.ws = f"{server.ws}{self.place}"
         self.page = self.http.get("")
 
     @property
@@ -40,7 +40,7 @@ class Follower:
         return "; ".join(f"{name}={value}" for name, value in self.http.cookies.items())
 
     def socket(self, path: str = "api/v1/follow/stream", **options: Any) -> ClientConnection:
-        return connect(f"{self._ws}/{path}", additional_headers={"cookie": self.cookie}, max_size=None, **options)
+        return connect(f"{self.ws}/{path}", additional_headers={"cookie": self.cookie}, max_size=None, **options)
 
     def ask(self, method: str, path: str, **body: Any) -> httpx.Response:
         return self.http.request(method, f"api/v1/{path}", json=body or None)

@@ -1,42 +1,11 @@
 """A class: a lecturer and followers over real sockets, on a server with a token and on one without."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import httpx
-import pytest
 
-from server.settings import Settings
-from tests.server.follow.class_room import farewell, follower, hear, lead
-from tests.server.host import Server, begin, error_of, running, steer
-
-TOKEN = "sixteen characters"
-
-
-@pytest.fixture(scope="module")
-def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server with a token, which no follower has."""
-    with running(Settings(data_dir=tmp_path_factory.mktemp("data"), token=TOKEN)) as server:
-        yield server
-
-
-@pytest.fixture(scope="module")
-def lecturer(guarded: Server) -> Iterator[httpx.Client]:
-    headers = {"authorization": f"Bearer {TOKEN}"}
-    with httpx.Client(base_url=guarded.url, headers=headers, timeout=60, verify=False) as client:  # noqa: S501
-        yield client
-
-
-@pytest.fixture(scope="module")
-def session(lecturer: httpx.Client) -> str:
-    return str(begin(lecturer, frames=40)["id"])
-
-
-@pytest.fixture
-def follow(lecturer: httpx.Client, session: str) -> Iterator[dict[str, Any]]:
-    made = lead(lecturer, session)
-    yield made
-    lecturer.delete(f"/api/v1/follows/{made['id']}")
+from tests.server.follow.class_room import farewell, follower, hear
+from tests.server.host import Server, error_of, steer
 
 
 def test_a_class_sees_what_the_lecturer_does(

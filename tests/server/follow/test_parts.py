@@ -1,0 +1,217 @@
+"""The parts of a class by themselves: places, forks, poll, and where the server is reached."""
+
+import asyncio
+import functools
+from collections.abc import Callable, Coroutine
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+
+from server.errors import ApiError, ConflictError, CrowdedError, UnavailableError
+from server.follow import addresses as found
+from server.follow import places
+from server.follow.addresses import NOTICE, addresses
+from server.follow.forks import UNUSED_S, Forks
+from server.follow.places import LECTURER, MOST_SOCKETS, Places
+from server.follow.poll import Poll
+from server.settings import Settings
+from tests.server.apart import run
+
+TOKEN = "sixteen characters"
+
+
+def _places(most: int) -> Places:
+    return Places(most, lambda: None)
+
+
+def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    """Run a test in an event loop."""
+
+    @functools.wraps(test)
+    def whole(*arguments: Any, **fixtures: Any) -> None:
+        run(test(*arguments, **fixtures))
+
+    return whole
+
+
+class TestPlaces:
+    @in_loop
+    async def test_a_class_is_full(self) -> None:
+        """One more than may come is sent away; who is there may open more sockets, up to a limit."""
+        room = _places(2)
+        with ExitStack() as held:
+            for seat in "aab":
+                held.enter_context(room.take(seat, "/"))
+            assert (len(room), room.sockets) == (2, 3)
+            with pytest.raises(CrowdedError, match="full: 2"), room.take("c", "/"):
+                pass
+            for _ in range(MOST_SOCKETS - 2):
+                held.enter_context(room.take("a", "/"))
+            with pytest.raises(CrowdedError, match="24 connections"), room.take("a", "/"):
+                pass
+            held.enter_context(room.take("b", "/"))
+            assert (len(room), room.sockets) == (2, MOST_SOCKETS + 2)
+
+    @in_loop
+    async def test_the_lecturer_takes_no_place(self) -> None:
+        """A class of one has room for one follower beside the lecturer."""
+        room = _places(1)
+        with room.take(LECTURER, "/"), room.take("a", "/"):
+            assert len(room) == 1
+
+    @in_loop
+    async def test_a_closed_class_keeps_who_is_there(self) -> None:
+        """Nobody new comes in; who was there may come back."""
+        room = _places(9)
+        with room.take("a", "/"):
+            room.is_open = False
+            with pytest.raises(CrowdedError, match="nobody else"), room.take("b", "/"):
+                pass
+            with room.take("a", "/elsewhere"):
+                assert len(room) == 1
+
+    @in_loop
+    async def test_a_place_is_kept_for_a_while(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Who has gone does not count as there, has the place nevertheless, and loses it after a while."""
+        monkeypatch.setattr(places, "KEPT_S", 0.0)
+        room = _places(1)
+        with room.take("a", "/"):
+            pass
+        assert (len(room), "a" in room) == (0, True)
+        later = asyncio.Event()
+        asyncio.get_running_loop().call_later(0.0, later.set)
+        await later.wait()
+        assert "a" not in room
+
+    @in_loop
+    async def test_who_must_leave_is_interrupted(self) -> None:
+        """A socket whose seat or path may not stay ends, and others go on."""
+        room, ended = _places(9), asyncio.Event()
+
+        async def serve(seat: str, path: str) -> str:
+            with room.take(seat, path) as hold:
+                try:
+                    async with hold:
+                        await ended.wait()
+                except TimeoutError:
+                    ended.set()
+                    return "sent away"
+            return "stayed"
+
+        served = [asyncio.ensure_future(serve(*each)) for each in (("a", "/x"), ("a", "/y"), ("b", "/x"))]
+        await asyncio.sleep(0)
+        room.review(lambda seat, path: (seat, path) != ("a", "/x"))
+        assert await asyncio.gather(*served) == ["sent away", "stayed", "stayed"]
+
+
+class TestForks:
+    def test_one_each_and_not_more_than_allowed(self) -> None:
+        """Places are counted from when a session is begun, and come back when it is gone."""
+        sessions = {"x", "y"}
+        forks = Forks(2, sessions.__contains__, lambda: None)
+        with forks.room("a") as first:
+            assert len(forks) == 1
+            assert forks.of("a") is first
+            with pytest.raises(ConflictError), forks.room("a"):
+                pass
+            first.session = "x"
+        with forks.room("b") as second:
+            second.session = "y"
+        with pytest.raises(UnavailableError, match="All 2"), forks.room("c"):
+            pass
+        sessions.remove("x")
+        assert (len(forks), forks.sessions, forks.of("a")) == (1, ["y"], None)
+        with forks.room("c") as third:
+            third.lesson = "bayes"
+        assert len(forks) == 2
+        given_back = forks.give_back("c")
+        assert given_back is not None
+        assert given_back.lesson == "bayes"
+        assert forks.give_back("c") is None
+
+    def test_a_session_that_could_not_be_made_takes_no_place(self) -> None:
+        """The place is given back with the error."""
+        forks = Forks(1, lambda _: True, lambda: None)
+        with pytest.raises(OSError, match="disk"), forks.room("a"):
+            raise OSError("disk")
+        assert len(forks) == 0
+
+    def test_without_places(self) -> None:
+        """Where there are none, that is what is said."""
+        with pytest.raises(UnavailableError, match="no places"), Forks(0, lambda _: True, lambda: None).room("a"):
+            pass
+
+    def test_a_lesson_that_nobody_turns_is_given_back(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """It ends when it has not been used for a while, and not before."""
+        now = 0.0
+        monkeypatch.setattr("server.follow.forks.time.monotonic", lambda: now)
+        forks = Forks(1, lambda _: True, lambda: None)
+        with forks.room("a") as fork:
+            fork.lesson = "bayes"
+        now = UNUSED_S - 1.0
+        forks.touch("a")
+        now += UNUSED_S - 1.0
+        assert len(forks) == 1
+        now += 2.0
+        assert len(forks) == 0
+
+
+class TestPoll:
+    def test_nobody_sees_answers_before_they_are_revealed(self) -> None:
+        """The lecturer sees how many have answered, followers not even that."""
+        poll = Poll.ask("?", ["a", "b", "c"])
+        poll = poll.vote("x", poll.id, 2).vote("y", poll.id, 2).vote("x", poll.id, 0)
+        assert poll.view(to_owner=True).model_dump(include={"votes", "counts"}) == {"votes": 2, "counts": None}
+        assert poll.view(to_owner=False).model_dump(include={"votes", "counts"}) == {"votes": None, "counts": None}
+        shown = poll.reveal().view(to_owner=False)
+        assert (shown.votes, shown.counts) == (2, [1, 0, 1])
+
+    @pytest.mark.parametrize("wrong", [{"poll": "another"}, {"answer": 2}, {"answer": -1}])
+    def test_answers_that_do_not_count(self, wrong: dict[str, Any]) -> None:
+        """Another question's, or one that is not offered."""
+        poll = Poll.ask("?", ["a", "b"])
+        with pytest.raises(ApiError):
+            poll.vote(**{"seat": "x", "poll": poll.id, "answer": 1, **wrong})
+
+    def test_nobody_answers_after_the_reveal(self) -> None:
+        """What is shown stays as it is."""
+        poll = Poll.ask("?", ["a", "b"]).reveal()
+        with pytest.raises(ConflictError, match="revealed"):
+            poll.vote("x", poll.id, 1)
+
+
+class TestAddresses:
+    def test_this_machine_only(self) -> None:
+        """A server on the loopback interface is reached by nobody else, with a token or without."""
+        for settings in (Settings(), Settings(token=TOKEN)):
+            assert addresses("http://localhost:8000", settings) == [("http://localhost:8000", False)]
+        assert "--host" in NOTICE
+
+    def test_a_lecturer_who_came_from_elsewhere(self) -> None:
+        """Where the lecturer's browser reaches the server by a name, so do others."""
+        settings = Settings(token=TOKEN, allowed_hosts=("lab.example",))
+        assert addresses("https://lab.example", settings) == [("https://lab.example", True)]
+
+    def test_a_server_that_listens_everywhere(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A lecturer on the machine itself is told the names that others can use, with the port."""
+        monkeypatch.setattr(found, "_names", lambda _: ["192.0.2.7", "198.51.100.9"])
+        told = addresses("http://127.0.0.1:8123", Settings(host="0.0.0.0"))
+        assert told == [
+            ("http://192.0.2.7:8123", True),
+            ("http://198.51.100.9:8123", True),
+            ("http://127.0.0.1:8123", False),
+        ]
+        only = Settings(host="0.0.0.0", allowed_hosts=("198.51.100.9",))
+        assert [each.origin for each in addresses("http://[::1]:80", only) if each.everybody] == [
+            "http://198.51.100.9:80"
+        ]
+
+    def test_the_interfaces_of_this_machine(self) -> None:
+        """What is found is this machine's and no loopback address; a server bound to one address has that one."""
+        names = found._names(Settings(host="0.0.0.0"))
+        assert "127.0.0.1" not in names
+        assert found._names(Settings(host="2001:db8::5", token=TOKEN)) == ["2001:db8::5"]
+        assert (
+            addresses("http://[::1]:1", Settings(host="2001:db8::5", token=TOKEN))[0].origin == "http://[2001:db8::5]:1"
+        )
