@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
-PROGRAM = "{}; import sys; from server.command import serve; from pathlib import Path; serve({})"
+PROGRAM = """
+from pathlib import Path
+from server.command import serve
+from server.worker import forkserver
+forkserver.PRELOAD = "tests.server.ball_alone"
+{}
+serve({})
+"""
 
 REFUSING = """
 import json, os, signal, sys
@@ -42,6 +49,8 @@ for arguments, first, _ in json.load(sys.stdin):
 @contextmanager
 def serving(arguments: str, first: str = "pass", **variables: str) -> Iterator[subprocess.Popen[str]]:
     """Run `pftrack serve` with these arguments and environment variables for as long as the context lasts.
+
+    Its workers are quick to begin with the ball, and with nothing else.
 
     Args:
         arguments: As Python.

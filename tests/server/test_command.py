@@ -1,9 +1,13 @@
-"""The command `serve`: one link, clear sentences, a clean end."""
+"""The command `serve`: one link, clear sentences, a clean end, and what happens to whole processes."""
 
 import signal
 import subprocess
 import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import httpx
 import psutil
@@ -12,8 +16,12 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
-from tests.server.command import Wish, link, refused, serving
-from tests.server.host import begin
+from tests.server.command import link, serving
+from tests.server.host import begin, error_of, steer
+from tests.server.sweeping import RUNS, begin_sweep, drivers, show, until_some
+from tests.server.test_crashes import state
+from tests.server.test_refusals import long_folder
+from tests.server.test_uploads import send
 from tests.waiting import wait_for
 
 
@@ -23,36 +31,102 @@ def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
     return found
 
 
+MEBIBYTE = 1024 * 1024
+SHORT_OF_ROOM = """
+import os, resource
+resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most}))
+os.environ["TMPDIR"] = {long!r}
+forkserver.SHORT_FOLDERS = ({short!r},)
+"""
+
+
 def test_a_life(tmp_path: Path) -> None:
     """Interrupted, it ends cleanly and leaves nothing behind.
 
     Its link is printed when it can be reached, with a token where it is bound to all interfaces, and nothing works
-    without that. Meanwhile no other server takes its data, and what strangers ask for is no mistake of the server.
+    without that. It works where the temporary directory has a name that is too long for a Unix socket. A file that is
+    longer than its shell allows is refused with the name of the limit, told at the start, too; what strangers ask for
+    is no mistake of the server.
     """
-    wish = f"port=0, data_dir=Path({str(tmp_path / 'data')!r})"
-    # The names of sockets may be 107 characters long, so not within the test's own directory.
-    with tempfile.TemporaryDirectory() as name:
-        with serving(f"host='0.0.0.0', {wish}", TMPDIR=name) as process:
+    long = long_folder(tmp_path)
+    with tempfile.TemporaryDirectory(dir="/tmp") as short:
+        first = SHORT_OF_ROOM.format(most=MEBIBYTE, long=str(long), short=short)
+        with serving(f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})", first) as process:
             address = link(process)
             assert "?token=" in address
             bare = address.partition("?")[0]
             with httpx.Client(base_url=bare, timeout=60, follow_redirects=True) as client:
                 assert client.get(bare).status_code == 401
                 assert client.get(address).status_code == 200  # from here on a cookie says it
-                assert "in use by another" in refused(Wish(wish))[0]
                 begin(client)
+                message = error_of(send(client, ("long.mp4", bytes(2 * MEBIBYTE))), 507)["message"]
+                assert "ulimit -f" in message
+                assert not list((tmp_path / "data" / "incoming").iterdir())
                 known = {"Cookie": "; ".join(f"{name}={value}" for name, value in client.cookies.items())}
             scene = bare.replace("http", "ws") + "viz/x"
             for _ in range(20):
                 with pytest.raises(InvalidStatus):
                     connect(scene, origin=Origin("http://evil.example"), additional_headers=known, proxy=None)
             workers = workers_of(process)
-            assert list(Path(name).iterdir())
+            assert list(Path(short).iterdir())
             process.send_signal(signal.SIGINT)
             assert process.wait(60) == 0
             wait_for(lambda: not any(worker.is_running() for worker in workers))
             _, log = process.communicate(timeout=60)
-        assert list(Path(name).iterdir()) == []
+        assert list(Path(short).iterdir()) == list(long.iterdir()) == []
     lines = [line for line in log.splitlines() if "level=info" not in line]
-    assert len(lines) == 1, log  # many refused websockets are one warning that says why
-    assert "another site" in lines[0]
+    assert len(lines) == 3, log
+    assert "files of at most 1 MiB (ulimit -f)" in lines[0]
+    assert "ulimit -f" in lines[1]
+    assert "another site" in lines[2]  # many refused websockets are one warning that says why
+
+
+@contextmanager
+def at_rest(processes: list[psutil.Process]) -> Iterator[None]:
+    """Stop processes for as long as the context lasts; who has been ended meanwhile stays so."""
+    for each in processes:
+        each.suspend()
+    yield
+    for each in processes:
+        with suppress(psutil.NoSuchProcess):
+            each.resume()
+
+
+def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
+    """Sessions outlive a pause of the whole process tree, though it is longer than a worker may be silent.
+
+    When the server itself is killed its sweep and its sessions stop with it, and no process is left behind. The next
+    server shows the sweep as stopped, and the session with all that was noted in it.
+    """
+    first = "import tests.server.sweeping as its; its.driver.main = its.drive_by_permission"
+    arguments = f"port=0, data_dir=Path({str(tmp_path / 'data')!r})"
+    with serving(arguments, first, PFTRACK_HANG_SECONDS="2") as process:
+        with httpx.Client(base_url=link(process), timeout=110) as client:
+            session = begin(client)["id"]
+            steer(client, session, "seek", frame=10)
+            client.post(f"/api/v1/sessions/{session}/bookmarks", json={"note": "safe"})
+            web, others = psutil.Process(process.pid), workers_of(process)
+            for late_s in (0.0, 1.0):
+                with at_rest(others):
+                    with at_rest([web]):
+                        time.sleep(3)
+                    time.sleep(late_s)
+                time.sleep(2)
+                assert state(client, session) == "ready"
+            with at_rest(others):  # who is still silent after it is ended as ever
+                wait_for(lambda: state(client, session) == "crashed", 60)
+            begin(client)
+            sweep = begin_sweep(client)["id"]
+            until_some(client, sweep)
+            of_the_sweep = [child for one in drivers(process.pid) for child in (one, *one.children(recursive=True))]
+            assert len(of_the_sweep) > 2  # with a fork server and those that it has started
+            children = web.children(recursive=True)
+            assert len(children) >= len(of_the_sweep) + 2  # the forkserver and the session's worker
+        process.kill()
+        wait_for(lambda: not any(child.is_running() for child in (*children, *of_the_sweep)), 60)
+    with start_server() as (_, client):
+        assert client.get(f"/api/v1/sessions/{session}").json()["bookmarks"][0]["note"] == "safe"
+        found = show(client, sweep)
+        assert found["state"] == "stopped"
+        assert "server was stopped" in found["message"]
+        assert 0 < found["done"] < RUNS

@@ -2,6 +2,7 @@
 
 import socket
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -51,7 +52,8 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """What each server says that cannot start, and the port that is in use."""
     below = tmp_path_factory.mktemp("refused")
     (below / "file").write_text("")
-    with socket.socket() as taken:
+    held = Store(Settings(data_dir=below / "held"))
+    with closing(held), socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
@@ -61,6 +63,7 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         wishes = {
             "port in use": Wish(f"port={port}, {data}"),
             "elsewhere": Wish(f"{place}, host='203.0.113.7'"),
+            "held": Wish(f"port=0, data_dir=Path({str(below / 'held')!r})"),
             "no folder": Wish(f"port=0, data_dir=Path({str(below / 'file')!r})"),
             "no port": Wish("port=70000", status=2),
             "few files": Wish(place, "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200))"),
@@ -74,10 +77,11 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 def test_where_it_cannot_listen_or_write(said: dict[str, str]) -> None:
-    """A port in use, an address of another machine, a file in the place of a folder and a port that is none."""
+    """A port in use, an address of another machine, a file in the place of a folder, one that another server has."""
     assert f"Port {said['port']} is in use" in said["port in use"]
     assert "address" in said["elsewhere"]
     assert "--data-dir" in said["no folder"]
+    assert "in use by another" in said["held"]
     assert "port" in said["no port"]
 
 

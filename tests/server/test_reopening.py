@@ -4,7 +4,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,6 @@ from websockets.sync.client import connect
 from server.worker.checkpoints import KEEP_AFTER_S, Checkpoints
 from server.worker.protocol import WorkerConfig
 from server.worker.run_tree import RunTree
-from tests.server.command import link, serving
 from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
 from tests.server.host import Server, begin, steer
 from tests.server.test_crashes import diagnostics, state
@@ -177,37 +176,3 @@ class TestCheckpoints:
                 os.utime(folder / "b0.states", (number, number))
             files.trim_states(250)
             assert [path.parent.name[-1] for path in sorted(files.states.glob("*/*"))] == ["1", "2"]
-
-
-def tree_of(process: int) -> list[psutil.Process]:
-    """A process and all that it has started, itself first."""
-    return [psutil.Process(process), *psutil.Process(process).children(recursive=True)]
-
-
-def test_a_freeze_of_everything_harms_nobody(tmp_path: Path) -> None:
-    """Sessions outlive a pause of the whole process tree, though it is longer than a worker may be silent."""
-    arguments = f"port=0, data_dir=Path({str(tmp_path)!r})"
-    with (
-        serving(arguments, PFTRACK_HANG_SECONDS="2") as process,
-        httpx.Client(base_url=link(process), timeout=110) as client,
-    ):
-        session = begin(client)
-        steer(client, session["id"], "seek", frame=10)
-        first, *others = tree_of(process.pid)
-        for late_s in (0.0, 1.0):
-            for each in (first, *others):
-                each.suspend()
-            time.sleep(3)
-            first.resume()
-            time.sleep(late_s)
-            for each in others:
-                each.resume()
-            time.sleep(2)
-            assert state(client, session["id"]) == "ready"
-        # Who is still silent after it is ended as ever.
-        for each in others:
-            each.suspend()
-        wait_for(lambda: state(client, session["id"]) == "crashed", 60)
-        for each in others:
-            with suppress(psutil.NoSuchProcess):  # the worker, which was ended, and may just go
-                each.resume()

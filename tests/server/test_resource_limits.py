@@ -4,19 +4,12 @@ import resource
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
-import httpx
 import pytest
 
 from server.sessions.worker_handle import _cause
-from tests.server.command import ROOT, link, serving
-from tests.server.host import error_of
-from tests.server.test_refusals import long_folder
+from tests.server.command import ROOT
 from tests.server.test_run_tree import config
-from tests.server.test_uploads import send
-
-MEBIBYTE = 1024 * 1024
 
 
 def said(program: str) -> tuple[int, str]:
@@ -35,27 +28,6 @@ def test_a_low_soft_limit_is_raised() -> None:
         "print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])"
     )
     assert said(program) == (0, "600\n")
-
-
-def test_long_files_and_a_long_temporary_directory(tmp_path: Path) -> None:
-    """A file that is longer than the shell allows is refused with the name of the limit, told at the start, too.
-
-    The server starts where the temporary directory has a name that is too long for a Unix socket.
-    """
-    first = (
-        f"import os, resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({MEBIBYTE}, {MEBIBYTE}));"
-        f"os.environ['TMPDIR'] = {str(long_folder(tmp_path))!r}"
-    )
-    with (
-        serving(f"port=0, data_dir=Path({str(tmp_path)!r})", first) as process,
-        httpx.Client(base_url=link(process), timeout=60) as client,
-    ):
-        message = error_of(send(client, ("long.mp4", bytes(2 * MEBIBYTE))), 507)["message"]
-        assert "ulimit -f" in message
-        assert not list((tmp_path / "incoming").iterdir())
-        process.kill()
-        assert process.stderr is not None
-        assert "files of at most 1 MiB (ulimit -f)" in process.stderr.read()
 
 
 def test_processor_time_of_the_server() -> None:

@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import httpx
 import psutil
 import pyarrow.parquet as pq
 import pytest
@@ -18,8 +17,7 @@ from pftrack.sweep import read_result
 from server.settings import Settings
 from server.sweeps import driver
 from server.sweeps import sweep as sweep_of_the_server
-from tests.server.command import link, serving
-from tests.server.host import Server, begin, error_of
+from tests.server.host import Server, error_of
 from tests.server.sweeping import (
     RUNS,
     SMALL,
@@ -106,32 +104,6 @@ def test_cancel_stop_and_restart(start_server: Any, sweeps: Path) -> None:
         until_some(client, running["id"], found[running["id"]]["done"] + 1)
         assert client.delete(f"/api/v1/sweeps/{running['id']}").status_code == 204
         assert [sweep["id"] for sweep in client.get("/api/v1/sweeps").json()] == [cancelled["id"]]
-
-
-def test_a_killed_server(start_server: Any, tmp_path: Path) -> None:
-    """When the server itself is killed its sweep and its sessions stop with it, and no process is left behind.
-
-    The next server shows the sweep as stopped, and the session with all that was noted in it.
-    """
-    first = "import tests.server.sweeping as its; its.driver.main = its.drive_by_permission"
-    with serving(f"port=0, data_dir=Path({str(tmp_path / 'data')!r})", first) as process:
-        with httpx.Client(base_url=link(process), timeout=60) as client:
-            session = begin(client)
-            client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "safe"})
-            sweep = begin_sweep(client)
-            until_some(client, sweep["id"])
-            of_the_sweep = [child for one in drivers(process.pid) for child in (one, *one.children(recursive=True))]
-            assert len(of_the_sweep) > 2  # with a fork server and those that it has started
-            children = psutil.Process(process.pid).children(recursive=True)
-            assert len(children) >= len(of_the_sweep) + 2  # the forkserver and the session's worker
-        process.kill()
-        wait_for(lambda: not any(child.is_running() for child in (*children, *of_the_sweep)), 60)
-    with start_server() as (_, client):
-        assert client.get(f"/api/v1/sessions/{session['id']}").json()["bookmarks"][0]["note"] == "safe"
-        found = show(client, sweep["id"])
-        assert found["state"] == "stopped"
-        assert "server was stopped" in found["message"]
-        assert 0 < found["done"] < RUNS
 
 
 def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
