@@ -142,8 +142,10 @@ class LawnSource:
 def visible_share(index: int, parameters: LawnSceneParameters) -> float:
     """Return what share of the target, 0..1, is not hidden by the column."""
     (u, v), (left, right) = _place(index), _column(parameters)
-    shown = _ellipse(u, v)[0] > 0.0
-    return float((np.count_nonzero(shown[:, :left]) + np.count_nonzero(shown[:, right:])) / np.count_nonzero(shown))
+    rows, columns = _window(u, v)
+    shown = _ellipse(u, v, rows, columns)[0] > 0.0
+    across = np.arange(SIZE[0])[columns]
+    return float(np.count_nonzero(shown[:, (across < left) | (across >= right)]) / np.count_nonzero(shown))
 
 
 def look_alike_place(index: int) -> tuple[float, float]:
@@ -232,9 +234,18 @@ def _blurred(noise: NDArray[np.float64], axis: int, sd: float) -> NDArray[np.flo
     return blurred
 
 
-def _ellipse(u: float, v: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far each pixel is covered by the target, 0..1, and how far below its middle it is, px."""
-    across, down = np.arange(SIZE[0]) - u, np.arange(SIZE[1])[:, None] - v
+def _window(u: float, v: float) -> tuple[slice, slice]:
+    """Return the rows and columns of the pixels that the target may cover, one more on each side."""
+    rows, columns = (
+        slice(*(int(min(max(np.floor(edge), 0), length)) for edge in (middle - reach - 1.0, middle + reach + 3.0)))
+        for middle, reach, length in ((v, HALF_AXES_PX[1], SIZE[1]), (u, HALF_AXES_PX[0], SIZE[0]))
+    )
+    return rows, columns
+
+
+def _ellipse(u: float, v: float, rows: slice, columns: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far pixels are covered by the target, 0..1, and how far below its middle they are, px."""
+    across, down = np.arange(SIZE[0])[columns] - u, np.arange(SIZE[1])[rows, None] - v
     radius = np.sqrt(np.square(across / HALF_AXES_PX[0]) + np.square(down / HALF_AXES_PX[1]))
     covered = np.clip(0.5 + (1.0 - radius) * min(HALF_AXES_PX) / EDGE_PX, 0.0, 1.0)
     return covered, np.broadcast_to(down, covered.shape)
@@ -242,8 +253,10 @@ def _ellipse(u: float, v: float) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 def _paint(image: NDArray[np.float64], u: float, v: float, red_share: float) -> None:
     """Paint an ellipse whose upper part is red and whose lower part is yellow, in place."""
-    covered, below = _ellipse(u, v)
+    rows, columns = _window(u, v)
+    covered, below = _ellipse(u, v, rows, columns)
     split = (2.0 * red_share - 1.0) * HALF_AXES_PX[1]
     yellow = np.clip(0.5 + (below - split) / SPLIT_PX, 0.0, 1.0)[:, :, None]
     colour = RED_RGB + yellow * (YELLOW_RGB - RED_RGB)
-    image += covered[:, :, None] * (colour - image)
+    place = image[rows, columns]
+    place += covered[:, :, None] * (colour - place)

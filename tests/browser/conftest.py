@@ -1,5 +1,6 @@
 """What the browser tests share: one server, one chromium, and a page that must not complain."""
 
+import shutil
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -10,7 +11,12 @@ import pytest
 from tests.browser.host import START_S, Server, until
 from tests.browser.views import Gallery, SessionPage
 from tests.conftest import CHROMIUM, FRUGAL
-from tests.installing import ROOT, install, install_project
+from tests.installing import ROOT, install
+
+PLACES = 8
+"""Sessions that a server has room for: more than any test needs, and few enough to be taken where one is about that."""
+EXAMPLE = ROOT / "examples" / "own_experiment"
+TOKEN = "salt & pepper, 100 %"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -30,19 +36,33 @@ def _compiled(compiled: None) -> None:
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    server = Server(tmp_path_factory.mktemp("served"))
+    server = Server(tmp_path_factory.mktemp("served"), PFTRACK_MAX_SESSIONS=str(PLACES))
     yield server
     server.stop()
 
 
+@pytest.fixture
+def fill(server: Server) -> Callable[..., list[dict[str, Any]]]:
+    """Take all places for sessions but a few; the sessions that take them are returned."""
+
+    def filled(*, free: int = 0) -> list[dict[str, Any]]:
+        return [server.start_session(frames=2) for _ in range(PLACES - free)]
+
+    return filled
+
+
 @pytest.fixture(scope="session")
 def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server beside which packages are installed: the example's, one with rare series, and one that is broken."""
+    """A server that differs in whatever can: it asks for a token, and packages are installed beside it.
+
+    They are the example's, one with rare series, and one that is broken.
+    """
     place = tmp_path_factory.mktemp("installed")
-    install_project(place, ROOT / "examples" / "own_experiment")
+    shutil.copytree(EXAMPLE / "pftrack_turning", place / "pftrack_turning")
+    install(place, "the-example", "", "turning = pftrack_turning.experiment:EXPERIMENT")
     install(place, "bank", (Path(__file__).parent / "bank.py").read_text(), "bank = bank:EXPERIMENT")
     install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
-    server = Server(tmp_path_factory.mktemp("served"), installed=place)
+    server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN)
     # Whoever asks before that for more than 10 s is told to come again, which a page writes to its console.
     until(lambda: server.get("compilation")["finished"], "the packages' experiments are ready", START_S)
     yield server
@@ -102,6 +122,8 @@ def unchosen(
     It draws plots where the test is marked with `plots`.
     """
     context = contexts(server)
+    if server.token:
+        context.request.get("/", params={"token": server.token})  # trades it for a cookie
     page = context.new_page()
     if not request.node.get_closest_marker("plots"):
         page.add_init_script(WITHOUT_PLOTS)

@@ -19,8 +19,11 @@ START_S = 60.0
 class Server:
     """`pftrack serve` on a free port; a second start serves the same data at the same place."""
 
-    def __init__(self, data: Path, installed: Path | None = None, **variables: str) -> None:
+    def __init__(self, data: Path, installed: Path | None = None, token: str | None = None, **variables: str) -> None:
         """Start it on a folder of data, beside what is installed in another folder, with variables of its own."""
+        self.token = token
+        if token is not None:
+            variables["PFTRACK_TOKEN"] = token
         self.data = data
         inherited = environment(installed) if installed else os.environ
         self._environment = {**inherited, "PYTHONUNBUFFERED": "1", **variables}
@@ -28,7 +31,12 @@ class Server:
         self._born: dict[str, set[int]] = {}
         self._process: subprocess.Popen[str] | None = None
         # Without certificates, which take 20 ms to read; and no connection outlives the server, which may be restarted.
-        self._http = httpx.Client(verify=False, timeout=60, limits=httpx.Limits(max_keepalive_connections=0))  # noqa: S501
+        self._http = httpx.Client(
+            verify=False,  # noqa: S501
+            timeout=60,
+            limits=httpx.Limits(max_keepalive_connections=0),
+            headers={"Authorization": f"Bearer {token}"} if token else {},
+        )
         self.log = data / "server.log"
         self.start()
 

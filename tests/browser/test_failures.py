@@ -1,7 +1,6 @@
 """The gallery of failures in a real browser: a failure beside its cure, in step, and nothing left behind."""
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -139,21 +138,14 @@ def test_an_unknown_failure_leads_to_all(failure: FailurePage, complaints: Compl
     assert page.get_by_role("link", name="All failures").get_attribute("href") == "/failures"
 
 
-@pytest.fixture
-def small_server(tmp_path: Path) -> Iterator[Server]:
-    """A server with room for one session."""
-    server = Server(tmp_path, PFTRACK_MAX_SESSIONS="1")
-    yield server
-    server.stop()
-
-
 def test_a_full_server_is_said_and_nothing_is_left(
-    failure: FailurePage, small_server: Server, complaints: Complaints
+    failure: FailurePage, server: Server, fill: Callable[..., list[dict[str, Any]]], complaints: Complaints
 ) -> None:
     """Where there is no place for both runs, the page says so in words; left then, it leaves no session behind."""
     complaints.expected = ("status of 503",)
     page = failure.page
-    page.goto(f"{small_server.url}/failures/4")
+    others = {each["id"] for each in fill(free=1)}
+    page.goto("/failures/4")
     failure.until(lambda: "places are taken" in page.inner_text("main"), "it is said")
     page.goto("about:blank")
-    failure.until(lambda: small_server.get("sessions") == [], "what was started has ended")
+    failure.until(lambda: {it["id"] for it in server.get("sessions")} == others, "what was started has ended")

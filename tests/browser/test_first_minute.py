@@ -1,12 +1,11 @@
 """What a first visitor meets: the tour, My work and its search, large type, and the keyboard alone."""
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from tests.browser.host import Server, until
+from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 
 Watch = Callable[..., SessionPage]
@@ -86,25 +85,18 @@ INSIDE = """(() => {
 })()"""
 
 
-@pytest.fixture
-def full(tmp_path: Path) -> Iterator[Server]:
-    """A server with a place for one session."""
-    server = Server(tmp_path, PFTRACK_MAX_SESSIONS="1")
-    until(lambda: server.get("compilation")["finished"], "the experiments are ready")
-    yield server
-    server.stop()
-
-
-def test_the_tour_waits_for_a_place(full: Server, page: Any, complaints: Any) -> None:
+def test_the_tour_waits_for_a_place(
+    server: Server, fill: Callable[..., list[dict[str, Any]]], page: Any, complaints: Any
+) -> None:
     """On a full server the page says so and where sessions can be ended, and the tour begins when there is room."""
     complaints.expected = ("503",)
-    taken = full.start_session()
-    page.goto(f"{full.url}/")
+    taken = fill()
+    page.goto("/")
     page.locator("[data-role=tour]").click()
-    page.get_by_text("All 1 places are taken").wait_for()
+    page.get_by_text(f"All {len(taken)} places are taken").wait_for()
     assert page.get_by_role("link", name="Running sessions").get_attribute("href") == "/work?show=sessions"
-    full.delete(f"sessions/{taken['id']}")
-    TourPage(page, full).note("A tracker at work")
+    server.delete(f"sessions/{taken[0]['id']}")
+    TourPage(page, server).note("A tracker at work")
 
 
 def test_my_work_is_found_by_words(page: Any, server: Server) -> None:

@@ -7,7 +7,7 @@ import av
 import numpy as np
 import pytest
 
-from tests.browser.conftest import CHOSEN
+from tests.browser.conftest import CHOSEN, TOKEN
 from tests.browser.host import Server
 from tests.browser.views import PAINTED, Gallery, SessionPage, View
 from tests.conftest import FRUGAL
@@ -101,7 +101,10 @@ def test_a_live_session_has_its_sliders_and_plots(page: Any, server: Server) -> 
 
 
 def test_a_saved_run_and_a_link_bring_the_same_numbers_back(page: Any, server: Server, chromium: Any) -> None:
-    """Saved, listed and opened again, or given as a link to somebody else, it computes the same errors."""
+    """Saved, listed and opened again, or given as a link to somebody else, it computes the same errors.
+
+    Whoever comes by the link without the token of the server is asked for it, led on, and asked for no more.
+    """
     shown = opened(page, server, tracker="straight")
     server.seek(shown.id, 30)
     server.patch(f"sessions/{shown.id}/parameters", {"tracker": "bank"})
@@ -119,10 +122,14 @@ def test_a_saved_run_and_a_link_bring_the_same_numbers_back(page: Any, server: S
         context.add_init_script(script)
     other = context.new_page()
     other.goto(link)
+    give_token(other)
     again = ready(other, server)
+    assert "token" not in other.url
     again.stands_at(50)
     assert again.id != shown.id
     assert server.column(again.id, "error") == errors
+    other.goto(f"{server.url}/")
+    other.get_by_role("heading", name="Experiments").wait_for()
     context.close()
 
     page.goto("/work")
@@ -130,6 +137,21 @@ def test_a_saved_run_and_a_link_bring_the_same_numbers_back(page: Any, server: S
     reopened = ready(page, server)
     server.seek(reopened.id, 50)
     assert server.column(reopened.id, "error")[:51] == errors
+
+
+def give_token(page: Any) -> None:
+    """Give a wrong token, which is said to be one, and then the right one, on a page that fits a phone as well."""
+    box, go = page.get_by_label("Token"), page.get_by_role("button", name="Open")
+    for width in (390, 1280):
+        page.set_viewport_size({"width": width, "height": 800})
+        go.wait_for()
+        View(page).until(lambda: page.evaluate("innerWidth") == width, "the window has its width")  # noqa: B023 - called at once
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    box.fill("another one altogether")
+    go.click()
+    page.get_by_text("is not this server's").wait_for()
+    box.fill(TOKEN)
+    go.click()
 
 
 def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: bytes) -> None:
@@ -177,7 +199,9 @@ def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> Non
     page.locator(f"[data-experiment={NAME}] >> text=Sweep over conditions").click()
     form = View(page)
     form.until(lambda: "40 runs" in page.inner_text(".plan-size"), "the form holds five conditions, two methods")
+    page.locator("[data-field=trials] input").fill("1")
     page.locator("[data-field=frames] input").fill("60")
+    form.until(lambda: "10 runs" in page.inner_text(".plan-size"), "fewer are planned")
     page.click("text=Start the sweep")
     page.wait_for_url(lambda address: "/sweep/" in address and not address.split("#")[0].endswith("new"))
     form.until(lambda: page.locator(".map canvas").count() > 0, "there is a map")

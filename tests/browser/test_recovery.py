@@ -5,11 +5,9 @@ from typing import Any
 
 import pytest
 
-from tests.browser.conftest import WITHOUT_PLOTS
 from tests.browser.host import Server, until
 from tests.browser.test_sweep import SMALL, SweepPage
 from tests.browser.views import PARTICLES, Gallery, SessionPage, View
-from tests.conftest import FRUGAL
 
 Watch = Callable[..., SessionPage]
 
@@ -53,62 +51,59 @@ def test_a_broken_link_says_what_it_must_hold(page: Any) -> None:
     assert "must hold an experiment" in page.inner_text(".notice")
 
 
-def test_a_restarted_server_is_found_again(server: Server, chromium: Any) -> None:
+# The scene comes back after a killed worker (above) and a lost connection (tests/viewer/test_browser.py) as well.
+@pytest.mark.parametrize("view", ["flat", pytest.param("scene", marks=pytest.mark.slow)])
+def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: Any, complaints: Any) -> None:
     """While the server is away a thin bar says so; afterwards the session is where it was, without a reload.
 
-    So it is in the scene and in a flat view, whose canvas keeps its picture in the meantime, and so do maps of a sweep.
+    So it is in either view, of which the canvas keeps its picture in the meantime, and so do maps of a sweep.
     """
-    sweep = server.post("sweeps", SMALL)
+    complaints.expected = ("Failed to load resource", "WebSocket connection")
+    sweep = server.post("sweeps", {**SMALL, "trials": 1, "frames": 10})
     until(lambda: server.get(f"sweeps/{sweep['id']}")["state"] == "done", "the sweep is complete")
     session = server.start_session()
     server.seek(session["id"], 20)
-    context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=server.url)
-    context.set_default_timeout(60_000)
-    for script in (FRUGAL, WITHOUT_PLOTS):
-        context.add_init_script(script)
-    page, other, third = context.new_page(), context.new_page(), context.new_page()
-    third.goto(sweep["page"])
-    maps = SweepPage(third)
-    maps.until(lambda: third.locator(".map").count() == 2, "the maps are there")
+    other = unchosen.context.new_page()
+    other.goto(sweep["page"])
+    maps = SweepPage(other)
+    maps.until(lambda: other.locator(".map").count() == 2, "the maps are there")
     maps.complete()
-    page.goto(f"{session['page']}?view=scene")
+    page = unchosen
+    page.goto(f"{session['page']}?view={view}")
     shown = SessionPage(page, server).ready()
     shown.stands_at(20)
-    other.goto(f"{session['page']}?view=flat")
-    flat = SessionPage(other, server)
-    painted = "document.querySelector('.flat-canvas')?.dataset.frame"
-    flat.until(lambda: other.evaluate(painted) == "20", "the frame is painted")
+
+    def is_seen(frame: int) -> bool:
+        painted = page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame") == str(frame)
+        return painted or (view == "scene" and shown.in_scene(PARTICLES, 0) > 0)
+
+    shown.until(lambda: is_seen(20), "the frame is seen")
     errors = server.column(shown.id, "error")
-    for each in (page, other, third):
+    for each in (page, other):
         each.evaluate("window.notReloaded = true")
 
     server.stop()
-    for each in (page, other):
-        each.locator(".bar-lost").wait_for()
-        shown.until(each.locator(".play").is_disabled, "the play button cannot be pressed")
-    assert other.evaluate(painted) == "20"
-    maps.until(third.locator("[data-part=disconnected]").is_visible, "the page says that it reconnects")
-    assert third.locator(".map").count() == 2
+    page.locator(".bar-lost").wait_for()
+    shown.until(page.locator(".play").is_disabled, "the play button cannot be pressed")
+    assert is_seen(20)
+    maps.until(other.locator("[data-part=disconnected]").is_visible, "the page says that it reconnects")
+    assert other.locator(".map").count() == 2
     server.start()
-    maps.until(third.locator("[data-part=disconnected]").is_hidden, "the page is connected again")
+    maps.until(other.locator("[data-part=disconnected]").is_hidden, "the page is connected again")
     maps.complete()
-    for each in (page, other):
-        each.locator(".bar-lost").wait_for(state="hidden")
+    page.locator(".bar-lost").wait_for(state="hidden")
     shown.until(lambda: shown.session["state"] in {"ready", "ended", "suspended"}, "the session is known again")
     resume = page.locator(".notice button")
     shown.until(lambda: resume.is_visible() or page.locator(".play").is_enabled(), "it goes on, or can be resumed")
     if resume.is_visible():
         resume.click()
-    for each in (page, other):
-        shown.until(each.locator(".play").is_enabled, "the play button can be pressed")
+    shown.until(page.locator(".play").is_enabled, "the play button can be pressed")
     shown.stands_at(20)
-    shown.until(lambda: shown.in_scene(PARTICLES, 0) > 0, "the scene is back")
-    flat.press("ArrowRight")
+    shown.press("ArrowRight")
     shown.stands_at(21)
-    flat.until(lambda: other.evaluate(painted) == "21", "the next frame is painted")
+    shown.until(lambda: is_seen(21), "the next frame is seen")
     assert server.column(shown.id, "error")[:21] == errors
-    assert all(each.evaluate("window.notReloaded") for each in (page, other, third))
-    context.close()
+    assert all(each.evaluate("window.notReloaded") for each in (page, other))
 
 
 def test_without_a_session_nothing_can_be_pressed(page: Any, complaints: Any) -> None:

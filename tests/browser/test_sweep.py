@@ -89,11 +89,11 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
     page.wait_for_selector(".plan-size")
     for index, values in enumerate(["5, 55, 105", "1, 20"]):
         page.locator(f"[data-field='axes.{index}.values']").fill(values)
-    page.locator("[data-field=trials] input").fill("40")
+    page.locator("[data-field=trials] input").fill("8")
     page.locator("[data-field=frames] input").fill("60")
     form = View(page)
     form.until(
-        lambda: page.inner_text(".plan-size .figure >> nth=0") == "720 runs", "the form tells the number of runs"
+        lambda: page.inner_text(".plan-size .figure >> nth=0") == "144 runs", "the form tells the number of runs"
     )
     form.until(lambda: page.inner_text("[data-role=time]").endswith("to compute"), "the form tells the time")
     page.click("text=Start the sweep")
