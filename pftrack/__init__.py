@@ -2,13 +2,57 @@
 
 Data flows one way, `Source -> Tracker -> Run -> Drawing`, and parameters flow the other way through one door
 (`pftrack.parameters.revise`). The library knows nothing of the web; the server is another package.
+
+    >>> import pftrack
+    >>> run = pftrack.run("ball", seed=3)
+    >>> run.export("ball.csv")
+
+`run` computes a run, `load` one that was saved, `compare` puts runs beside each other, `show` opens the scene of one.
+They are imported when they are first asked for, so that `import pftrack` costs nothing.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 from pftrack import machine
 
-__all__ = ["__version__"]
+if TYPE_CHECKING:
+    from pftrack.api import compare, load, run
+    from pftrack.comparison import Comparison
+    from pftrack.experiment import Experiment
+    from pftrack.runs.recipe import Recipe
+    from pftrack.runs.run import Run
+    from pftrack.viewers import show
+
+__all__ = ["Comparison", "Experiment", "Recipe", "Run", "__version__", "compare", "load", "run", "show"]
 
 __version__ = "0.2.0"
 
+_HOMES = {
+    "Comparison": "pftrack.comparison",
+    "Experiment": "pftrack.experiment",
+    "Recipe": "pftrack.runs.recipe",
+    "Run": "pftrack.runs.run",
+    "compare": "pftrack.api",
+    "load": "pftrack.api",
+    "run": "pftrack.api",
+    "show": "pftrack.viewers",
+}
+"""Where each name that is offered here comes from."""
+
 # Before any library is loaded that would choose by the processor how it computes.
 machine.settle()
+
+
+def __getattr__(name: str) -> object:
+    """Import a name when it is first asked for."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """List what is offered, imported or not."""
+    return list(__all__)

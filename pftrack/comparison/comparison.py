@@ -173,6 +173,12 @@ class Comparison:
             "paired": [each.as_dict() for each in self.paired],
         }
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: what differs, what came of each run, and what one gains."""
+        from pftrack.displays import comparison_html  # noqa: PLC0415 - which draws comparisons
+
+        return comparison_html(self)
+
     def _computed(self) -> Iterator[list[Diagnostics]]:
         """Yield what each run has computed of the frames that they have in common."""
         for run, first in zip(self.runs, self.alignment.firsts, strict=True):

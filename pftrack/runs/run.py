@@ -325,6 +325,30 @@ class Run:
             estimates_sha256=self.estimates_sha256,
         )
 
+    def save(self, path: str | PathLike[str], *, states: bool = False) -> None:
+        """Write the run to a file from which it can be computed again; `pftrack.load` reads it.
+
+        Args:
+            path: Where to, .pft; an existing file is replaced.
+            states: Whether to keep the particles of every frame.
+
+        Raises:
+            OSError: The file cannot be written; what was there before is still there.
+        """
+        from pftrack.runs.record import save  # noqa: PLC0415 - which writes runs
+
+        save(self, Path(path), states=states)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the frame at which it stands, a summary, and the error at a glance."""
+        from pftrack.displays import run_html  # noqa: PLC0415 - which draws runs
+
+        return run_html(self)
+
+    def __repr__(self) -> str:
+        done = f"{self.computed + 1} of {self.frames} frames computed"
+        return f"<Run of {self.experiment.id}, {self.tracker}, seed {self.seed}: {done}, at frame {self.position}>"
+
     def table(self) -> "pa.Table":
         """Return the numbers of all frames that were computed as an Arrow table, a row each.
 

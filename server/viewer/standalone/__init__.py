@@ -6,7 +6,7 @@ other. One clock in the page says which frame it is; scene, plots and figures fo
 
 - `recording`: a run's frames through the live scene
 - `packing`, `lines`, `pictures`: what becomes of them, so that 300 frames of a recording stay under 10 MB
-- `document`, `words`: the page put together
+- `document`, `plots`: the page put together, with the plots that the library prints
 - `page/`: what is in it; the player in its frame is viser's (`viser_adapter.player_page`)
 
 `pftrack` finds `write_page` by its entry point, when somebody asks for it (`pftrack.viewers`).

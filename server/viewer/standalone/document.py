@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from pftrack import __version__
+from pftrack.displays import summary_lines
 from pftrack.plot import Reading
 from pftrack.readings import readings_of, said
 from pftrack.runs.manifest import citation_of, manifest_of, title_of
 from pftrack.runs.run import Run
+from pftrack.sparkline import track
 from server.viewer.camera import FLAT_RAD, FULL_RELIEF_RAD, RELIEF_STEPS
 from server.viewer.modules import joined
-from server.viewer.standalone import words as said_of
 from server.viewer.standalone.plots import PagePlot, plots_of
 from server.viewer.standalone.recording import Recording, record
 
@@ -74,12 +75,12 @@ def document(run: Run, recording: Recording) -> str:
         "views": "".join(views),
         "layers": "".join(layers),
         "legend": "".join(legend),
-        "remarks": "".join(f'<p class="muted">{escape(line)}</p>' for line in said_of.remarks(recording)),
+        "remarks": "".join(f'<p class="muted">{escape(line)}</p>' for line in _remarks(recording)),
         "plots": "".join(_figure(plot) for plot in plots_of(run)),
         "readings": "".join(f"<dt>{escape(reading.title)}</dt><dd></dd>" for reading in readings),
-        "track": said_of.track(run),
+        "track": track(run),
         "last": str(run.computed),
-        "summary": _list(said_of.summary(run)),
+        "summary": _list(summary_lines(run)),
         "citation": escape(citation_of(run)),
         "recipe": escape(json.dumps(run.recipe.with_footage(path=None).as_dict(), indent=2, ensure_ascii=False)),
         "manifest": _data(manifest_of(run)),
@@ -90,6 +91,15 @@ def document(run: Run, recording: Recording) -> str:
         "script": joined(PAGE / name for name in SCRIPTS),
     }
     return _filled((PAGE / "page.html").read_text(encoding="utf-8"), parts)
+
+
+def _remarks(recording: Recording) -> Iterator[str]:
+    """Yield what the scene leaves out."""
+    every = recording.kept[1] - recording.kept[0] if len(recording.kept) > 1 else 1
+    if every > 1:
+        yield f"One of {every} frames is in the scene; the figures have all of them."
+    if recording.thinned > 1:
+        yield f"One of {recording.thinned} points of each large cloud is drawn."
 
 
 def _figure(plot: PagePlot) -> str:

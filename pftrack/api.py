@@ -1,0 +1,143 @@
+"""The few functions with which work in Python begins; `pftrack` itself offers them.
+
+    >>> import pftrack
+    >>> run = pftrack.run("ball", preset="works", seed=3)
+    >>> run.export("ball.parquet")
+
+All that they do can be done step by step with what they call: experiments (`pftrack.experiments`), recipes and records
+(`pftrack.runs`), comparisons (`pftrack.comparison`) and viewers (`pftrack.viewers`).
+"""
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from pftrack.comparison import Comparison
+from pftrack.experiment import Experiment, Preset
+from pftrack.experiments import find
+from pftrack.parameters import ParameterError, Value
+from pftrack.runs import record
+from pftrack.runs.recipe import Footage, Recipe
+from pftrack.runs.record import OpenSequence
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import FrameSequence, open_sequence
+
+__all__ = ["compare", "load", "run"]
+
+PathOrName = str | PathLike[str]
+
+
+def run(
+    experiment: str | Recipe | Mapping[str, Any],
+    *,
+    tracker: str | None = None,
+    preset: str | None = None,
+    seed: int | None = None,
+    frames: int | None = None,
+    recording: PathOrName | None = None,
+    mark: Mapping[str, Any] | None = None,
+    start: int = 0,
+    **parameters: Value,
+) -> Run:
+    """Compute a run and return it, at its last frame.
+
+    Args:
+        experiment: Its name, or a recipe, to which all that is said beside it is a change.
+        tracker: Name of the tracker; the experiment's own choice if not given.
+        preset: Name of a starting point, with its tracker, parameters and seed.
+        seed: Of all random numbers; 0 if not given.
+        frames: Length; the recording's, or the experiment's own, if not given.
+        recording: A video, an animated GIF, a folder of pictures or a table of tracks; the simulated scene without.
+        mark: The target in the picture `start`, as its kind writes it, such as {"kind": "box", "x": 80, ...}; it is
+            looked for if not given, where that can be done.
+        start: Number of the picture to begin with.
+        **parameters: Values of frame 0 by name, as the experiment declares them.
+
+    Raises:
+        LookupError: There is no such experiment or preset.
+        ParameterError: A value is unknown or out of bounds.
+        RecordError: The recording is not to be had, is another one, or shows no target.
+    """
+    recipe = _recipe(experiment)
+    wiring = find(recipe.experiment)
+    chosen = _preset(wiring, preset) if preset is not None else None
+    values = {**(chosen.parameters if chosen else {}), **parameters}
+    said = {
+        "tracker": tracker or (chosen.tracker if chosen else None),
+        "seed": seed if seed is not None else (chosen.seed if chosen else None),
+        "frames": frames,
+        "timeline": (*recipe.timeline, Change(0, values)) if values else None,
+        "footage": _footage(recording, mark, start),
+    }
+    changed = recipe.model_copy(update={name: it for name, it in said.items() if it is not None})
+    setup = record.wire(wiring, changed.footage, _opener(recording))
+    made = Run.from_recipe(changed, wiring, setup)
+    made.finish()
+    return made
+
+
+def load(path: PathOrName, *, recording: PathOrName | None = None) -> Run:
+    """Return the run of a saved file, computed as far as it had been.
+
+    Args:
+        path: A .pft file, or a recipe, .json, which is computed to its end.
+        recording: Where the recording lies that it was made on, if it lies elsewhere than the file says.
+
+    Raises:
+        RecordError: It is no saved run, or its recording is not to be had or another one.
+    """
+    file = Path(path)
+    if file.suffix.lower() == ".json":
+        recipe = Recipe.model_validate_json(file.read_text(encoding="utf-8-sig"))
+        last = None
+    else:
+        known = record.read(file)
+        recipe, last = known.recipe, known.computed - 1
+    made = record.make(recipe, open_sequence=_opener(recording, file.parent))
+    made.seek(made.frames - 1 if last is None else last)
+    return made
+
+
+def compare(*runs: Run) -> Comparison:
+    """Return the comparison of two to four runs, with all frames computed that they have in common.
+
+    Raises:
+        ComparisonError: They are too few or too many, their units differ, or they have no frame in common.
+    """
+    return Comparison.of(*runs).finish()
+
+
+def _recipe(said: str | Recipe | Mapping[str, Any]) -> Recipe:
+    if isinstance(said, Recipe):
+        return said
+    return Recipe(experiment=find(said).id) if isinstance(said, str) else Recipe.read(dict(said))
+
+
+def _preset(experiment: Experiment, name: str) -> Preset:
+    found = next((each for each in experiment.presets if each.name == name), None)
+    if found is None:
+        known = ", ".join(each.name for each in experiment.presets)
+        raise LookupError(f"{experiment.id} has no preset {name!r}; there are {known}")
+    return found
+
+
+def _footage(recording: PathOrName | None, mark: Mapping[str, Any] | None, start: int) -> Footage | None:
+    if recording is None:
+        if mark is not None or start:
+            raise ParameterError("recording", None, "given: a mark and a start belong to a recording")
+        return None
+    return Footage(name=Path(recording).name, start=start, mark=dict(mark) if mark is not None else None)
+
+
+def _opener(recording: PathOrName | None, folder: Path | None = None) -> OpenSequence | None:
+    """Return how the pictures of a recipe are found: where somebody says, else beside the file that speaks of them."""
+
+    def opened(footage: Footage) -> FrameSequence:
+        beside = (folder or Path()) / (footage.path or footage.name)
+        place = beside if recording is None else Path(recording)
+        if not place.exists():
+            raise record.RecordError(f"the run was made on {place}, which is not there; say as `recording` where it is")
+        return open_sequence(place, square=footage.square)
+
+    return opened if recording is not None or folder is not None else None
