@@ -115,7 +115,8 @@ def _read(text: str, places: dict[Place, int]) -> dict[str, Any]:
         head = _built(node, (), loader, places) if node is not None else None
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 2 if error.problem_mark else 1
-        raise DocumentError(line, f"the head is no YAML: {error.problem}") from None
+        remedy = "put a text that has a : or a bracket into quotes, and indent with spaces"
+        raise DocumentError(line, f"the head is no YAML: {error.problem}; {remedy}") from None
     except yaml.reader.ReaderError as error:
         line = text[: error.position].count("\n") + 2
         raise DocumentError(line, "there is a character that YAML does not allow") from None
