@@ -21,7 +21,7 @@ const HINTS = {
   point: "Place your prediction in the figure: click, or use the arrow keys there.",
 };
 
-const WAITING = "The controls above wait for your answer.";
+const WAITING = "The controls wait for your answer.";
 
 export class Question {
   #place;
@@ -134,7 +134,8 @@ export class Question {
     try {
       await this.#on.answer(given);
     } catch (error) {
-      this.#tell(messageOf(error));
+      // What is refused begins with the name of the field.
+      this.#tell(messageOf(error).replace(/^answer /, "Your answer "));
     } finally {
       show.disabled = false;
     }

@@ -308,6 +308,9 @@ def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPag
     lesson.until(
         lambda: server.session(started["id"])["parameters"]["sharpness"] == 200, "the way back gives the first"
     )
+    lesson.page.set_viewport_size({"width": 390, "height": 800})
+    height = "document.querySelector('.flat-canvas').clientHeight"
+    lesson.until(lambda: lesson.page.evaluate(f"innerWidth === 390 && {height} > 150"), "its picture has room")
 
     lesson.page.goto("/learn")
     lesson.until(

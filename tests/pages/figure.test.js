@@ -79,6 +79,7 @@ describe("words of a figure", () => {
     assert.equal(valueOn({ ...AXIS, unit: "", high: 0.3 }, 0.12345), "0.1235");
     assert.equal(valueOn({ ...LOG, unit: "" }, 1234.5), "1,235");
     assert.equal(valueOn({ ...AXIS, names: ["on", "off"] }, 1.2), "off");
+    assert.deepEqual([1, 0.5, 0.25, 1 / 3].map((step) => valueOn(AXIS, 4, step)), ["4 m", "4.0 m", "4.00 m", "4.00 m"]);
     assert.equal(named(AXIS, 1), "position 1.00 m");
     assert.equal(titled({ ...AXIS, title: "" }), "m");
   });

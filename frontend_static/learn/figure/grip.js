@@ -150,7 +150,7 @@ export class Grip {
     const { box, scales, axis, along, bounds, title, locked } = this.#stand;
     const at = scales[along].at(this.#value);
     const { element } = this;
-    const words = valueOn(axis, this.#value);
+    const words = valueOn(axis, this.#value, bounds.log ? undefined : bounds.step);
     element.dataset.along = along;
     const place = along === "x" ? { left: at, top: box.top, height: box.height, width: 0 } : { left: box.left, top: at, width: box.width, height: 0 };
     for (const [side, px] of Object.entries(place)) element.style.setProperty(side, `${px}px`);

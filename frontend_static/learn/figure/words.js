@@ -21,13 +21,25 @@ export function titled({ title, unit }) {
  *
  * @param {Axis} axis
  * @param {number} value
+ * @param {number} [step] In which it is turned: no finer is it told.
  */
-export function valueOn(axis, value) {
+export function valueOn(axis, value, step) {
   if (axis.names.length) return axis.names[Math.round(value)] ?? "";
   const size = axis.log ? Math.abs(value) : Math.abs(axis.high - axis.low);
   const decimals = Math.max(0, DIGITS - Math.round(Math.log10(size || 1)));
-  const text = written(value, Math.min(decimals, 12));
+  const text = written(value, Math.min(decimals, step === undefined ? 12 : decimalsOf(step)));
   return axis.unit ? `${text} ${axis.unit}` : text;
+}
+
+/**
+ * 0.25 -> 2
+ *
+ * @param {number} step
+ */
+function decimalsOf(step) {
+  const whole = Array.from({ length: 12 }, (_, places) => step * 10 ** places);
+  const found = whole.findIndex((each) => Math.abs(each - Math.round(each)) < 1e-6 * each);
+  return found < 0 ? 12 : found;
 }
 
 /**
