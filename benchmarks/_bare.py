@@ -76,8 +76,11 @@ class BareSocket(asyncio.Protocol):
 
     def send(self, text: str) -> None:
         """Send a short text."""
-        payload = text.encode()
-        self.transport.write(bytes((0x80 | TEXT, 0x80 | len(payload))) + bytes(4) + payload)
+        self._write(TEXT, text.encode())
+
+    def _write(self, code: int, payload: bytes) -> None:
+        # The mask that a client must use may be any, also none.
+        self.transport.write(bytes((0x80 | code, 0x80 | len(payload))) + bytes(4) + payload)
 
     def _agreed(self, data: bytes) -> bytes:
         self._buffer += data
@@ -105,7 +108,9 @@ class BareSocket(asyncio.Protocol):
         if self._code == CLOSE:
             self.closed = self._start[2:].decode()
             self.transport.close()
-        elif self._code != PING:
+        elif self._code == PING:
+            self._write(PONG, self._start)
+        else:
             self._take(self, now, self._start, length)
 
 

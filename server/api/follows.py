@@ -73,9 +73,9 @@ async def qr_code(follow: AFollow, link: Annotated[int, Query(ge=0)] = 0) -> Res
 @router.post("/{follow}/figure", response_class=Response, responses={200: {"model": FigurePublic}})
 async def show_figure(follow: AFollow, body: FigureRequest, lessons: TheLessons) -> Response:
     """Return what the lesson that is followed comes to at some parameters, and show it to the class."""
-    if follow.shown.lesson is None:
+    if follow.shown.lesson_id is None:
         raise ConflictError("The class follows no lesson.")
-    lesson = await lessons.get(follow.shown.lesson)
+    lesson = await lessons.get(follow.shown.lesson_id)
     figure = await lessons.figure(lesson, body)
     follow.show_figure(lesson.id, figure)
     return Response(figure, media_type="application/json")

@@ -86,7 +86,7 @@ class Door:
             if role == "stranger":
                 raise UnknownError("Open the link of the class first; its page lets this browser in.")
             raise ForbiddenError("Who follows may look, answer and try a copy; this is for the lecturer.")
-        follow.forks.touch(guest.seat)
+        follow.forks.touch(guest.seat, path)
         inner = {**scope, "path": path, "raw_path": quote(path).encode()}
         guest.put_into(inner)
         return guest, inner
@@ -111,7 +111,7 @@ def _start(guest: Guest) -> str:
     if guest.claim.role == "follower":
         return guest.prefix
     return (
-        f"{guest.prefix}/learn/{shown.lesson}"
+        f"{guest.prefix}/learn/{shown.lesson_id}"
         if shown.lesson
         else f"{guest.prefix}/session/{next(iter(shown.sessions))}"
     )

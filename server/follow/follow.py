@@ -28,16 +28,26 @@ class Shown:
     """What a class follows.
 
     Attributes:
-        title: What it is called.
+        named: What the lecturer calls it, if anything.
         sessions: Titles by name.
-        lesson: Its id, if one is followed.
+        lesson: Id and title, if one is followed.
         arrangement: Of the lecturer's page, passed on as it is.
     """
 
-    title: str
+    named: str | None
     sessions: Mapping[str, str]
-    lesson: str | None
+    lesson: tuple[str, str] | None
     arrangement: Mapping[str, Any]
+
+    @property
+    def title(self) -> str:
+        """What it is called."""
+        return self.named or (self.lesson[1] if self.lesson else next(iter(self.sessions.values())))
+
+    @property
+    def lesson_id(self) -> str | None:
+        """Which lesson is followed, if one is."""
+        return self.lesson and self.lesson[0]
 
 
 class Follow:
@@ -85,13 +95,14 @@ class Follow:
     def reach(self, role: Standing, seat: str) -> Reach:
         """Return what somebody may name in an address."""
         followed = frozenset(self._shown.sessions)
-        lessons = frozenset({self._shown.lesson} if self._shown.lesson else ())
+        lesson = self._shown.lesson_id
+        lessons = frozenset({lesson} if lesson else ())
         if role == "owner":
             return Reach(followed, followed, lessons, lessons, frozenset({self.name}))
         fork = self.forks.of(seat) or Fork()
         own = frozenset({fork.session} if fork.session else ())
-        tried = lessons & {fork.lesson}
-        return Reach(followed | own, own, lessons, frozenset(tried), frozenset())
+        tried = frozenset({lesson} if lesson and fork.lesson == lesson else ())
+        return Reach(followed | own, own, lessons, tried, frozenset())
 
     def end(self, sentence: str) -> None:
         """Send everybody away."""
@@ -203,7 +214,7 @@ class Follow:
         return {
             "title": shown.title,
             "sessions": [schemas.FollowedPublic(id=name, title=title) for name, title in shown.sessions.items()],
-            "lesson": shown.lesson,
+            "lesson": shown.lesson_id,
             "arrangement": dict(shown.arrangement),
             "most_forks": self.forks.most,
             "forks": len(self.forks),

@@ -109,7 +109,8 @@ class Follows:
         if len(self._follows) >= MOST:
             raise ConflictError(f"{MOST} classes follow already; end one first.")
         self._check_forks(wanted.most_forks)
-        shown = await self._shown(wanted.sessions, wanted.lesson, wanted.title, wanted.arrangement)
+        lesson = await self._lesson(wanted.lesson)
+        shown = Shown(wanted.title, self._titles(wanted.sessions), lesson, wanted.arrangement)
         name = next(name for name in iter(self.links.new_name, None) if name not in self._follows)
         expires = datetime.now(UTC) + timedelta(hours=wanted.hours)
         places = addresses(origin, self._settings)
@@ -127,23 +128,27 @@ class Follows:
             guest: Who changes it, if somebody who has rights over this class alone.
 
         Raises:
+            EndedError: The class ended meanwhile.
             ForbiddenError: The guest has no rights over a session.
             NotFoundError: There is no such session or lesson.
             RefusedError: There are fewer places for sessions than followers may have.
         """
-        given = wanted.model_fields_set
+        lesson = await self._lesson(wanted.lesson)
+        if follow.ended is not None:
+            raise EndedError(follow.ended)
+        if guest is not None and not guest.reach.steered.issuperset(wanted.sessions or ()):
+            raise ForbiddenError("This link gives rights over what the class follows already, and no other session.")
+        before = follow.shown
+        shown = Shown(
+            wanted.title or before.named,
+            before.sessions if wanted.sessions is None else self._titles(wanted.sessions),
+            lesson if "lesson" in wanted.model_fields_set else before.lesson,
+            before.arrangement if wanted.arrangement is None else wanted.arrangement,
+        )
+        if not shown.sessions and shown.lesson is None:
+            raise RefusedError("A class follows a session or a lesson; end it if it shall follow nothing.")
         if wanted.most_forks is not None:
             self._check_forks(wanted.most_forks)
-        before = follow.shown
-        sessions = list(before.sessions) if wanted.sessions is None else wanted.sessions
-        lesson = wanted.lesson if "lesson" in given else before.lesson
-        if guest is not None and not guest.reach.steered.issuperset(sessions):
-            raise ForbiddenError("This link gives rights over what the class follows already, and no other session.")
-        if not sessions and lesson is None:
-            raise RefusedError("A class follows a session or a lesson; end it if it shall follow nothing.")
-        arrangement = before.arrangement if wanted.arrangement is None else wanted.arrangement
-        shown = await self._shown(sessions, lesson, wanted.title or before.title, dict(arrangement))
-        if wanted.most_forks is not None:
             follow.forks.most = wanted.most_forks
         if wanted.most_followers is not None:
             follow.places.most = wanted.most_followers
@@ -167,7 +172,7 @@ class Follows:
         """Begin a session of a follower's own where one of the class's stands, or let the follower turn the figure.
 
         Raises:
-            ConflictError: The follower has one.
+            ConflictError: The follower has one, or has ended it meanwhile.
             EndedError: The class ended meanwhile.
             ForbiddenError: The follower has no place.
             NotFoundError: The class follows no such session, or no lesson.
@@ -177,10 +182,10 @@ class Follows:
         follow, seat = guest.follow, guest.seat
         follow.check_there(seat)
         if wanted.session is None:
-            if follow.shown.lesson is None:
+            if follow.shown.lesson_id is None:
                 raise NotFoundError("The class follows no lesson; name one of its sessions.")
             with follow.forks.room(seat) as fork:
-                fork.lesson = follow.shown.lesson
+                fork.lesson = follow.shown.lesson_id
             return fork
         if wanted.session not in follow.shown.sessions:
             raise NotFoundError("The class does not follow such a session any more.")
@@ -188,9 +193,9 @@ class Follows:
         spec.follow = follow.name
         with follow.forks.room(seat) as fork:
             await self._manager.create(spec)
-            if follow.ended is not None:
+            if follow.ended is not None or follow.forks.of(seat) is not fork:
                 self._end_session(spec.id)
-                raise EndedError(follow.ended)
+                raise EndedError(follow.ended) if follow.ended else ConflictError("You have ended it meanwhile.")
             fork.session = spec.id
         return fork
 
@@ -202,13 +207,15 @@ class Follows:
 
     # ------------------------------------------------------------ within
 
-    async def _shown(
-        self, sessions: Sequence[str], lesson: str | None, title: str | None, arrangement: dict[str, object]
-    ) -> Shown:
-        named = {name: self._manager.get(name).card.title for name in sessions}
-        found = await self._lessons.get(lesson) if lesson is not None else None
-        title = title or (found.title if found else next(iter(named.values())))
-        return Shown(title, named, found.id if found else None, arrangement)
+    def _titles(self, sessions: Sequence[str]) -> dict[str, str]:
+        return {name: self._manager.get(name).card.title for name in sessions}
+
+    async def _lesson(self, wanted: str | None) -> tuple[str, str] | None:
+        """Return id and title of a lesson."""
+        if wanted is None:
+            return None
+        found = await self._lessons.get(wanted)
+        return found.id, found.title
 
     def _check_forks(self, most: int) -> None:
         limit = self._settings.max_sessions
@@ -230,11 +237,13 @@ class Follows:
         while True:
             await asyncio.sleep(ROUND_S)
             for follow in self.all:
-                for name in follow.forks.sessions:
-                    found = self._manager.find(name)
-                    if found is not None and found.phase == "suspended":
-                        self._end_session(name)
+                for name in follow.forks.left(self._is_visited):
+                    self._end_session(name)
                 follow.tell()
+
+    def _is_visited(self, session: str) -> bool:
+        found = self._manager.find(session)
+        return found is not None and found.visitors > 0
 
     def _end_session(self, name: str) -> None:
         found = self._manager.find(name)

@@ -1,7 +1,6 @@
 """Forks: what followers have of their own, a session or the lesson, at most one each and no more than is allowed.
 
-A session's fork is gone with the session. A lesson's has nothing that could end, so it is gone when it has not been
-used for a while.
+A fork ends when it has not been used for a while; a session's also with the session.
 """
 
 import time
@@ -14,7 +13,7 @@ from server.errors import ConflictError, UnavailableError
 __all__ = ["Fork", "Forks"]
 
 UNUSED_S = 300.0
-"""After so long a lesson's fork is gone."""
+"""After so long a fork ends of which nobody asks for anything."""
 
 
 @dataclass(slots=True)
@@ -64,10 +63,18 @@ class Forks:
         fork = self._forks.get(seat)
         return fork if fork is not None and self._lasts(fork) else None
 
-    def touch(self, seat: str) -> None:
-        """Take note that a follower asks for something."""
+    def left(self, is_visited: Callable[[str], bool]) -> list[str]:
+        """Return the names of the sessions that nobody has visited for a while."""
+        now = time.monotonic()
+        for fork in self._lasting().values():
+            if fork.session and is_visited(fork.session):
+                fork.used = now
+        return [fork.session for fork in self._forks.values() if fork.session and now - fork.used >= UNUSED_S]
+
+    def touch(self, seat: str, path: str) -> None:
+        """Take note that a follower asks for something at a path, which may be of what that follower has."""
         fork = self.of(seat)
-        if fork is not None:
+        if fork is not None and {fork.session, fork.lesson} & set(path.split("/")):
             fork.used = time.monotonic()
 
     @contextmanager
@@ -90,8 +97,8 @@ class Forks:
         try:
             yield fork
         finally:
-            if not (fork.session or fork.lesson):
-                self._forks.pop(seat, None)
+            if not (fork.session or fork.lesson) and self._forks.get(seat) is fork:
+                del self._forks[seat]
             self._changed()
 
     def give_back(self, seat: str) -> Fork | None:

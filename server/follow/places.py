@@ -46,12 +46,17 @@ class Places:
 
     def __len__(self) -> int:
         """Return how many followers are there."""
-        return sum(bool(sockets) for seat, sockets in self._sockets.items() if seat != LECTURER)
+        return len(self.seats)
 
     @property
     def sockets(self) -> int:
         """How many sockets there are, the lecturer's included."""
         return sum(map(len, self._sockets.values()))
+
+    @property
+    def seats(self) -> list[str]:
+        """Who is there."""
+        return [seat for seat, sockets in self._sockets.items() if sockets and seat != LECTURER]
 
     def __contains__(self, seat: str) -> bool:
         """Tell whether a follower has a place."""

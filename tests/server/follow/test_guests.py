@@ -157,7 +157,12 @@ def test_what_is_not_followed_any_more(
 
 
 def test_a_fork_is_its_followers_own(
-    guarded: Server, lecturer: httpx.Client, session: str, follow: dict[str, Any], one: Follower
+    guarded: Server,
+    lecturer: httpx.Client,
+    session: str,
+    follow: dict[str, Any],
+    one: Follower,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """It begins where the class stands, without what was changed later, and nobody else may touch it."""
     steer(lecturer, session, "seek", frame=6)
@@ -186,9 +191,23 @@ def test_a_fork_is_its_followers_own(
         assert one.ask("DELETE", "follow/fork").status_code == 204
         wait_for(lambda: lecturer.get(f"/api/v1/{own}").status_code == 404)
         again = other.ask("POST", "follow/fork", session=session).json()["id"]
-        guarded.run(guarded.manager.get(again).suspend("Nobody was here for a while."))
+        monkeypatch.setattr("server.follow.forks.UNUSED_S", 0.0)
         wait_for(lambda: lecturer.get(f"/api/v1/sessions/{again}").status_code == 404)
     assert lecturer.get(f"/api/v1/sessions/{session}").json()["parameters"]["sample_count"] == 321
+
+
+def test_a_session_that_is_ended(guarded: Server, lecturer: httpx.Client, other: str) -> None:
+    """Who follows it is told so by its stream; the class lasts, and goes on to another."""
+    gone = str(begin(lecturer)["id"])
+    follow = lead(lecturer, gone, title=None)
+    with follower(guarded, follow) as one, one.socket(f"api/v1/sessions/{gone}/stream") as stream:
+        hear(stream)
+        lecturer.delete(f"/api/v1/sessions/{gone}")
+        assert farewell(stream) == (4404, "The session was ended.")
+        error_of(one.ask("POST", "follow/fork", session=gone), 404)
+        assert change(lecturer, follow, is_open=False).json()["is_open"] is False
+        assert change(lecturer, follow, sessions=[other], title="Go on").json()["title"] == "Go on"
+    lecturer.delete(f"/api/v1/follows/{follow['id']}")
 
 
 def test_a_lecturers_link(

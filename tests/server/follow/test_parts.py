@@ -150,11 +150,36 @@ class TestForks:
         with forks.room("a") as fork:
             fork.lesson = "bayes"
         now = UNUSED_S - 1.0
-        forks.touch("a")
+        forks.touch("a", "/api/v1/follow")
+        forks.touch("b", "/api/v1/lessons/bayes/figure")
+        assert forks.of("a") is fork
+        forks.touch("a", "/api/v1/lessons/bayes/figure")
         now += UNUSED_S - 1.0
         assert len(forks) == 1
         now += 2.0
         assert len(forks) == 0
+
+    def test_a_session_that_nobody_visits_is_given_back(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """It ends when its page has been left for a while."""
+        now = 0.0
+        monkeypatch.setattr("server.follow.forks.time.monotonic", lambda: now)
+        forks = Forks(2, lambda _: True, lambda: None)
+        for seat, session in (("a", "x"), ("b", "y")):
+            with forks.room(seat) as fork:
+                fork.session = session
+        now = UNUSED_S - 1.0
+        assert forks.left(lambda session: session == "x") == []
+        now += 1.0
+        assert forks.left(lambda _: False) == ["y"]
+
+    def test_what_is_given_back_while_it_is_made(self) -> None:
+        """Another one may be begun meanwhile, and stays."""
+        forks = Forks(1, lambda _: True, lambda: None)
+        with forks.room("a"):
+            forks.give_back("a")
+            with forks.room("a") as second:
+                second.session = "x"
+        assert forks.of("a") is second
 
 
 class TestPoll:
