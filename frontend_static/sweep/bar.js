@@ -16,6 +16,7 @@ const FORMATS = [
   ["csv", "All runs, CSV"],
   ["html", "Report, one HTML page"],
   ["png", "Maps, PNG in an archive"],
+  ["svg", "Maps, SVG in an archive"],
 ];
 
 /**

@@ -35,7 +35,9 @@ def register(app: typer.Typer) -> None:
 
 
 def export(
-    file: Annotated[Path, typer.Argument(help="A run that was saved with `run --out` or from the page.")],
+    file: Annotated[
+        Path, typer.Argument(help="A saved run, FILE.pft, or the result of a sweep, FILE.parquet, finished or not.")
+    ],
     to: Annotated[
         list[Path],
         typer.Option("--to", metavar="FILE", help="What to write; the suffix says what. May be repeated."),
@@ -46,7 +48,10 @@ def export(
     video: Annotated[Path | None, typer.Option(help="Where the run's video is now, if it was moved.")] = None,
     json: Json = False,
 ) -> None:
-    """Write a saved run as files of other kinds: tables, films, pictures of plots, a notebook."""
+    """Write a saved run as files of other kinds: tables, films, pictures of plots, a notebook; a sweep's maps, too."""
+    if file.suffix.lower() == ".parquet":
+        _say(_swept(file, to, plot), {}, json=json)
+        return
     from pftrack.experiments import find
     from pftrack.runs.comparison import difference
     from pftrack.runs.manifest import extent_of
@@ -66,10 +71,32 @@ def export(
         if again.computed + 1 < again.frames:
             note(f"pftrack: the run is not finished; {extent_of(again)} are exported")
         files = write_exports(wanted, again, plot)
+    _say(files, {"frames": again.computed + 1, "of": again.frames}, json=json)
+
+
+def _say(files: list[Path], details: dict[str, int], *, json: bool) -> None:
     if json:
-        emit({"files": [str(path) for path in files], "frames": again.computed + 1, "of": again.frames})
+        emit({"files": [str(path) for path in files], **details})
     else:
         table("", ("file", "bytes"), [(str(path), f"{path.stat().st_size:,}") for path in files])
+
+
+def _swept(file: Path, places: list[Path], plot: str | None) -> list[Path]:
+    """Write files of the result of a sweep and return them."""
+    from pftrack.export import ExportError
+    from pftrack.sweep import read_result
+    from pftrack.sweep.report import export_result
+
+    result = read_result(file)
+    written: list[Path] = []
+    for place in places:
+        try:
+            written += export_result(result, place, plot=plot)
+        except ExportError as error:
+            raise wrong_use(str(error)) from None
+        except OSError as error:
+            raise CommandError(f"{place} cannot be written: {error.strerror}") from None
+    return written
 
 
 def _computed_again(stack: ExitStack, saved: "Saved", file: Path, video: Path | None) -> "Run":

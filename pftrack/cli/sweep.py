@@ -114,6 +114,7 @@ def report(
     x: Annotated[str | None, typer.Option(metavar="AXIS", help="Across the maps.")] = None,
     y: Annotated[str | None, typer.Option(metavar="AXIS", help="Down the maps.")] = None,
     level: Annotated[str, typer.Option(metavar="P", help="Of significance.")] = "0.01",
+    svg: Annotated[bool, typer.Option("--svg", help="Draw the maps as SVG rather than PNG.")] = False,
     json: Json = False,
 ) -> None:
     """Show the result of a sweep: tables here, maps and a page that needs nothing else in a folder."""
@@ -125,7 +126,7 @@ def report(
     folder = out or result.path.with_name(f"{file.name.split('.parquet')[0]}-report")
     if folder.exists() and not folder.is_dir():
         raise wrong_use(f"--out must be a folder, {folder} is a file")
-    made = write_report(result, folder, x=x, y=y, level=significant)
+    made = write_report(result, folder, x=x, y=y, level=significant, form="svg" if svg else "png")
     if json:
         emit(made.as_dict())
         return

@@ -3,10 +3,6 @@
 Lengths are inches, sizes of letters points. Bands are grey where the target is hidden and red where it is lost.
 """
 
-import io
-from typing import Any, Literal
-
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,8 +12,9 @@ from numpy.typing import NDArray
 from pftrack.export import ExportError
 from pftrack.figures import numbers
 from pftrack.figures.kinds import INK, KINDS, SHADES
+from pftrack.figures.picture import PictureForm, encoded
 from pftrack.plot import Plot
-from pftrack.runs.manifest import embedded, extent_of, title_of
+from pftrack.runs.manifest import extent_of, manifest_of, title_of
 from pftrack.runs.run import Run
 
 __all__ = ["drawable", "figure_of", "picture_of"]
@@ -26,7 +23,6 @@ WIDE_IN, PANEL_IN, ALONE_IN, ROW_IN = 6.3, 1.25, 2.4, 0.2
 HEAD_IN, FOOT_IN, BETWEEN_IN = 0.2, 0.42, 0.34
 LEFT_IN, LEFT_WITH_NAMES_IN, RIGHT_IN = 0.62, 1.25, 0.12
 LETTERS_PT, TITLE_PT = 8, 9
-DOTS_PER_INCH = 300
 MOST_MARKS = 200_000
 """So many nodes or segments are drawn; more can be neither told apart nor opened by another program."""
 
@@ -75,19 +71,13 @@ def figure_of(run: Run, plot: str | None = None) -> Figure:
     return figure
 
 
-def picture_of(run: Run, form: Literal["png", "svg"], plot: str | None = None) -> bytes:
-    """Return the same as the content of a file, which holds the run's manifest; letters in SVG stay letters.
+def picture_of(run: Run, form: PictureForm, plot: str | None = None) -> bytes:
+    """Return the same as the content of a file, which holds the run's manifest.
 
     Raises:
         ExportError: See `figure_of`.
     """
-    figure, data = figure_of(run, plot), io.BytesIO()
-    metadata: dict[str, Any] = {"Title": _heading(run)}
-    metadata |= {"pftrack": embedded(run)} if form == "png" else {"Description": embedded(run), "Date": None}
-    # The same run has the same file: names of parts are no random numbers.
-    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "pftrack"}):
-        figure.savefig(data, format=form, dpi=DOTS_PER_INCH, metadata=metadata)
-    return data.getvalue()
+    return encoded(figure_of(run, plot), form, _heading(run), manifest_of(run))
 
 
 def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:

@@ -26,7 +26,7 @@ router = APIRouter(prefix="/sweeps", tags=["sweeps"])
 PARQUET = "application/vnd.apache.parquet"
 REPORT_S = 120.0
 
-Format = Literal["parquet", "csv", "html", "png"]
+Format = Literal["parquet", "csv", "html", "png", "svg"]
 
 
 @router.get(
@@ -38,7 +38,7 @@ async def download(
     sweep: ASweep,
     store: AStore,
     settings: SettingsNow,
-    form: Annotated[Format, Query(alias="format", description="png is an archive of all maps.")] = "parquet",
+    form: Annotated[Format, Query(alias="format", description="png and svg are archives of all maps.")] = "parquet",
 ) -> Response:
     """Return what there is of a sweep as a file: all runs as Parquet or CSV, or a report as one page or as pictures."""
     await sweep.look()
@@ -58,7 +58,7 @@ async def download(
         if form == "parquet":
             path = await asyncio.to_thread(_gathered, sweep, folder / "sweep.parquet")
             return FileResponse(path, media_type=PARQUET, filename=f"{name}.parquet", background=after)
-        await _report(sweep, store, folder, settings.max_sweeps_bytes)
+        await _report(sweep, store, folder, settings.max_sweeps_bytes, svg=form == "svg")
         if form == "html":
             page = next(folder.glob("*.html"))
             return FileResponse(page, media_type="text/html", filename=f"{name}.html", background=after)
@@ -73,9 +73,9 @@ def _attached(name: str) -> dict[str, str]:
     return {"Content-Disposition": f'attachment; filename="{name}"'}
 
 
-async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int) -> None:
+async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int, *, svg: bool) -> None:
     """Have a child write the report of a sweep into a folder."""
-    task = Report(result=store.files.sweep(sweep.id), folder=folder, file_bytes=largest_file)
+    task = Report(result=store.files.sweep(sweep.id), folder=folder, file_bytes=largest_file, svg=svg)
     await ask(task, patience_s=REPORT_S)
 
 
@@ -101,4 +101,4 @@ def _zipped(folder: Path, name: str) -> Path:
 
 
 def _pictures(folder: Path) -> Iterator[Path]:
-    yield from sorted(folder.rglob("*.png"))
+    yield from sorted([*folder.rglob("*.png"), *folder.rglob("*.svg")])

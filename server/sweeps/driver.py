@@ -47,8 +47,8 @@ def main(talk: socket.socket, complaint: socket.socket, task: Task) -> None:
             json.dump(asdict(estimate(Plan.from_dict(plan), jobs)), sys.stdout)
         case Resume(out=out, jobs=jobs):
             _sweep("--resume", str(out), "--jobs", str(jobs))
-        case Report(result=result, folder=folder):
-            _sweep("report", str(result), "--out", str(folder))
+        case Report(result=result, folder=folder, svg=svg):
+            _sweep("report", str(result), "--out", str(folder), *(["--svg"] if svg else []))
 
 
 def _sweep(*arguments: str) -> None:

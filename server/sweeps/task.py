@@ -44,12 +44,14 @@ class Report:
     Attributes:
         result: The sweep's result file.
         folder: Where the report goes.
+        svg: Whether its maps are SVG rather than PNG.
         file_bytes: Length of any file of it.
     """
 
     result: Path
     folder: Path
     file_bytes: int
+    svg: bool = False
 
 
 Task: TypeAlias = Measure | Resume | Report

@@ -1,12 +1,14 @@
 """Files of the frame that is shown: what an experiment declares is listed and can be fetched, and nothing else."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import cv2
 import httpx
 import numpy as np
+import pandas as pd
 import pytest
 
 from pftrack.experiments import find
@@ -133,3 +135,39 @@ def test_a_film_is_written_beside_the_session_and_says_how_far_it_is(client: htt
     assert pictures_in(place) == 10
     assert client.delete(f"/api/v1/exports/{told['id']}").status_code == 204
     assert "no such export" in error_of(client.get(told["file"]), 404)["message"]
+
+
+def test_a_saved_run_is_exported_from_its_file(client: httpx.Client, tmp_path: Path) -> None:
+    """It lists what there is; a table has the frames that it was saved with, and a plot that is not there is named."""
+    session = begin(client, experiment="sine", seed=5)
+    steer(client, session["id"], "seek", frame=7)
+    run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
+    steer(client, session["id"], "seek", frame=9)
+    address = f"/api/v1/runs/{run['id']}/exports"
+    offered = client.get(address).json()
+    assert [one["name"] for one in offered["exports"]] == [one.name for one in FORMATS]
+    assert [plot["id"] for plot in offered["plots"]] == [plot.id for plot in find("sine").plots]
+    table, told = written(client, client.post(f"{address}/csv"))
+    place = tmp_path / told["name"]
+    place.write_bytes(table.content)
+    assert (place.name, pd.read_csv(place)["frame"].tolist()) == ("sine-7.csv", list(range(8)))
+    said = error_of(client.post(f"{address}/png", params={"plot": "gain"}), 409)["message"]
+    assert "ine has no plot 'gain', only error, sigma" in said
+    assert "no export 'docx'; there are csv" in error_of(client.post(f"{address}/docx"), 404)["message"]
+
+
+def test_a_file_that_is_too_large_or_stopped_leaves_nothing(start_server: Callable[..., Any]) -> None:
+    """A file has a limit, which is told; whether it fails or is stopped, its folder is gone."""
+    with start_server(max_export_bytes=2_000) as (served, client):
+        incoming = served.app.state.services.store.files.incoming
+        session = begin(client, experiment="sine", frames=4_000)
+        address = f"/api/v1/sessions/{session['id']}/exports"
+        small, _ = written(client, client.post(f"{address}/recipe"))
+        assert small.json()["experiment"] == "sine"
+        steer(client, session["id"], "seek", frame=400)
+        job = client.post(f"{address}/csv").json()["id"]
+        failed = wait_for(lambda: _ended(client, job), what="it has failed")
+        assert (failed["state"], "File too large; make room" in failed["message"]) == ("failed", True)
+        begun = client.post(f"{address}/mp4").json()
+        assert client.delete(f"/api/v1/exports/{begun['id']}").status_code == 204
+        assert len(list(incoming.iterdir())) == 1

@@ -282,9 +282,10 @@ class TestTakingAway:
         assert page.text.startswith("<!doctype html>")
         assert "<script src" not in page.text
         assert "<link" not in page.text
-        archive = zipfile.ZipFile(io.BytesIO(client.get(f"{url}/download", params={"format": "png"}).content))
-        assert archive.namelist()
-        assert all(archive.read(name).startswith(b"\x89PNG") for name in archive.namelist())
+        for form, begin in {"png": b"\x89PNG", "svg": b"<?xml"}.items():
+            archive = zipfile.ZipFile(io.BytesIO(client.get(f"{url}/download", params={"format": form}).content))
+            assert archive.namelist()
+            assert all(archive.read(name).startswith(begin) for name in archive.namelist())
         wait_for(lambda: not list(served.app.state.services.store.files.incoming.iterdir()))
 
 

@@ -1,6 +1,8 @@
 """Reports: tables that say what the rows say, figures that are pictures, and a page that needs nothing else."""
 
 import csv
+import json
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +14,7 @@ import pytest
 from PIL import Image
 
 from pftrack.experiments import EXPERIMENTS
+from pftrack.export import ExportError
 from pftrack.sweep import (
     Axis,
     Plan,
@@ -26,7 +29,7 @@ from pftrack.sweep import (
     read_result,
     samples,
 )
-from pftrack.sweep.report import Report, write_report
+from pftrack.sweep.report import Report, export_result, write_report
 from pftrack.sweep.report.colours import amounts, largest_difference, scale_of
 from pftrack.sweep.report.figures import figures
 from pftrack.sweep.report.page import page
@@ -181,3 +184,38 @@ def test_a_report_of_nothing_is_refused(plan: Plan, tmp_path: Path) -> None:
     with pytest.raises(SweepError, match="no rows yet"):
         write_report(read_result(tmp_path / "new.parquet"), tmp_path / "report")
     assert not (tmp_path / "report").exists()
+
+
+def test_a_sweep_is_exported_as_table_and_as_pictures(finished: Result, tmp_path: Path) -> None:
+    """All rows as CSV, a map at 300 dots an inch and one whose letters are letters, each with plan and units."""
+    table, beside = export_result(finished, tmp_path / "rows.csv")
+    assert len(table.read_text().splitlines()) == finished.plan.runs + 1
+    told = json.loads(beside.read_text())
+    assert Plan.from_dict(told["plan"]) == finished.plan
+    assert told["runs"] == {"computed": finished.plan.runs, "of": finished.plan.runs}
+    assert {it["name"]: it["unit"] for it in told["quantities"]}["mean_error"] == "px"
+    export_result(finished, tmp_path / "map.png", plot="success")
+    with Image.open(tmp_path / "map.png") as picture:
+        assert picture.info["dpi"][0] == pytest.approx(300, abs=0.1)
+        assert json.loads(picture.info["pftrack"]) == told
+    (drawn,) = export_result(finished, tmp_path / "map.svg", plot="error")
+    assert "px" in "".join(re.findall(r"<text[^>]*>([^<]*)</text>", drawn.read_text()))
+
+
+@pytest.mark.parametrize(
+    ("name", "plot", "words"),
+    [
+        ("map.png", None, "the plots of this sweep are curves, success, error.*; say which one is wanted"),
+        ("map.png", "gain", "there is none called 'gain'"),
+        ("rows.csv", "error", "a plot can be written as a picture"),
+        ("rows.xlsx", None, r"a sweep can be exported as \.csv"),
+        ("nowhere/rows.csv", None, "there is no folder"),
+    ],
+)
+def test_what_a_sweep_cannot_be_exported_as(
+    finished: Result, tmp_path: Path, name: str, plot: str | None, words: str
+) -> None:
+    """It is refused with what there is."""
+    with pytest.raises(ExportError, match=words):
+        export_result(finished, tmp_path / name, plot=plot)
+    assert list(tmp_path.iterdir()) == []

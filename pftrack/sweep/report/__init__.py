@@ -1,7 +1,8 @@
-"""Reports: the result of a sweep for people. Tables, figures as PNG, and one page that needs nothing else.
+"""Reports: the result of a sweep for people. Tables, figures as PNG or SVG, and one page that needs nothing else.
 
 Modules: `study` (what is looked at); `tables`; `figures` as pictures, by `curves` and by `maps` in `panels`, with their
-places by `layout`; `page`, by `plots` in a `frame`; and the `colours` and `labels` that all share.
+places by `layout`; `page`, by `plots` in a `frame`; `exports`, a file each; and the `colours` and `labels` that all
+share.
 """
 
 import csv
@@ -9,14 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pftrack.figures.picture import PictureForm, encoded
 from pftrack.sweep.errors import SweepError
+from pftrack.sweep.report.exports import export_result, manifest_of_result
 from pftrack.sweep.report.figures import figures
 from pftrack.sweep.report.page import page
 from pftrack.sweep.report.study import Study
 from pftrack.sweep.report.tables import Table, tables
 from pftrack.sweep.result import Result, summary
 
-__all__ = ["Report", "write_report"]
+__all__ = ["Report", "export_result", "write_report"]
 
 DOTS_PER_INCH = 160
 
@@ -44,7 +47,13 @@ class Report:
 
 
 def write_report(
-    result: Result, folder: Path, *, x: str | None = None, y: str | None = None, level: float = 0.01
+    result: Result,
+    folder: Path,
+    *,
+    x: str | None = None,
+    y: str | None = None,
+    level: float = 0.01,
+    form: PictureForm = "png",
 ) -> Report:
     """Write the report of a result into a folder; a report that is there already is replaced.
 
@@ -54,6 +63,7 @@ def write_report(
         x: Name of the axis across the maps; the first with several numbers if not given.
         y: Name of the axis down the maps; the next one if not given.
         level: Of significance.
+        form: Kind of the pictures.
 
     Raises:
         SweepError: The result is empty or damaged, or has no such axis.
@@ -66,9 +76,10 @@ def write_report(
     made = tables(study)
     folder.mkdir(parents=True, exist_ok=True)
     files = []
+    manifest = manifest_of_result(result)
     for name, draw in figures(study).items():
-        files.append(folder / f"{name}.png")
-        draw().savefig(files[-1], dpi=DOTS_PER_INCH)
+        files.append(folder / f"{name}.{form}")
+        files[-1].write_bytes(encoded(draw(), form, f"{manifest['title']}: {name}", manifest, DOTS_PER_INCH))
     files.append(folder / "tables.csv")
     with files[-1].open("w", newline="") as file:
         writer = csv.writer(file)

@@ -1,0 +1,83 @@
+"""`pftrack export`: a saved run becomes files of other kinds, told apart by suffix, and what cannot be is refused."""
+
+import json
+from pathlib import Path
+from shutil import copy
+
+import cv2
+import pandas as pd
+import pytest
+from PIL import Image
+
+from pftrack.experiments import find
+from pftrack.runs.record import save
+from pftrack.runs.run import Run
+from tests.cli.commands import Call, on_clip, refused
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of the sinusoid that was saved in frame 9 of 60."""
+    sine = find("sine")
+    run = Run(sine, sine.simulate(), seed=3, frames=60)
+    run.seek(9)
+    place = tmp_path_factory.mktemp("saved") / "run.pft"
+    save(run, place)
+    return place
+
+
+def test_a_saved_run_is_written_as_several_files(saved: Path, tmp_path: Path, call: Call) -> None:
+    """As many as are wanted; that the run is not finished is said, and how far it is."""
+    names = ["numbers.csv", "film.mp4", "run.ipynb", "again.json"]
+    wanted = [part for name in names for part in ("--to", tmp_path / name)]
+    status, out, err = call("export", saved, *wanted, "--json")
+    assert status == 0, err
+    assert "the run is not finished; frames 0 to 9, 10 of 60 are exported" in " ".join(err.split())
+    said = json.loads(out)
+    assert [Path(file).name for file in said["files"]] == ["numbers.csv", "numbers.csv.manifest.json", *names[1:]]
+    assert (said["frames"], said["of"]) == (10, 60)
+    assert pd.read_csv(tmp_path / "numbers.csv")["frame"].tolist() == list(range(10))
+    assert cv2.VideoCapture(str(tmp_path / "film.mp4")).get(cv2.CAP_PROP_FRAME_COUNT) == 10
+    assert call("run", tmp_path / "again.json", "--frames", 10, "--json")[0] == 0
+
+
+def test_one_plot_is_written_as_a_picture(saved: Path, tmp_path: Path, call: Call) -> None:
+    """The picture of one is smaller than that of all; one that is not there is refused with those that are."""
+    for name, plot in {"all.png": (), "one.png": ("--plot", "ess")}.items():
+        assert call("export", saved, "--to", tmp_path / name, *plot)[0] == 0
+    with Image.open(tmp_path / "all.png") as every, Image.open(tmp_path / "one.png") as one:
+        assert every.size[1] > one.size[1]
+    refused(call("export", saved, "--to", tmp_path / "x.svg", "--plot", "gain"), 2, "no plot 'gain', only error, sigma")
+
+
+@pytest.mark.parametrize(
+    ("name", "status", "words"),
+    [
+        ("run.docx", 2, "a run of sine can be exported as .csv, .parquet"),
+        ("nowhere/run.csv", 2, "there is no folder"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_first(
+    saved: Path, tmp_path: Path, call: Call, name: str, status: int, words: str
+) -> None:
+    """Before anything is computed."""
+    refused(call("export", saved, "--to", tmp_path / name), status, words)
+
+
+def test_what_is_no_run_is_refused(tmp_path: Path, call: Call) -> None:
+    """A file that is none, and one that is not there."""
+    (tmp_path / "none.pft").write_text("none")
+    refused(call("export", tmp_path / "none.pft", "--to", tmp_path / "x.csv"), 1, "none.pft is no saved run")
+    refused(call("export", tmp_path / "gone.pft", "--to", tmp_path / "x.csv"), 1, "there is no file")
+
+
+def test_the_recording_of_a_run_is_looked_for(clip: Path, tmp_path: Path, call: Call) -> None:
+    """Beside the run, or where it is said to be; where it is missing, that is said."""
+    moved, run = Path(copy(clip, tmp_path / "moved.mp4")), tmp_path / "run.pft"
+    assert call(*on_clip(moved, "--tracker", "condensation", "--frames", 5, "--out", run))[0] == 0
+    assert call("export", run, "--to", tmp_path / "x.parquet")[0] == 0
+    moved = moved.rename(tmp_path / "again.mp4")
+    refused(call("export", run, "--to", tmp_path / "y.parquet"), 1, "which is not there; say with --video where it is")
+    assert call("export", run, "--to", tmp_path / "y.parquet", "--video", moved)[0] == 0
+    first, second = (pd.read_parquet(tmp_path / f"{name}.parquet").drop(columns="step_ms") for name in "xy")
+    pd.testing.assert_frame_equal(first, second)
