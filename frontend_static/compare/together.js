@@ -57,7 +57,7 @@ export class Together {
     /** How each flat view is painted where they lie over each other. */
     this.overlays = members.map(() => new Overlay());
     this.#starts = members.map(({ place, recipe, session }, index) => {
-      const look = { parts: PARTS, view, overlay: this.overlays[index] };
+      const look = { parts: PARTS, view, overlay: this.overlays[index], isBare: true };
       if (recipe === undefined) return new SessionStart(place, { session, ...look });
       const own = new OwnSession(place, { recipe, ...look });
       this.#own.push(own);

@@ -34,6 +34,7 @@ const NO_GRAPHICS = "This browser offers no 3-D graphics (WebGL 2). Turning hard
 export class Scene {
   #root;
   #fixed;
+  #isBare;
   #flat;
   #cover = h("div", { class: "cover", hidden: true });
   /** @type {FlatScene|SpatialScene|null} */
@@ -53,14 +54,15 @@ export class Scene {
   /**
    * @param {HTMLElement} root
    * @param {AbortSignal} signal Aborted when the scene is taken from the page.
-   * @param {{view?: ViewKind, hasPanel?: boolean, layers?: readonly string[], overlay?: Overlay}} [options] The view to
-   *     show, without it the page's choice, which a switch changes; whether a flat view has a panel of parameters, which
-   *     the 3-D scene always has; the layers that a flat view shows from the beginning, beside those declared so; and what
+   * @param {{view?: ViewKind, hasPanel?: boolean, layers?: readonly string[], overlay?: Overlay, isBare?: boolean}} [options] The view to
+   *     show, without it the page's choice, which a switch changes; whether a flat view has a panel of parameters, and
+   *     whether the 3-D scene has none; the layers that a flat view shows from the beginning, beside those declared so; and what
    *     says how it is painted where several lie over each other.
    */
-  constructor(root, signal, { view, hasPanel = true, layers = [], overlay } = {}) {
+  constructor(root, signal, { view, hasPanel = true, layers = [], overlay, isBare = false } = {}) {
     this.#root = root;
     this.#fixed = view;
+    this.#isBare = isBare;
     this.#flat = { hasPanel, layers, overlay };
     fill(root, this.#cover);
     signal.addEventListener("abort", () => this.#endView.abort());
@@ -154,7 +156,8 @@ export class Scene {
     this.#endView = new AbortController();
     const { signal } = this.#endView;
     const on = { seen: () => this.#seeing(), loaded: () => this.#resolveLoaded(), drawn: () => this.#drawnNow() };
-    const view = kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal, this.#flat) : new SpatialScene(this.#id, isFresh, on, signal);
+    const view =
+      kind === "flat" ? new FlatScene(this.#id, this.#session, on, signal, this.#flat) : new SpatialScene(this.#id, isFresh, on, signal, this.#isBare);
     this.#view = view;
     this.#cover.before(view.element);
     if (this.#mounted) view.follow(this.#mounted);

@@ -13,6 +13,7 @@ import { tourOfAddress } from "../shared/tour_link.js";
 import { brand, isFollower, isGuest } from "../shared/guest.js";
 import { followChip } from "../follow/lead/chip.js";
 import { Lead } from "../follow/lead/lead.js";
+import { compareDialog } from "../compare/dialog.js";
 import { helpDialog } from "./help.js";
 import { mount } from "./mount.js";
 import { start } from "./page_start.js";
@@ -28,6 +29,9 @@ let experiment = null;
 const actions = {
   help: () => helpDialog(experiment?.presets ?? []),
   present: () => present(),
+  compare: () => {
+    if (view.able && !isGuest && store.session !== null) compareDialog(store.session);
+  },
   preset: (/** @type {number} */ which) => openPreset(experiment?.presets[which - 1]),
 };
 const view = mount(start.element, { start, actions });
@@ -110,6 +114,7 @@ function header() {
 /** What can be done with the run beside moving through it; whoever came by the link of a class keeps nothing here. */
 function tools() {
   return [
+    ...(isGuest ? [] : [tool("compare", "Compare", "Compare this run with others (C)", actions.compare)]),
     tool("branch", "Branch", "Branch from this frame (N)", view.actions.branch),
     ...(isGuest ? [] : [
       tool("save", "Save", "Save this run", () => commands.save()),

@@ -21,6 +21,7 @@ import { Scene } from "./scene.js";
  * @property {NewSession|Promise<NewSession>} [recipe] Otherwise what to start one with.
  * @property {readonly import("./layout.js").Part[]} [parts] What of it to show; everything if not given.
  * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
+ * @property {boolean} [isBare] Whether the 3-D scene has no panel of parameters either.
  * @property {import("./flat/overlay.js").Overlay} [overlay] Says how the flat view is painted where several lie over each other.
  * @property {readonly string[]} [layers] Names of layers that the flat view shows from the beginning, beside those declared so.
  */
@@ -32,12 +33,12 @@ export class SessionStart {
    * @param {HTMLElement} element What holds the session.
    * @param {Beginning} beginning
    */
-  constructor(element, { session, recipe, parts = PARTS, view, layers, overlay }) {
+  constructor(element, { session, recipe, parts = PARTS, view, layers, overlay, isBare }) {
     this.element = element;
     this.places = arrange(element, parts);
     this.isNew = recipe !== undefined;
     /** The scene, if it is among the parts. */
-    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasPanel: parts.includes("panel"), layers, overlay }) : null;
+    this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasPanel: parts.includes("panel"), layers, overlay, isBare }) : null;
     this.begun = recipe === undefined ? this.#find(session ?? "") : this.#start(recipe);
     // Whoever waits for it says what was wrong; until somebody does, it is no accident.
     this.begun.catch(() => {});

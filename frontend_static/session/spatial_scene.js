@@ -14,6 +14,7 @@ export class SpatialScene {
   #id;
   #on;
   #signal;
+  #isBare;
   /** @type {HTMLIFrameElement|null} */
   #frame = null;
   /** @type {Preview|null} */
@@ -26,11 +27,14 @@ export class SpatialScene {
    * @param {boolean} isFresh Whether it stands still at its beginning.
    * @param {import("./scene.js").Progress} on
    * @param {AbortSignal} signal
+   * @param {boolean} isBare Whether it has no panel of parameters.
    */
-  constructor(id, isFresh, on, signal) {
+  constructor(id, isFresh, on, signal, isBare) {
     this.#id = id;
     this.#on = on;
     this.#signal = signal;
+    this.#isBare = isBare;
+    this.element.classList.toggle("bare", isBare);
     onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
     this.#load(isFresh);
   }
@@ -69,7 +73,7 @@ export class SpatialScene {
     await Promise.race([first, after(PREVIEW_FIRST_MS, this.#signal)]);
     if (!isNewest()) return;
     this.#on.seen();
-    const src = `${BASE}/viz/${encodeURIComponent(this.#id)}/?theme=${theme()}`;
+    const src = `${BASE}/viz/${encodeURIComponent(this.#id)}/?theme=${theme()}${this.#isBare ? "&panel=none" : ""}`;
     const frame = h("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen" });
     // What has to wait for the scene's script must not come before the picture either.
     frame.addEventListener("load", () => preview.first.then(() => isNewest() && this.#on.loaded()));

@@ -4,6 +4,7 @@ import { messageOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { later } from "../shared/timing.js";
+import { linkToReferences } from "../compare/link.js";
 import { runPage, sweeps } from "./api.js";
 import { placeOf } from "./cell_words.js";
 import { select } from "./choices.js";
@@ -13,6 +14,7 @@ import { short } from "./look.js";
 /** @import { Chosen, SweepStore } from "./store.js" */
 
 const PAGE = 50;
+const MOST_BESIDE = 3;
 const ALL = "";
 const SKELETON_AFTER_MS = 200;
 const NEW_TAB = { target: "_blank", rel: "noreferrer" };
@@ -189,11 +191,32 @@ function others(store, row) {
     "p",
     { class: "run-others" },
     h("span", { class: "hint" }, "Same seed"),
+    h("a", { class: "chip-link", title: compareTitle(store, row, methods), href: comparison(sweep, row, methods), ...NEW_TAB }, "Compare"),
     methods.map(({ id }) => {
       const title = `The same seed with ${store.titleOf(id)}`;
       return h("a", { class: "chip-link", title, href: runPage(sweep.id, row.run, id), ...NEW_TAB }, store.shortOf(id));
     }),
   );
+}
+
+/**
+ * Where this run stands beside the same seed by other methods.
+ *
+ * @param {SweepPublic} sweep
+ * @param {RowPublic} row
+ * @param {{id: string}[]} methods
+ */
+function comparison({ id }, { run }, methods) {
+  return linkToReferences([`${id}:${run}`, ...methods.slice(0, MOST_BESIDE).map((method) => `${id}:${run}:${method.id}`)]);
+}
+
+/**
+ * @param {SweepStore} store
+ * @param {RowPublic} row
+ * @param {{id: string}[]} methods
+ */
+function compareTitle(store, { tracker }, methods) {
+  return `The same seed with ${[tracker, ...methods.slice(0, MOST_BESIDE).map(({ id }) => id)].map((id) => store.titleOf(id)).join(", ")}, in step`;
 }
 
 /**

@@ -17,6 +17,7 @@ import { sweeps } from "../sweep/api.js";
 /** @import { RunPublic, SessionPublic, SweepPublic, UploadPublic } from "../shared/messages.js" */
 
 /** @typedef {() => Promise<void>} Again Lists everything anew. */
+/** @typedef {{has: (run: string) => boolean, isFull: boolean, toggle: (run: string) => void}} Choice Runs that are chosen to be compared. */
 
 /** @type {Record<SessionPublic["state"], string>} */
 const SESSION_STATES = {
@@ -47,15 +48,19 @@ export function sessionRow(session, again) {
 /**
  * @param {RunPublic} run
  * @param {Again} again
+ * @param {Choice} choice
  */
-export function runRow(run, again) {
+export function runRow(run, again, choice) {
   const open = async () => {
     const session = await attempt(() => api.open(run.id));
     if (session) location.assign(session.page);
   };
   const facts = [run.outcome, reproduced(run.summary), `seed ${run.seed}`, moment(run.created)];
   const question = { title: "Delete this run?", text: `${run.title} is lost for good, unless you downloaded it.`, action: "Delete it" };
+  const chosen = choice.has(run.id);
+  const box = h("input", { type: "checkbox", checked: chosen, disabled: choice.isFull && !chosen, on: { change: () => choice.toggle(run.id) } });
   return row({ run: run.id }, `run-${run.id}`, run.thumbnail, h("span", {}, run.title), facts, [
+    h("label", { class: "row-choice", title: "Choose two to four runs to compare them" }, box, "Compare"),
     h("button", { type: "button", on: { click: open } }, "Open"),
     filesOf(run),
     removal(`Delete ${run.title}`, question, () => api.remove(run.id), again),

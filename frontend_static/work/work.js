@@ -3,6 +3,7 @@
 import { api, messageOf } from "../shared/api.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
+import { linkToReferences } from "../compare/link.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { themeButton } from "../shared/theme.js";
@@ -15,6 +16,7 @@ import { FEW, KINDS, MANY, addressOf, wishOf } from "./wish.js";
 
 const SKELETON_AFTER_MS = 200;
 const TYPING_MS = 250;
+const MOST_COMPARED = 4;
 /** Dates are looked for as they are shown. */
 const ZONE = Intl.DateTimeFormat().resolvedOptions().timeZone;
 
@@ -41,6 +43,14 @@ const WORDS = {
     way: ["Upload a video", "/"],
   },
 };
+
+/**
+ * Saved runs that are chosen to be compared, in the order in which they were.
+ *
+ * @type {Set<string>}
+ */
+const chosen = new Set();
+const comparing = h("a", { class: "button primary", data: { role: "compare" } });
 
 let wish = wishOf(new URLSearchParams(location.search));
 let asked = new AbortController();
@@ -129,7 +139,7 @@ function section(kind, work) {
   return h(
     "section",
     { "aria-label": title, data: { part: kind } },
-    h("header", {}, h("h2", {}, title), kind === "sweeps" && h("a", { class: "button", href }, words)),
+    h("header", {}, h("h2", {}, title), kind === "sweeps" && h("a", { class: "button", href }, words), kind === "runs" && comparing),
     rows.length > 0 ? h("ul", { class: "rows" }, rows) : h("p", { class: "empty" }, empty, kind !== "sweeps" && h("a", { class: "button", href }, words)),
     rest > 0 && h("button", { type: "button", class: "quiet", on: { click: more } }, isAlone ? `Show more, ${rest} left` : `Show all ${work.found[kind]}`),
   );
@@ -144,12 +154,34 @@ function rowsOf(kind, work) {
     case "sessions":
       return work.sessions.map((session) => sessionRow(session, load));
     case "runs":
-      return work.runs.map((run) => runRow(run, load));
+      return runRows(work);
     case "sweeps":
       return work.sweeps.map((sweep) => sweepRow(sweep, load));
     default:
       return work.uploads.map((upload) => uploadRow(upload, load));
   }
+}
+
+/**
+ * Saved runs, with a box each to choose them for a comparison.
+ *
+ * @param {WorkPublic} work
+ */
+function runRows(work) {
+  const choice = {
+    has: (/** @type {string} */ run) => chosen.has(run),
+    isFull: chosen.size >= MOST_COMPARED,
+    toggle: (/** @type {string} */ run) => {
+      if (!chosen.delete(run)) chosen.add(run);
+      draw(work);
+      const box = document.querySelector(`[data-run="${run}"] input`);
+      if (box instanceof HTMLInputElement) box.focus();
+    },
+  };
+  comparing.hidden = chosen.size < 2;
+  comparing.href = linkToReferences([...chosen]);
+  setText(comparing, `Compare ${count(chosen.size, "run")}`);
+  return work.runs.map((run) => runRow(run, load, choice));
 }
 
 /**

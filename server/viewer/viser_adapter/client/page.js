@@ -1,16 +1,19 @@
 // Appearance and behaviour of the scene as a part of the page around it.
 
 // Light or dark: as the page around says (?theme=), else as the system asks. viser reads ?darkMode once, at start.
-// A ?websocket= is dropped: the scene talks to its own session only.
-const asked = new URLSearchParams(location.search).get("theme");
+// A ?websocket= is dropped: the scene talks to its own session only. ?panel=none leaves the panel out.
+const address = new URLSearchParams(location.search);
+const asked = address.get("theme");
+const bare = address.get("panel") === "none" ? ["panel=none"] : [];
 const system = matchMedia("(prefers-color-scheme: dark)");
 const usual = system.matches ? "dark" : "light";
 const theme = asked === "light" || asked === "dark" ? asked : usual;
-const query = [...(asked ? [`theme=${theme}`] : []), ...(theme === "dark" ? ["darkMode=1"] : [])];
+const query = [...(asked ? [`theme=${theme}`] : []), ...(theme === "dark" ? ["darkMode=1"] : []), ...bare];
 history.replaceState(null, "", location.pathname + (query.length ? `?${query.join("&")}` : ""));
 document.documentElement.dataset.theme = theme;
+if (bare.length > 0) document.documentElement.dataset.panel = "none";
 const restart = (/** @type {"light"|"dark"} */ wanted) => {
-  if (wanted !== theme) location.replace(`${location.pathname}?theme=${wanted}`);
+  if (wanted !== theme) location.replace(`${location.pathname}?${[`theme=${wanted}`, ...bare].join("&")}`);
 };
 if (!asked) system.addEventListener("change", () => location.reload());
 addEventListener("message", (event) => {

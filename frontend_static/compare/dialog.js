@@ -1,0 +1,97 @@
+/** From a session to a comparison: with its other branches, or with the same run by other methods. */
+
+import { openDialog } from "../shared/dialog.js";
+import { h } from "../shared/dom.js";
+import { linkToReferences } from "./link.js";
+
+/** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
+
+const MOST_OTHERS = 3;
+const SAVED = "Saved runs are compared in My work, methods over many conditions in a sweep.";
+
+/** @typedef {{reference: string, title: string, hint: string, colour: string, isChosen: boolean}} Other What this run can be compared with. */
+
+/**
+ * Ask with what to compare the run that is shown.
+ *
+ * @param {SessionPublic} session
+ */
+export function compareDialog(session) {
+  const others = [...branchesOf(session), ...methodsOf(session)];
+  openDialog("Compare this run", (close) => {
+    const go = h("button", { type: "submit", class: "primary", autofocus: true }, "Compare");
+    const boxes = others.map(({ reference, isChosen }) => h("input", { type: "checkbox", value: reference, checked: isChosen, on: { change: () => look() } }));
+    const chosen = () => boxes.filter((box) => box.checked);
+    const look = () => {
+      go.disabled = chosen().length === 0;
+      for (const box of boxes) box.disabled = !box.checked && chosen().length >= MOST_OTHERS;
+    };
+    look();
+    return [
+      h(
+        "form",
+        {
+          method: "dialog",
+          on: {
+            submit: (event) => {
+              event.preventDefault();
+              const own = `${session.id}:${session.branch}`;
+              location.assign(linkToReferences([own, ...chosen().map(({ value }) => value)], session.position));
+              close();
+            },
+          },
+        },
+        h("p", {}, "It is shown beside up to three others, on the same frames, in step. What is seen here goes on as it is."),
+        h("ul", { class: "compare-choices" }, others.map((other, place) => h("li", {}, choice(other, boxes[place])))),
+        h("p", { class: "hint" }, SAVED),
+        h("footer", {}, h("button", { type: "button", on: { click: close } }, "Cancel"), go),
+      ),
+    ];
+  }, { wide: true });
+}
+
+/**
+ * @param {Other} other
+ * @param {HTMLInputElement} box
+ */
+function choice({ title, hint, colour }, box) {
+  const swatch = h("span", { class: "swatch" });
+  swatch.style.background = colour;
+  return h("label", {}, box, colour !== "" && swatch, h("span", {}, title), h("span", { class: "hint" }, hint));
+}
+
+/**
+ * The other branches; the one that this one left comes first, and is chosen.
+ *
+ * @param {SessionPublic} session
+ * @returns {Other[]}
+ */
+function branchesOf({ id, branch: active, branches }) {
+  const own = branches.find((branch) => branch.id === active);
+  const isNear = (/** @type {BranchPublic} */ branch) => branch.id === own?.parent || branch.parent === active;
+  const others = branches.filter((branch) => branch !== own).sort((a, b) => Number(isNear(b)) - Number(isNear(a)));
+  return others.map((branch, place) => ({
+    reference: `${id}:${branch.id}`,
+    title: branch.title,
+    hint: branch.parent === null ? "the run as it began" : `branched from frame ${branch.frame}`,
+    colour: branch.colour,
+    isChosen: place === 0,
+  }));
+}
+
+/**
+ * The same run by other methods from frame 0 on, with the same random numbers.
+ *
+ * @param {SessionPublic} session
+ * @returns {Other[]}
+ */
+function methodsOf({ id, branch, branches, recipe, trackers }) {
+  const others = trackers.filter((tracker) => tracker.id !== recipe.tracker);
+  return others.map((tracker, place) => ({
+    reference: `${id}:${branch}:${tracker.id}`,
+    title: tracker.title,
+    hint: "same seed, from frame 0 on",
+    colour: "",
+    isChosen: branches.length === 1 && place === 0,
+  }));
+}

@@ -1,0 +1,156 @@
+"""A comparison in a browser: from a session to runs in step, by a link to the same elsewhere, and refused in words."""
+
+import base64
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.browser.accessible import check, fits
+from tests.browser.conftest import Complaints
+from tests.browser.host import Server
+from tests.browser.views import GLYPH, LINES, SessionPage, View
+
+FRAMES = (
+    "[...document.querySelectorAll('.flat-canvas')].map((it) => it.dataset.frame)"
+    ".filter((it) => it !== undefined).map(Number)"
+)
+# Colours among the pixels of the topmost canvas, which has none where nothing is believed.
+TOPMOST = """(() => {
+    const canvas = [...document.querySelectorAll('.flat-canvas')].at(-1);
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    let [clear, green] = [0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+        if (data[i + 3] === 0) clear += 1;
+        else if (data[i] < 30 && Math.abs(data[i + 1] - 158) < 20) green += 1;
+    }
+    return { clear: clear / (data.length / 4), green };
+})()"""
+
+
+class ComparePage(View):
+    """The page of a comparison."""
+
+    def ready(self, runs: int) -> None:
+        """Wait until all runs are painted, and what came of them is known."""
+        self.until(lambda: len(self.frames) == runs, "all runs are painted")
+        self.until(lambda: self.button("First difference").is_enabled(), "the first difference is known")
+        self.until(lambda: self.page.locator(".play").is_enabled(), "the play button can be pressed")
+
+    @property
+    def frames(self) -> list[int]:
+        found: list[int] = self.page.evaluate(FRAMES)
+        return found
+
+    def button(self, name: str) -> Any:
+        return self.page.get_by_role("button", name=name)
+
+    @property
+    def first_difference(self) -> int:
+        return int(self.button("First difference").inner_text().split()[-1])
+
+    def row(self, title: str) -> list[str]:
+        """The cells of a line of the table."""
+        line = self.page.locator(".comparison-table tr", has=self.page.locator("th", has_text=title))
+        return [str(text).split("\n")[0] for text in line.first.locator("td").all_inner_texts()]
+
+    def stand_at(self, *frames: int) -> None:
+        self.until(lambda: self.frames == list(frames), f"the runs show the frames {frames}")
+
+
+def link(*runs: dict[str, Any], **more: Any) -> str:
+    content = json.dumps({"runs": [{"recipe": run} for run in runs], **more}).encode()
+    return "/compare#" + base64.urlsafe_b64encode(content).decode().rstrip("=")
+
+
+def ball(tracker: str = "h-spf", **more: Any) -> dict[str, Any]:
+    return {"experiment": "ball", "tracker": tracker, "seed": 7, "frames": 60, **more}
+
+
+@pytest.fixture
+def shown(page: Any) -> ComparePage:
+    return ComparePage(page)
+
+
+@pytest.mark.plots
+def test_a_branch_is_compared_with_its_run(
+    watch: Callable[..., SessionPage], shown: ComparePage, server: Server
+) -> None:
+    """Key C leads to both in step, with what differs; D to the frame in which they part; a link shows it elsewhere."""
+    session = watch(tracker="h-spf", seed=7, frames=60, position=20)
+    session.branch("condensation")
+    own = session.id
+    page = shown.page
+    page.keyboard.press("c")
+    page.locator("dialog").get_by_role("button", name="Compare").click()
+    page.wait_for_url("**/compare#*")
+    shown.ready(2)
+    shown.stand_at(20, 20)
+    before = "Hard switching (h-SPF)"
+    assert shown.row("Tracker") == [f"{before}, Condensation from frame 21 on", before]
+    assert shown.first_difference == 21
+    page.keyboard.press("ArrowLeft")
+    shown.stand_at(19, 19)
+    page.keyboard.press("d")
+    shown.stand_at(21, 21)
+    shown.until(lambda: [lines(page).get(f"error {run}") for run in (0, 1)] == [22, 22], "both are in one plot")
+    assert {page.evaluate(GLYPH, f"error {run}")["colour"] for run in (0, 1)} == {"#0072b2", "#009e73"}
+
+    shown.button("Over each other").click()
+    shown.until(lambda: page.evaluate(TOPMOST)["green"] > 20, "the second run is drawn in its colour")
+    assert page.evaluate(TOPMOST)["clear"] > 0.5, "it has no picture of its own then"
+    shown.button("Side by side").click()
+    shown.until(lambda: page.evaluate(TOPMOST)["clear"] == 0, "it has its picture again")
+    check(page)
+    fits(page)
+
+    address = page.url
+    page.goto("about:blank")
+    shown.until(lambda: [it["id"] for it in server.get("sessions")] == [own], "the page's own sessions have ended")
+    page.goto(address)
+    shown.ready(2)
+    assert shown.first_difference == 21
+
+
+def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) -> None:
+    """Two boxes lead to both; their trackers are what differs."""
+    page = shown.page
+    saved = [save(server, tracker) for tracker in ("h-spf", "apf")]
+    page.goto("/work?show=runs")
+    for run in saved:
+        page.locator(f"[data-run='{run}'] input").click()
+    page.get_by_role("link", name="Compare 2 runs").click()
+    page.wait_for_url("**/compare#*")
+    shown.ready(2)
+    assert shown.row("Tracker") == ["Hard switching (h-SPF)", "Auxiliary (APF)"]
+
+
+def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complaints) -> None:
+    """Nothing, a damaged link, too many runs, other units and a run that was deleted: a sentence each, and a way on."""
+    complaints.expected = ("status of 404", "status of 422")
+    page = shown.page
+    five = [ball() for _ in range(5)]
+    for address, said in (
+        ("/compare", "Compare a session with its branches"),
+        ("/compare#eyJydW5zI", "The link is damaged"),
+        (link(*five), "Expected two to four runs to compare, got 5"),
+        (link(ball(), {"experiment": "sine"}), "compare runs whose errors have one unit"),
+        ("/compare?runs=0123456789abcdef,0123456789abcdef", "There is no saved run"),
+    ):
+        page.goto("about:blank")
+        page.goto(address)
+        shown.until(lambda said=said: said in page.inner_text("main"), said)  # type: ignore[misc]
+        assert page.get_by_role("link", name="Choose saved runs").count() == 1
+
+
+def save(server: Server, tracker: str) -> str:
+    """Save a run of 30 frames, and return its name."""
+    session = server.start_session(tracker=tracker, seed=7, frames=30, position=29)["id"]
+    name: str = server.post("runs", {"session": session})["id"]
+    return name
+
+
+def lines(page: Any) -> dict[str, int]:
+    found: dict[str, int] = page.evaluate(LINES)
+    return found
