@@ -174,8 +174,7 @@ function runRows(work) {
     toggle: (/** @type {string} */ run) => {
       if (!chosen.delete(run)) chosen.add(run);
       draw(work);
-      const box = document.querySelector(`[data-run="${run}"] input`);
-      if (box instanceof HTMLInputElement) box.focus();
+      /** @type {HTMLElement|null} */ (document.querySelector(`[data-run="${run}"] input`))?.focus();
     },
   };
   comparing.hidden = chosen.size < 2;
