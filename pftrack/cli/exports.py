@@ -43,7 +43,7 @@ def export(
         typer.Option("--to", metavar="FILE", help="What to write; the suffix says what. May be repeated."),
     ],
     plot: Annotated[
-        str | None, typer.Option(metavar="ID", help="The one plot that a picture shows; all if not given.")
+        str | None, typer.Option(metavar="ID", help="The one plot that pictures show; all if not given.")
     ] = None,
     video: Annotated[Path | None, typer.Option(help="Where the run's video is now, if it was moved.")] = None,
     json: Json = False,
@@ -117,12 +117,16 @@ def wanted_exports(
     if not places:
         return []
     from pftrack.export import ExportError
-    from pftrack.runs.exports import export_at
+    from pftrack.runs.exports import check_plot, export_at
 
     try:
-        return [(export_at(experiment, place, plot), place) for place in places]
+        wanted = [(export_at(experiment, place), place) for place in places]
+        pictures = [kind for kind, _ in wanted if kind.group == "plots"]
+        for kind in pictures or [wanted[0][0]]:
+            check_plot(experiment, kind, plot)
     except ExportError as error:
         raise wrong_use(str(error)) from None
+    return wanted
 
 
 def write_exports(exports: "list[tuple[RunExport, Path]]", run: "Run", plot: str | None = None) -> list[Path]:
@@ -135,7 +139,7 @@ def write_exports(exports: "list[tuple[RunExport, Path]]", run: "Run", plot: str
     for kind, place in exports:
         try:
             with progress(place.name) as tick:
-                for done, total in exporting(run, place, kind, plot):
+                for done, total in exporting(run, place, kind, plot if kind.group == "plots" else None):
                     tick(done, total)
         except OSError as error:
             raise CommandError(f"{place} cannot be written: {error.strerror}") from None

@@ -43,11 +43,13 @@ def test_a_saved_run_is_written_as_several_files(saved: Path, tmp_path: Path, ca
 
 def test_one_plot_is_written_as_a_picture(saved: Path, tmp_path: Path, call: Call) -> None:
     """The picture of one is smaller than that of all; one that is not there is refused with those that are."""
-    for name, plot in {"all.png": (), "one.png": ("--plot", "ess")}.items():
-        assert call("export", saved, "--to", tmp_path / name, *plot)[0] == 0
+    assert call("export", saved, "--to", tmp_path / "all.png")[0] == 0
+    beside = ("--to", tmp_path / "beside.jsonl")
+    assert call("export", saved, "--to", tmp_path / "one.png", *beside, "--plot", "ess")[0] == 0
     with Image.open(tmp_path / "all.png") as every, Image.open(tmp_path / "one.png") as one:
         assert every.size[1] > one.size[1]
     refused(call("export", saved, "--to", tmp_path / "x.svg", "--plot", "gain"), 2, "no plot 'gain', only error, sigma")
+    refused(call("export", saved, "--to", tmp_path / "x.csv", "--plot", "ess"), 2, "a plot can be written as a picture")
 
 
 @pytest.mark.parametrize(
