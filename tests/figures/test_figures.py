@@ -94,9 +94,9 @@ def test_what_cannot_be_drawn_is_told(ball: Run, monkeypatch: pytest.MonkeyPatch
     """A plot that is not there, one that the tracker measures nothing for, and a tree with more than can be seen."""
     with pytest.raises(ExportError, match="ball has no plot 'gain', only error, sigma, ess, proposals"):
         figure_of(ball, "gain")
-    bounded = finished("linkage", 2, tracker="ellipsoids")
-    with pytest.raises(ExportError, match=r"nothing for the plot 'tree'.*; it has .*length-1"):
-        figure_of(bounded, "tree")
+    kalman = finished("sine", 2, tracker="kalman")
+    with pytest.raises(ExportError, match=r"nothing for the plot 'ess'.*; it has error, sigma"):
+        figure_of(kalman, "ess")
     monkeypatch.setattr(sheet, "MOST_MARKS", 2)
     with pytest.raises(ExportError, match=r"has [0-9]+ marks, a picture shows at most 2; export another plot"):
         figure_of(finished("hand", 3), "hands")
