@@ -90,13 +90,13 @@ async def resume(session: ASession, manager: AManager) -> SessionPublic:
     return session.view()
 
 
-@router.get("/{session}/diagnostics")
-async def diagnostics(session: ASession, branch: str | None = None) -> Columns:
+@router.get("/{session}/diagnostics", response_class=Response, responses={200: {"model": Columns}})
+async def diagnostics(session: ASession, branch: str | None = None) -> Response:
     """Return the diagnostics of all frames of a branch; of the active one if none is named."""
     name = branch or session.spec.branch
     if name not in session.spec.branches:
         raise NotFoundError("The session has no such branch.")
-    return Columns(branch=name, columns=session.state.columns(name))
+    return Response(session.state.columns_text(name), media_type="application/json")
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})

@@ -18,6 +18,9 @@ LECTURER = ""
 """The seat of whoever came by the lecturer's link."""
 MOST_SOCKETS = 24
 """Of one follower: two pages with four sessions each."""
+MOST_SCENES = 20
+"""Of one class: viser sends each browser its own, which takes many times what a drawing for all takes."""
+SCENES = "/viz/"
 KEPT_S = 30.0
 
 
@@ -83,6 +86,10 @@ class Places:
             raise CrowdedError(
                 f"This browser holds {MOST_SOCKETS} connections already; close other pages of the class."
             )
+        if path.startswith(SCENES) and self._scenes >= MOST_SCENES:
+            raise CrowdedError(
+                f"{MOST_SCENES} look at the scene in space already; the flat view is there for everybody."
+            )
         socket = _Socket(path, asyncio.timeout(None))
         held.add(socket)
         if len(held) == 1:
@@ -102,6 +109,10 @@ class Places:
             for socket in sockets:
                 if not may_stay(seat, socket.path):
                     socket.hold.reschedule(now)
+
+    @property
+    def _scenes(self) -> int:
+        return sum(socket.path.startswith(SCENES) for held in self._sockets.values() for socket in held)
 
     def _check_room(self) -> None:
         taken = len(self._sockets.keys() - {LECTURER})

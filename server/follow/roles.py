@@ -27,7 +27,6 @@ LOOKING: Final = (
     "WS /viz/{seen}/",
     "GET /api/v1/sessions/{seen}",
     "GET /api/v1/sessions/{seen}/diagnostics",
-    "GET /api/v1/sessions/{seen}/frame.png",
     "WS /api/v1/sessions/{seen}/stream",
     "WS /api/v1/sessions/{seen}/drawings",
     "GET /api/v1/lessons/{lessons}",
@@ -35,6 +34,8 @@ LOOKING: Final = (
 )
 STEERING: Final = (
     "GET /session/{steered}",
+    # Each is drawn anew, by the worker that computes the run.
+    "GET /api/v1/sessions/{steered}/frame.png",
     "DELETE /api/v1/sessions/{steered}",
     "PATCH /api/v1/sessions/{steered}/parameters",
     "POST /api/v1/sessions/{steered}/transport",

@@ -72,7 +72,10 @@ class Guard:
         refusal = self._refusal(scope, headers)
         if refusal is not None:
             if scope["type"] == "websocket":
-                self._seldom.warn("a websocket was refused", path=scope["path"], reason=refusal[1])
+                path = scope["path"]
+                # The link of a class opens it, so it stays out of the log.
+                told = f"{PREFIX}/..." if path.startswith(f"{PREFIX}/") else path
+                self._seldom.warn("a websocket was refused", path=told, reason=refusal[1])
             await _refuse(scope, receive, send, refusal)
             return
         # Asked again, since some paths are open to whoever knows no token.

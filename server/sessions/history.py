@@ -8,10 +8,15 @@ __all__ = ["History"]
 
 
 class History:
-    """The diagnostics of one branch, a list a column, in the order of the frames."""
+    """The diagnostics of one branch, a list a column, in the order of the frames.
+
+    Attributes:
+        changes: How often it has changed.
+    """
 
     def __init__(self) -> None:
         self.columns: dict[str, list[Any]] = {}
+        self.changes = 0
 
     def __len__(self) -> int:
         return len(self.columns.get("frame", ()))
@@ -22,6 +27,7 @@ class History:
         Returns:
             The rows with what only the history can tell: `lost_since`, where the loss began that goes on there.
         """
+        self.changes += 1
         return [self._put(row) for row in rows]
 
     def _put(self, row: dict[str, Any]) -> dict[str, Any]:

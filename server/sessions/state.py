@@ -13,6 +13,7 @@ from pftrack.runs.loss import before_loss
 from pftrack.world import World
 from server.schemas import messages
 from server.schemas.messages import Phase
+from server.schemas.sessions import Columns
 from server.schemas.spec import Bookmark, BranchSpec, Goal, SessionSpec
 from server.sessions.history import History
 from server.sessions.timeline_view import threshold_views, timeline_view
@@ -61,6 +62,7 @@ class SessionState:
         self.listeners = SessionListeners(self.hello)
         self._on_values = on_values
         self._histories: dict[str, History] = {}
+        self._columns_text: tuple[History | None, int, str] = None, 0, ""
         self._last: RunStatus | None = None
 
     # ------------------------------------------------------------ what is known
@@ -79,6 +81,15 @@ class SessionState:
         """Return the diagnostics of a branch."""
         history = self._histories.get(branch)
         return dict(history.columns) if history else {}
+
+    def columns_text(self, branch: str) -> str:
+        """Return the diagnostics of a branch as JSON, encoded once for all who ask for them at one time."""
+        history = self._history(branch)
+        known, changes, text = self._columns_text
+        if known is not history or changes != history.changes:
+            text = Columns(branch=branch, columns=dict(history.columns)).model_dump_json()
+            self._columns_text = history, history.changes, text
+        return text
 
     def before_loss(self) -> int | None:
         """Return the frame from which to watch how the target was lost; None if it has not been lost."""

@@ -32,7 +32,6 @@ ALLOWED = {
     "GET /viz/{session}/",
     "GET /api/v1/sessions/{session}",
     "GET /api/v1/sessions/{session}/diagnostics",
-    "GET /api/v1/sessions/{session}/frame.png",
     "GET /api/v1/experiments/{experiment}",
 }
 

@@ -13,7 +13,7 @@ from server.follow import addresses as found
 from server.follow import places
 from server.follow.addresses import NOTICE, addresses
 from server.follow.forks import UNUSED_S, Forks
-from server.follow.places import LECTURER, MOST_SOCKETS, Places
+from server.follow.places import LECTURER, MOST_SCENES, MOST_SOCKETS, Places
 from server.follow.poll import Poll
 from server.settings import Settings
 from tests.server.apart import run
@@ -52,6 +52,18 @@ class TestPlaces:
                 pass
             held.enter_context(room.take("b", "/"))
             assert (len(room), room.sockets) == (2, MOST_SOCKETS + 2)
+
+    @in_loop
+    async def test_scenes_are_for_some(self) -> None:
+        """One more than may look at the scene is told of the flat view, and follows nevertheless."""
+        room = _places(100)
+        with ExitStack() as held:
+            for number in range(MOST_SCENES):
+                held.enter_context(room.take(str(number), "/viz/one/"))
+            with pytest.raises(CrowdedError, match="flat view"), room.take("late", "/viz/one"):
+                pass
+            held.enter_context(room.take("late", "/api/v1/follow/stream"))
+            assert len(room) == MOST_SCENES + 1
 
     @in_loop
     async def test_the_lecturer_takes_no_place(self) -> None:

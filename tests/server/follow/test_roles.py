@@ -21,7 +21,6 @@ LOOKING = {
     "WS /viz/{session}/",
     "GET /api/v1/sessions/{session}",
     "GET /api/v1/sessions/{session}/diagnostics",
-    "GET /api/v1/sessions/{session}/frame.png",
     "WS /api/v1/sessions/{session}/stream",
     "WS /api/v1/sessions/{session}/drawings",
     "GET /api/v1/lessons/{lesson}",
@@ -30,6 +29,7 @@ LOOKING = {
     "HEAD /static",
 }
 STEERING = {
+    "GET /api/v1/sessions/{session}/frame.png",
     "GET /session/{session}",
     "DELETE /api/v1/sessions/{session}",
     "PATCH /api/v1/sessions/{session}/parameters",
