@@ -117,6 +117,8 @@ export class Compared {
     this.#together.deck(deck, [this.#difference]);
     this.#together.plotInto(plots);
     if (!options.readOnly) this.#together.listen({ ...options.actions, difference: () => this.toDifference() });
+    const { store } = this.#together;
+    store.on(["session"], () => this.#outcome && this.#table.show(this.#outcome, measureOf(store.session)));
     this.arrange(options.arrangement);
     this.#choose(0);
     /** Resolves with the ids of the sessions when all of them are there, or rejects. */
@@ -153,7 +155,7 @@ export class Compared {
     const isNew = this.#outcome?.state !== state;
     const outcome = (this.#outcome = { state, done, total, result, message });
     const { store } = this.#together;
-    this.#whenKnown(() => this.#table.show(outcome, measureOf(store.known)));
+    this.#table.show(outcome, measureOf(store.session));
     if (result !== null && isNew) {
       const { first_difference: difference, before_loss: beforeLoss } = result;
       this.#difference.disabled = difference === null;
@@ -215,32 +217,16 @@ export class Compared {
   #runs() {
     return this.#outline.runs.map(({ recipe }) => ({ recipe }));
   }
-
-  /**
-   * Do something once the sessions have told about themselves.
-   *
-   * @param {() => void} work
-   */
-  #whenKnown(work) {
-    const { store } = this.#together;
-    let isDone = false;
-    const look = () => {
-      if (isDone || store.session === null) return;
-      isDone = true;
-      work();
-    };
-    store.on(["session"], look);
-    look();
-  }
 }
 
 /**
- * The title of the measure that decides on success.
+ * The title of the measure that decides on success; empty until the sessions have told about themselves.
  *
- * @param {import("../shared/messages.js").SessionPublic} session
+ * @param {import("../shared/messages.js").SessionPublic|null} session
  */
-function measureOf({ measures, success_measure: name }) {
-  return measures.find((measure) => measure.name === name)?.title ?? "Success";
+function measureOf(session) {
+  if (session === null) return "";
+  return session.measures.find(({ name }) => name === session.success_measure)?.title ?? "Success";
 }
 
 /**

@@ -14,6 +14,7 @@ const INTERVAL =
 
 export class Table {
   #comparison;
+  #shown = "";
   #outcomes = h("tbody", {});
   #progress = h("p", { class: "hint", role: "status" });
   #why = h("details", { class: "hint", hidden: true }, h("summary", {}, "What the interval says"), h("p", {}, INTERVAL));
@@ -43,14 +44,16 @@ export class Table {
    * Say how far it is, and what came of the runs as soon as that is known.
    *
    * @param {Outcome} outcome
-   * @param {string} measure Title of what decides on success.
+   * @param {string} measure Title of what decides on success; the lines come when it is known.
    */
   show({ state, done, total, result, message }, measure) {
     const { unit, runs } = this.#comparison;
     fill(this.#progress, wordsOf(state, done, total, message));
     this.#progress.hidden = state === "done";
     this.#progress.classList.toggle("wrong", state === "failed");
-    if (result === null) return;
+    const now = `${measure} ${state}`;
+    if (result === null || measure === "" || now === this.#shown) return;
+    this.#shown = now;
     const lines = outcomeLines(result, { unit, names: runs.map(({ name }) => name), measure });
     fill(this.#outcomes, lines.map(({ title, hint, cells }) => h("tr", {}, h("th", { scope: "row", title: hint }, title), cells.map(figure))));
     this.#why.hidden = result.paired.every(({ low }) => low === null);

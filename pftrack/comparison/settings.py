@@ -40,7 +40,8 @@ class Setting:
 def settings(runs: Sequence[Run], alignment: Alignment) -> tuple[Setting, ...]:
     """Return what differs between runs: what they are made on, then tracker and seed, then parameters as declared.
 
-    A parameter that not all of them know is listed where its value is not the usual one. What is only drawn is not.
+    A parameter is listed where a run has it at another value than suits what it is made on by itself; what follows from
+    another experiment or another mark alone is not, and neither is what is only drawn.
 
     Args:
         runs: The runs.
@@ -80,7 +81,7 @@ def _of_parameters(runs: Sequence[Run], spans: Sequence[tuple[int, int]]) -> Ite
             _values(run, name, span) if name in known else None
             for run, known, span in zip(runs, declared, spans, strict=True)
         ]
-        if None in courses and all(course in {None, ((0, declaration.default),)} for course in courses):
+        if all(course in {None, _usual(run, name)} for run, course in zip(runs, courses, strict=True)):
             continue
         yield Setting(
             name,
@@ -91,6 +92,12 @@ def _of_parameters(runs: Sequence[Run], spans: Sequence[tuple[int, int]]) -> Ite
 
 def _declared(run: Run) -> Mapping[str, Declaration]:
     return {it.name: it for it in declarations(type(run.setup.parameters)) if it.role != "drawing"}
+
+
+def _usual(run: Run, name: str) -> Steps | None:
+    """Return the course of a parameter that nobody has set: what suits the scene or the recording."""
+    value = getattr(run.setup.parameters, name, None)
+    return None if value is None else ((0, value),)
 
 
 def _values(run: Run, name: str, span: tuple[int, int]) -> Steps:

@@ -45,8 +45,7 @@ def test_runs_on_one_recording_are_compared_picture_by_picture() -> None:
     assert (early.computed, late.computed) == (11, 8)
     assert [len(rows) for rows in compared.rows] == [9, 9]
     assert [rows[0].frame for rows in compared.rows] == [3, 0]
-    start, *_ = compared.settings
-    assert (start.name, start.values) == ("start", ("0", "3"))
+    assert [(it.name, it.values) for it in compared.settings] == [("start", ("0", "3"))]
 
 
 def test_runs_without_a_common_picture_are_refused() -> None:
@@ -93,12 +92,13 @@ def test_what_changes_nothing_or_comes_later_is_no_difference() -> None:
     assert Comparison.of(sine(), same, later).settings == ()
 
 
-def test_a_parameter_that_one_experiment_lacks_is_listed_where_it_is_not_the_usual_one() -> None:
-    """What only one of two experiments knows says nothing as long as it has its default."""
+def test_parameters_of_other_experiments_are_listed_where_somebody_has_set_them() -> None:
+    """What follows from the experiments alone says nothing; a value that was set does, also where one lacks it."""
     histogram = find("histogram")
     other = Run(histogram, histogram.simulate(), frames=3)
     plain = Comparison.of(Run(BALL, BALL.simulate(), frames=3), other).settings
     wide = Run(BALL, BALL.simulate(), frames=3, timeline=(Change(0, {"slot_offset_px": 60}),))
+    assert [it.name for it in plain] == ["experiment", "tracker"]
     [added] = set(Comparison.of(wide, other).settings) - set(plain)
     assert (added.name, added.values) == ("slot_offset_px", ("60 px", None))
 
