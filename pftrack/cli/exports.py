@@ -88,10 +88,11 @@ def _swept(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     from pftrack.sweep.report import export_result
 
     result = read_result(file)
+    pictures = [place for place in places if place.suffix.lower() in {".png", ".svg"}] or places
     written: list[Path] = []
     for place in places:
         try:
-            written += export_result(result, place, plot=plot)
+            written += export_result(result, place, plot=plot if place in pictures else None)
         except ExportError as error:
             raise wrong_use(str(error)) from None
         except OSError as error:

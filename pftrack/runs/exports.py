@@ -10,6 +10,7 @@ cannot hold its manifest, one that is called like it with `.manifest.json` behin
 
 import errno
 import json
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -174,7 +175,7 @@ def exporting(run: Run, path: Path, kind: RunExport, plot: str | None = None) ->
         if error.errno not in FULL:
             raise
         raise ExportError(
-            f"{path.name} cannot be written: {error.strerror}; make room, or export fewer frames"
+            f"{path.name} cannot be written: {os.strerror(error.errno)}; make room, or export fewer frames"
         ) from None
     finally:
         part.unlink(missing_ok=True)
