@@ -52,5 +52,8 @@ export const followed = {
   /** @type {(body: Messages.ForkCreate) => Promise<Messages.ForkPublic>} */
   fork: (body) => request("POST", "follow/fork", body),
 
+  /** @returns {Promise<null>} */
+  giveBack: () => request("DELETE", "follow/fork"),
+
   stream: "follow/stream",
 };

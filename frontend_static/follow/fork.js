@@ -1,11 +1,13 @@
-/** "Try it yourself": a session of one's own, which begins where the lecturer's stands. */
+/** "Try it yourself": a session of one's own, which begins where the lecturer's stands, or the lesson for oneself. */
 
 import { openDialog } from "../shared/dialog.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { attempt } from "../shared/toast.js";
 import { followed as api } from "./api.js";
+import { sessionTitle } from "./sessions_view.js";
 
-/** @import { FollowedPublic } from "../shared/messages.js" */
+/** @import { Mounted } from "../session/mount.js" */
+/** @import { FollowPublic } from "../shared/messages.js" */
 /** @import { Followed } from "./followed.js" */
 
 const TRY = "Try it yourself";
@@ -13,18 +15,19 @@ const TRY = "Try it yourself";
 /**
  * @param {HTMLElement} place
  * @param {Followed} followed
+ * @param {() => readonly Mounted[]} views Of the sessions that are shown.
  */
-export function forkButton(place, followed) {
+export function forkButton(place, followed, views) {
   const words = h("span", { class: "hint", id: "places", role: "status" });
   const go = h("button", { type: "button", class: "primary", "aria-describedby": "places", on: { click: begin } }, TRY);
   fill(place, words, go);
   const draw = () => {
     const { follow, mine, state } = followed;
-    place.hidden = follow === null || follow.sessions.length === 0 || (follow.most_forks === 0 && mine.fork === null);
+    place.hidden = follow === null || isEmpty(follow) || (follow.most_forks === 0 && mine.fork === null);
     if (follow === null) return;
     const isFull = follow.forks >= follow.most_forks && mine.fork === null;
     go.disabled = isFull || state !== "open";
-    setText(go, mine.fork === null ? TRY : "Go on with your own");
+    setText(go, isOpen(followed) ? "Go on with your own" : TRY);
     setText(words, isFull ? `${placesTaken(follow.most_forks)}; one may become free` : "");
   };
   followed.on(["follow", "state"], draw);
@@ -32,23 +35,27 @@ export function forkButton(place, followed) {
 
   function begin() {
     const { follow, mine } = followed;
-    if (mine.fork !== null) location.assign(mine.fork.page);
-    else if (follow?.sessions.length === 1) fork(follow.sessions[0].id);
-    else if (follow !== null) choose(follow.sessions);
+    if (mine.fork !== null && isOpen(followed)) location.assign(mine.fork.page);
+    else if (follow !== null && follow.sessions.length > 1) choose();
+    else if (follow !== null) fork(follow.sessions.at(0)?.id ?? null);
   }
 
-  /** @param {string} session */
+  /** @param {string|null} session Null for the lesson. */
   async function fork(session) {
     go.disabled = true;
-    const made = await attempt(() => api.fork({ session }));
+    const made = await attempt(async () => {
+      // A lesson that the class has left keeps the place, though nobody can open it.
+      if (followed.mine.fork !== null) await api.giveBack();
+      return api.fork({ session });
+    });
     if (made === undefined) draw();
     else location.assign(made.page);
   }
 
-  /** @param {readonly FollowedPublic[]} sessions */
-  function choose(sessions) {
+  function choose() {
+    const sessions = views().map(({ store }) => store.session).filter((session) => session !== null);
     openDialog("Which of them?", (close) => [
-      h("ul", { class: "fork-choices" }, sessions.map(({ id, title }, number) => h("li", {}, choice(close, id, `${number + 1} · ${title}`)))),
+      h("ul", { class: "fork-choices" }, sessions.map((session) => h("li", {}, choice(close, session.id, sessionTitle(session))))),
     ]);
   }
 
@@ -64,6 +71,20 @@ export function forkButton(place, followed) {
     };
     return h("button", { type: "button", on: { click: take } }, title);
   }
+}
+
+/** @param {FollowPublic} follow */
+function isEmpty({ sessions, lesson }) {
+  return sessions.length === 0 && lesson === null;
+}
+
+/**
+ * Whether there is something of one's own that can be opened; a lesson of one's own ends when the class goes on to another.
+ *
+ * @param {Followed} followed
+ */
+function isOpen({ follow, mine: { fork } }) {
+  return fork !== null && (fork.id !== null || fork.page.endsWith(`/learn/${follow?.lesson}`));
 }
 
 /** @param {number} places */

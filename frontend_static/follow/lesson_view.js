@@ -27,7 +27,8 @@ export class LessonView {
   constructor(place, lesson, signal) {
     this.#lesson = lesson;
     const figure = h("div", { class: "lesson-figure-place" });
-    fill(place, h("div", { class: "follow-lesson" }, h("div", { class: "lesson-show" }, figure), this.#numbers, this.#inForce));
+    const stage = h("div", { class: "lesson-show" }, figure);
+    fill(place, h("div", { class: "follow-lesson" }, h("h2", { class: "visually-hidden" }, "Figure"), stage, this.#numbers, this.#inForce));
     // What the lecturer turns is turned nowhere else.
     this.#figure = new LessonFigure(figure, { turn: () => {}, declared: (name) => this.#declared(name) }, signal);
     this.#find();

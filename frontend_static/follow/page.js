@@ -19,7 +19,7 @@ const waiting = later(() => fill(place, h("div", { class: "follow-wait" }, h("di
 followed.on(["follow"], waiting);
 const shown = new Shown(place, followed, () => line.watch());
 const line = followingLine(part("following"), followed, () => shown.views);
-forkButton(part("fork"), followed);
+forkButton(part("fork"), followed, () => shown.views);
 poll();
 followed.on(["follow"], () => {
   const { title } = /** @type {NonNullable<Followed["follow"]>} */ (followed.follow);

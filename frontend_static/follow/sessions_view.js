@@ -8,7 +8,7 @@ import { coalesce } from "../shared/timing.js";
 import { ofSession, showInForce } from "./in_force.js";
 
 /** @import { Mounted } from "../session/mount.js" */
-/** @import { FollowedPublic } from "../shared/messages.js" */
+/** @import { FollowedPublic, SessionPublic } from "../shared/messages.js" */
 
 /** What of the lecturer's page is passed on: some of the plots, and layers that are shown beside those declared so. */
 /** @typedef {{plots?: string[], layers?: string[]}} Arrangement */
@@ -24,6 +24,15 @@ export function showSessions(place, sessions, { plots = [], layers = [] }) {
   const several = sessions.map((session) => beside(session, layers));
   fill(place, h("div", { class: "follow-several", data: { count: sessions.length } }, several.map(({ element }) => element)));
   return several.map(({ view }) => view);
+}
+
+/**
+ * What tells a session from the others beside it.
+ *
+ * @param {SessionPublic} session
+ */
+export function sessionTitle(session) {
+  return `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;
 }
 
 /**
@@ -56,7 +65,7 @@ function beside({ id, title }, layers) {
   const view = mount(place, { start, readOnly: true });
   const { store } = view;
   store.on(["session", "branches"], () => {
-    if (store.session !== null) setText(caption, `${title} · ${trackerTitle(store.session, store.session.tracker)}`);
+    if (store.session !== null) setText(caption, sessionTitle(store.session));
   });
   return { element, view };
 }

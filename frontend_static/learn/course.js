@@ -119,6 +119,7 @@ export class Course {
   /** Say how far the course is. */
   #tell() {
     const { remark } = this.#progress;
+    part("progress").hidden = this.#all.length === 0;
     fill(part("progress"), `${this.#progress.done(this.#all)} of ${this.#all.length} done`);
     fill(part("remark"), remark);
     part("remark").hidden = remark === "";

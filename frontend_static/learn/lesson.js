@@ -1,7 +1,9 @@
 /** The page of a lesson: it finds the lesson, and says so where there is none. */
 
-import { messageOf, statusOf } from "../shared/api.js";
+import { GIVE_BACK, giveBack } from "../follow/give_back.js";
+import { BASE, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, lastOfAddress, part } from "../shared/dom.js";
+import { brand, isFollower, isGuest } from "../shared/guest.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
@@ -16,6 +18,8 @@ import { Uses } from "./uses.js";
 
 /** @import { LessonDetail, LessonsPublic } from "../shared/messages.js" */
 
+/** @type {LessonsPublic} */
+const NO_OTHERS = { lessons: [], problems: [] };
 const { signal } = new AbortController();
 const id = lastOfAddress();
 
@@ -23,9 +27,12 @@ const id = lastOfAddress();
 globalThis.addEventListener("pageshow", (event) => event.persisted && location.reload());
 
 const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
-navigation("learn");
-fill(part("tools"), themeButton(), presentationButton(), keys);
-const opening = new Newest(() => Promise.all([lessons.get(id), lessons.all()]), { answer: ([lesson, all]) => open(lesson, all), refused, lost }, signal);
+part("brand").replaceWith(brand());
+if (!isGuest) navigation("learn");
+const end = isFollower && h("button", { type: "button", title: GIVE_BACK, data: { role: "end" }, on: { click: giveBack } }, "End");
+fill(part("tools"), end, themeButton(), presentationButton(), keys);
+const find = () => Promise.all([lessons.get(id).then(forMe), isGuest ? NO_OTHERS : lessons.all()]);
+const opening = new Newest(find, { answer: ([lesson, all]) => open(lesson, all), refused, lost }, signal);
 opening.ask(null);
 
 /**
@@ -38,14 +45,25 @@ function open(lesson, all) {
   describe(lesson, signal);
   const course = new Course(lesson, all, lost, signal);
   const uses = new Uses(lesson, signal);
-  part("tools").prepend(followLesson(lesson, { course, uses }, signal));
+  if (!isFollower) part("tools").prepend(followLesson(lesson, { course, uses }, signal));
   listen(lesson, () => course.draw(), signal);
+}
+
+/**
+ * Whoever came by the link of a class has this lesson, and none of what leads elsewhere.
+ *
+ * @param {LessonDetail} lesson
+ * @returns {LessonDetail}
+ */
+function forMe(lesson) {
+  return isGuest ? { ...lesson, previous: null, next: null, uses: [], checks: [] } : lesson;
 }
 
 /** @param {unknown} error */
 function refused(error) {
   const title = statusOf(error) === 404 ? "There is no such lesson" : "This lesson cannot be shown";
-  fill(part("lesson"), notice(title, messageOf(error), { label: "All lessons", href: "/learn" }));
+  const way = isGuest ? { label: "Back to the class", href: BASE } : { label: "All lessons", href: "/learn" };
+  fill(part("lesson"), notice(title, messageOf(error), way));
 }
 
 /** @param {boolean} isLost */

@@ -2,6 +2,7 @@
 
 import { messageOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
+import { isGuest } from "../shared/guest.js";
 import { rich } from "./rich.js";
 import { figure, typed } from "./words.js";
 
@@ -117,7 +118,7 @@ export class Question {
       "div",
       { class: "question-line" },
       h("button", { type: "button", on: { click: () => this.#on.again() } }, label),
-      onward ?? h("a", { class: "button", href: "/learn" }, "All lessons"),
+      onward ?? (!isGuest && h("a", { class: "button", href: "/learn" }, "All lessons")),
     );
   }
 

@@ -1,6 +1,7 @@
 /** The text of a lesson beside its figure: the idea, what to try, what is checked, and the way to its neighbours. */
 
 import { fill, h, part } from "../shared/dom.js";
+import { isGuest } from "../shared/guest.js";
 import { icon } from "../shared/icons.js";
 import { checksOf } from "./checks.js";
 import { lessons } from "./api.js";
@@ -21,7 +22,7 @@ export function describe(lesson, signal) {
     tries.length > 0 && h("section", { class: "tries" }, h("h2", {}, "Try"), h("ul", {}, tries.map((each) => rich("li", each)))),
     h("details", { class: "lesson-fold uses", data: { part: "uses" }, hidden: true }),
     checksOf(lesson, signal),
-    h("p", { class: "hint" }, h("a", { href: lessons.notebook(id), download: `${id}.ipynb` }, "Notebook of this lesson")),
+    !isGuest && h("p", { class: "hint" }, h("a", { href: lessons.notebook(id), download: `${id}.ipynb` }, "Notebook of this lesson")),
     origin && h("p", { class: "hint" }, `From ${origin}`),
   );
   fill(part("neighbours"), neighbour(previous, "previous"), neighbour(next, "next"));

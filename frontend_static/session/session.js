@@ -1,15 +1,16 @@
 /** The session page: one session with all its parts, and a header above it. */
 
 import { aboutDialog } from "./about.js";
-import { BASE, api } from "../shared/api.js";
+import { api } from "../shared/api.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { present, presentationButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
-import { attempt, toast } from "../shared/toast.js";
+import { toast } from "../shared/toast.js";
 import { tourOfAddress } from "../shared/tour_link.js";
+import { GIVE_BACK, giveBack } from "../follow/give_back.js";
 import { brand, isFollower, isGuest } from "../shared/guest.js";
 import { followChip } from "../follow/lead/chip.js";
 import { Lead } from "../follow/lead/lead.js";
@@ -120,7 +121,7 @@ function tools() {
       tool("save", "Save", "Save this run", () => commands.save()),
       tool("share", "Share", "Share a link to this run", () => store.session && shareDialog(store.session)),
     ]),
-    ...(isFollower ? [tool("close", "End", "End this session of your own, and give its place to others", giveBack)] : []),
+    ...(isFollower ? [tool("close", "End", GIVE_BACK, giveBack)] : []),
   ];
 }
 
@@ -137,9 +138,4 @@ function tool(name, text, hint, run) {
 /** @param {import("../shared/messages.js").SessionPublic} session */
 function wordsOf(session) {
   return `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;
-}
-
-/** End what a follower has tried, and go back to the class. */
-async function giveBack() {
-  if ((await attempt(() => api.end(store.known.id))) !== undefined) location.assign(BASE);
 }

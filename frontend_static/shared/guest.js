@@ -3,7 +3,7 @@
 import { BASE } from "./api.js";
 import { h } from "./dom.js";
 
-const { guest = "" } = document.documentElement.dataset;
+const { guest = "", class: led = null } = globalThis.document?.documentElement.dataset ?? {};
 
 /** Whether the page belongs to somebody who is let in by such a link, and to nothing else of the server. */
 export const isGuest = BASE !== "";
@@ -12,7 +12,7 @@ export const isGuest = BASE !== "";
 export const isFollower = guest === "follower";
 
 /** The class of the link, if the page was opened by one. */
-export const classOfLink = document.documentElement.dataset.class ?? null;
+export const classOfLink = led;
 
 /** What stands first in the header: the way to the start page, and for followers that back to the class. */
 export function brand() {

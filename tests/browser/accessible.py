@@ -32,7 +32,8 @@ def check(page: Any) -> None:
         page.emulate_media(color_scheme=scheme)
         found = page.evaluate(AXE, rules)
         told = [(each["impact"], each["id"], [node["target"] for node in each["nodes"]]) for each in found]
-        assert [each for each in told if each[0] != "minor"] == [], scheme
+        wrong = [each for each in told if each[0] != "minor"]
+        assert wrong == [], f"{scheme}: {wrong}"
     page.emulate_media(color_scheme="light")
 
 

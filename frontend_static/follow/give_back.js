@@ -1,0 +1,11 @@
+/** The way back from what a follower tries alone: it ends, and its place is free for others. */
+
+import { BASE } from "../shared/api.js";
+import { attempt } from "../shared/toast.js";
+import { followed } from "./api.js";
+
+export const GIVE_BACK = "End what you try here, and give its place to others";
+
+export async function giveBack() {
+  if ((await attempt(() => followed.giveBack())) !== undefined) location.assign(BASE);
+}

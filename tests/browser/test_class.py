@@ -1,0 +1,279 @@
+"""A class: a lecturer with five followers, each in a browser of their own, and what each of them sees and may do."""
+
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from tests.browser.accessible import check, fits
+from tests.browser.conftest import WITHOUT_PLOTS, Complaints
+from tests.browser.host import Server
+from tests.browser.views import SessionPage, View
+from tests.conftest import FRUGAL
+
+# A page can be cut off: what it has open breaks, and nothing new comes about until it is let in again.
+CUTTING = """
+window.cut = false;
+const open = new Set();
+window.cutOff = (cut) => {
+    window.cut = cut;
+    if (cut) for (const socket of open) socket.close();
+};
+window.WebSocket = class extends WebSocket {
+    constructor(address, ...more) {
+        super(window.cut ? `ws://${location.host}/nowhere` : address, ...more);
+        open.add(this);
+        this.addEventListener('close', () => open.delete(this));
+    }
+};
+"""
+# Share of the picture that lies under the poll.
+COVERED = """() => {
+    const [picture, poll] = ['.flat-canvas', '.poll'].map((it) => document.querySelector(it).getBoundingClientRect());
+    const width = Math.min(picture.right, poll.right) - Math.max(picture.left, poll.left);
+    const height = Math.min(picture.bottom, poll.bottom) - Math.max(picture.top, poll.top);
+    return Math.max(0, width) * Math.max(0, height) / (picture.width * picture.height);
+}"""
+STEER = """async ([session, action]) => {
+    const path = `${location.pathname}/api/v1/sessions/${session}/transport`;
+    const body = JSON.stringify({ action });
+    const answer = await fetch(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body });
+    return [answer.status, (await answer.json()).error.message];
+}"""
+PHONE, WIDE = (390, 844), (1280, 800)
+
+
+class Follower(View):
+    """The page of one who follows."""
+
+    def open(self, link: str) -> None:
+        self.page.goto("/" + link.split("/", 1)[1])
+
+    def text(self, selector: str) -> str:
+        return str(self.page.inner_text(selector))
+
+    @property
+    def frame(self) -> str | None:
+        """The number of the frame that is painted."""
+        painted: str | None = self.page.locator(".flat-canvas").get_attribute("data-frame")
+        return painted
+
+
+class Lecturer(SessionPage):
+    """The page of a session with a class."""
+
+    def __init__(self, page: Any, server: Server) -> None:
+        super().__init__(page, server)
+        self.session_id = self.id
+
+    def lead(self) -> str:
+        """Let a class follow, and return the link."""
+        self.page.locator(".follow-chip:enabled").click()
+        self.page.get_by_role("button", name="Begin").click()
+        link = str(self.page.locator("[data-role=class-link]").inner_text())
+        assert re.fullmatch(r"127\.0\.0\.1:\d+/f/[0-9a-z]{4}-[0-9a-z]{4}-[0-9a-z]{4}", link)
+        return link
+
+    def counts(self, words: str) -> None:
+        self.until(lambda: self.page.inner_text(".follow-chip") == words, f"the chip says {words}")
+
+
+@pytest.fixture
+def newcomer(chromium: Any, server: Server, complaints: Complaints) -> Iterator[Callable[..., Follower]]:
+    """Let somebody come who was never here, by default with a phone."""
+    contexts = []
+
+    def come(size: tuple[int, int] = PHONE) -> Follower:
+        context = chromium.new_context(
+            viewport={"width": size[0], "height": size[1]}, base_url=server.url, color_scheme="light"
+        )
+        contexts.append(context)
+        context.set_default_timeout(60_000)
+        for script in (FRUGAL, WITHOUT_PLOTS, CUTTING):
+            context.add_init_script(script)
+        page = context.new_page()
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
+        return Follower(page)
+
+    yield come
+    for context in contexts:
+        context.close()
+    for follow in server.get("follows"):
+        server.delete(f"follows/{follow['id']}")
+
+
+def all_of(followers: list[Follower], holds: Callable[[Follower], object], what: str) -> None:
+    for number, follower in enumerate(followers):
+        follower.until(lambda one=follower: holds(one), f"{what}, with follower {number}")
+
+
+def test_a_lecturer_and_five_followers(
+    watch: Callable[..., SessionPage], server: Server, newcomer: Callable[..., Follower], complaints: Complaints
+) -> None:
+    """Five see what the lecturer shows, answer, try it themselves, go along to other pages, and are sent home."""
+    complaints.expected = ("403", "404", "410", "/nowhere")
+    lecturer = Lecturer(watch().page, server)
+    link = lecturer.lead()
+    lecturer.until(
+        lambda: lecturer.page.locator(".class-qr img").evaluate("it => it.naturalWidth") > 0, "the code is drawn"
+    )
+    assert "Only this machine" in lecturer.page.inner_text("[data-role=reach]")
+    check(lecturer.page)
+    lecturer.press("Escape")
+    followers = [newcomer(size) for size in (PHONE, PHONE, WIDE, PHONE, PHONE)]
+    for follower in followers:
+        follower.open(link)
+    lecturer.counts("5 follow")
+
+    # The same frame and the same parameters; whoever follows steers nothing.
+    first, second, third, fourth, fifth = followers
+    lecturer.press("ArrowRight")
+    lecturer.stands_at(1)
+    all_of(followers, lambda one: one.frame == "1", "frame 1 is painted")
+    first.until(lambda: first.page.locator(".panel").count() > 2, "there is a place for each plot")
+    assert first.page.locator("button:visible").all_inner_texts() == ["Try it yourself"]
+    third.page.keyboard.press("ArrowRight")
+    first.page.locator(".flat-canvas").click()
+    first.page.keyboard.press("End")
+    status, sentence = first.page.evaluate(STEER, [lecturer.id, "play"])
+    assert status == 403
+    assert "this is for the lecturer" in sentence
+    server.patch(f"sessions/{lecturer.id}/parameters", {"sample_count": 250})
+    lecturer.press("ArrowRight")
+    lecturer.stands_at(2)
+    all_of(followers, lambda one: "250 was 800" in one.text(".in-force"), "the list says what has changed")
+    all_of(followers, lambda one: one.frame == "2", "frame 2 is painted")
+    all_of(followers, lambda one: one.text(".following").startswith("Following · frame 2 of 90"), "the line says so")
+    all_of(followers, lambda one: "250" in one.text(".readout"), "the readings are those of the frame")
+
+    # One who is cut off keeps the picture, and is back where the lecturer is.
+    fourth.page.evaluate("cutOff(true)")
+    fourth.until(lambda: fourth.text(".following") == "Reconnecting", "the page says that it reconnects")
+    lecturer.counts("4 follow")
+    assert fourth.frame == "2"
+    fourth.page.evaluate("cutOff(false)")
+    lecturer.press("ArrowRight")
+    fourth.until(lambda: fourth.frame == "3", "the one who was cut off sees frame 3")
+    lecturer.counts("5 follow")
+
+    asked_and_answered(lecturer, followers)
+    tried(lecturer, fifth, server)
+    shown_a_lesson(lecturer, followers)
+    shown_two_sessions(lecturer, followers, newcomer(), server)
+
+    lecturer.page.locator(".follow-chip").click()
+    lecturer.page.get_by_role("button", name="End", exact=True).click()
+    lecturer.page.get_by_role("button", name="End for all").click()
+    all_of(followers, lambda one: "The lecturer has ended this class" in one.text("main"), "the class has ended")
+    lecturer.counts("Follow me")
+    second.page.reload()
+    assert "over" in second.text("main")
+
+
+def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
+    """A poll leaves the picture in sight, is answered by click and key, and shown to all when it is revealed."""
+    first, second, third, *others = followers
+    lecturer.page.locator(".follow-chip").click()
+    lecturer.page.get_by_label("Question").fill("Will it survive the pillar?")
+    lecturer.page.get_by_role("button", name="Ask the class").click()
+    all_of(followers, lambda one: one.page.locator(".poll-answer").count() == 2, "the question is there")
+    for one in (first, third):
+        assert one.page.evaluate(COVERED) < 1 / 3
+    fits_phone(first)
+    first.page.get_by_role("button", name="Yes").click()
+    first.until(lambda: "You answered “Yes”" in first.text(".poll"), "the answer is taken")
+    first.page.get_by_role("button", name="No").click()
+    second.page.keyboard.press("2")
+    third.page.keyboard.press("1")
+    lecturer.until(lambda: "3 of 5 have answered" in lecturer.page.inner_text(".lead-poll"), "three have answered")
+    first.until(lambda: "You answered “No”" in first.text(".poll"), "the other answer is taken in its place")
+    check(first.page)
+    assert lecturer.page.locator(".poll-bar").count() == first.page.locator(".poll-bar").count() == 0
+
+    lecturer.page.get_by_role("button", name="Reveal").click()
+    said = "Most answered “No”, 2 of 3; “Yes” 1."
+    all_of(followers, lambda one: said in one.text(".poll"), "what was answered is told in words")
+    lecturer.until(lambda: said in lecturer.page.inner_text(".lead-poll"), "the lecturer's page says so, too")
+    assert [bar.split() for bar in others[0].page.locator(".poll-count").all_inner_texts()] == [
+        ["1", "·", "33", "%"],
+        ["2", "·", "67", "%"],
+    ]
+    assert "No · your answer" in first.text(".poll")
+    lecturer.page.locator(".lead-poll").get_by_role("button", name="Close").click()
+    all_of(followers, lambda one: one.page.locator(".poll").is_hidden(), "the poll is gone")
+
+
+def tried(lecturer: Lecturer, follower: Follower, server: Server) -> None:
+    """A follower's own session begins at the lecturer's frame, goes its own way, and gives its place back."""
+    follower.page.get_by_role("button", name="Try it yourself").click()
+    own = SessionPage(follower.page, server).ready()
+    assert own.id != lecturer.session_id
+    own.stands_at(3)
+    own.press("ArrowRight")
+    own.stands_at(4)
+    assert lecturer.position == 3
+    tools = follower.page.locator("header button:visible, header a:visible").all_inner_texts()
+    assert not {"Save", "Share", "Follow me", "pftrack"} & set(tools)
+    lecturer.page.locator(".follow-chip").click()
+    lecturer.until(lambda: "1 tries it alone" in lecturer.page.inner_text("[data-role=class-count]"), "one tries it")
+    lecturer.press("Escape")
+    assert follower.page.get_by_role("link", name="Back to the class").is_visible()
+    follower.page.get_by_title("End what you try here").click()
+    follower.until(
+        lambda: follower.page.get_by_role("button", name="Try it yourself").is_enabled(), "the place is free"
+    )
+
+
+def fits_phone(follower: Follower) -> None:
+    assert follower.page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+
+
+def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
+    """The class goes with its lecturer to another page, and sees a lesson's figure with what is moved."""
+    page = lecturer.page
+    page.goto("/learn/9")
+    lecturer.counts("5 follow")
+    page.locator(".follow-chip").click()
+    page.get_by_role("button", name="Show this page").click()
+    page.locator("[data-role=class-link]").wait_for()
+    lecturer.press("Escape")
+    all_of(followers, lambda one: one.page.locator(".lesson-figure[data-shown]").count() == 1, "the figure is there")
+    all_of(followers, lambda one: "400" in one.text(".in-force"), "the number of particles is listed")
+    page.locator(".lesson-question").get_by_role("button", name="Skip").click()
+    slider = page.locator(".lesson-controls input[type=range]").first
+    slider.press("ArrowRight")
+    lecturer.until(lambda: slider.input_value() != "400", "there are more particles")
+    moved, number = f"{slider.input_value()} was 400", ".lesson-number.first output"
+    all_of(followers, lambda one: moved in one.text(".in-force"), "what was moved is listed")
+    all_of(followers, lambda one: one.text(number) == page.inner_text(number), "the number that counts is the same")
+
+    follower = followers[0]
+    follower.page.get_by_role("button", name="Try it yourself").click()
+    follower.page.wait_for_url("**/learn/*")
+    follower.page.locator(".lesson-figure[data-shown]").wait_for()
+    assert follower.page.locator("header a:visible").all_inner_texts() == ["Back to the class"]
+    follower.page.get_by_title("End what you try here").click()
+    follower.page.locator(".following[data-state=open]").wait_for()
+
+
+def shown_two_sessions(lecturer: Lecturer, followers: list[Follower], late: Follower, server: Server) -> None:
+    """Two sessions stand side by side; whoever comes when the class is full waits; a forged link leads nowhere."""
+    first = followers[0]
+    [follow] = server.get("follows")
+    sessions = [lecturer.session_id, server.start_session(tracker="condensation")["id"]]
+    server.patch(f"follows/{follow['id']}", {"sessions": sessions, "lesson": None})
+    pictures = ".flat-canvas[data-frame]"
+    all_of(followers, lambda one: one.page.locator(pictures).count() == 2, "both sessions are there")
+    fits(first.page)
+    lecturer.counts("5 follow")
+    server.patch(f"follows/{follow['id']}", {"most_followers": 5})
+    late.page.goto(first.page.url)
+    late.until(lambda: "This class is full" in late.text("main"), "there is no place for one more")
+    server.patch(f"follows/{follow['id']}", {"most_followers": 6})
+    late.until(lambda: late.page.locator(pictures).count() == 2, "it came in by itself")
+    lecturer.counts("6 follow")
+    forged = f"{first.page.url[:-1]}{'0' if first.page.url[-1] != '0' else '1'}"
+    late.page.goto(forged)
+    assert "not one of this server's" in late.text("main")
