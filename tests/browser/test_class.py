@@ -109,6 +109,7 @@ def all_of(followers: list[Follower], holds: Callable[[Follower], object], what:
         follower.until(lambda one=follower: holds(one), f"{what}, with follower {number}")
 
 
+@pytest.mark.timeout(600)  # seven pages, one after the other
 def test_a_lecturer_and_five_followers(
     watch: Callable[..., SessionPage], server: Server, newcomer: Callable[..., Follower], complaints: Complaints
 ) -> None:
