@@ -136,6 +136,12 @@ def test_a_film_is_written_beside_the_session_and_says_how_far_it_is(client: htt
     assert client.delete(f"/api/v1/exports/{told['id']}").status_code == 204
     assert "no such export" in error_of(client.get(told["file"]), 404)["message"]
 
+    # A page needs viser, which the confined child loads for itself; a browser is to save it, not to open it.
+    page, told = written(client, client.post(f"{address}/exports/html"))
+    assert told["name"] == "sine-9.html"
+    assert page.headers["content-disposition"].startswith("attachment")
+    assert '"frames":10' in page.text
+
 
 def test_a_saved_run_is_exported_from_its_file(client: httpx.Client, tmp_path: Path) -> None:
     """It lists what there is; a table has the frames that it was saved with, and a plot that is not there is named."""

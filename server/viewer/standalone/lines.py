@@ -33,20 +33,27 @@ class Lines:
         """
         lines = ends.reshape(-1, ENDS)
         keys = _keys(lines)
-        unseen, first = np.unique(keys[~np.isin(keys, self._keys)], return_index=True)
-        if len(unseen):
-            self._take(lines[~np.isin(keys, self._keys)], unseen, first)
+        new = ~self._has(keys)
+        if new.any():
+            self._take(lines[new], keys[new])
         return self._places[np.searchsorted(self._keys, keys)].astype("<i4")
 
-    def _take(self, lines: NDArray[np.int32], keys: NDArray[np.uint64], first: NDArray[np.int64]) -> None:
-        """Append lines that are new, in the order in which they stand."""
+    def _has(self, keys: NDArray[np.uint64]) -> NDArray[np.bool_]:
+        if not len(self._keys):
+            return np.zeros(len(keys), np.bool_)
+        at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
+        return np.asarray(self._keys[at] == keys)
+
+    def _take(self, lines: NDArray[np.int32], keys: NDArray[np.uint64]) -> None:
+        """Append lines that are new, in the order in which they stand; one that comes twice is taken once."""
+        unseen, first = np.unique(keys, return_index=True)
         order = np.argsort(first)
-        places = np.empty(len(keys), np.int64)
-        places[order] = len(self._keys) + np.arange(len(keys))
+        places = np.empty(len(unseen), np.int64)
+        places[order] = len(self._keys) + np.arange(len(unseen))
         self._tables.append(lines[first[order]])
-        merged = np.argsort(np.concatenate((self._keys, keys)), kind="stable")
-        self._places = np.concatenate((self._places, places))[merged]
-        self._keys = np.concatenate((self._keys, keys))[merged]
+        at = np.searchsorted(self._keys, unseen)
+        self._places = np.insert(self._places, at, places)
+        self._keys = np.insert(self._keys, at, unseen)
 
 
 def _keys(lines: NDArray[np.int32]) -> NDArray[np.uint64]:
