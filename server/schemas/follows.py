@@ -1,9 +1,9 @@
 """Follows: how a lecturer begins one, sets its limits and asks the class, and what lecturer and followers are told."""
 
-import json
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic_core import to_json
 
 from server.schemas.body import FrameNumber, Name, RequestBody
 from server.schemas.stream import Message
@@ -39,8 +39,12 @@ def _once(names: list[str]) -> list[str]:
 
 
 def _small(arrangement: dict[str, Any]) -> dict[str, Any]:
-    if len(json.dumps(arrangement)) > LARGEST_ARRANGEMENT:
-        raise ValueError(f"Input should be at most {LARGEST_ARRANGEMENT} characters of JSON")
+    try:
+        length = len(to_json(arrangement))
+    except (ValueError, RecursionError):
+        raise ValueError("Input should be what JSON in UTF-8 can hold, not too deep") from None
+    if length > LARGEST_ARRANGEMENT:
+        raise ValueError(f"Input should be at most {LARGEST_ARRANGEMENT} bytes of JSON")
     return arrangement
 
 
