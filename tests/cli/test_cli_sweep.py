@@ -240,12 +240,12 @@ def test_a_report_is_written_beside_the_result(call: Call, tmp_path: Path) -> No
     assert Path(found["page"]) == tmp_path / "other" / "index.html"
     assert all(Path(path).exists() for path in found["files"])
     assert (tmp_path / "other" / "success.svg").exists()
+    status, text, _ = call("report", out, "--x", "width", "--json")
+    assert status == 1
+    assert "no axis 'width'" in json.loads(text)["error"]["message"]
     picture, rows = tmp_path / "map.svg", tmp_path / "rows.csv"
     with pytest.raises(SystemExit) as ended:
         main(["export", str(out), "--to", str(picture), "--to", str(rows), "--plot", "success"])
     assert ended.value.code == 0
     assert picture.stat().st_size > 0
     assert len(rows.read_text().splitlines()) == 1 + 8
-    status, text, _ = call("report", out, "--x", "width", "--json")
-    assert status == 1
-    assert "no axis 'width'" in json.loads(text)["error"]["message"]
