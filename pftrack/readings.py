@@ -24,7 +24,8 @@ def quantity(value: float | None, unit: str) -> str:
     if value is None or not math.isfinite(value):
         return MISSING
     is_count = not unit and value == int(value) and abs(value) > 1.0
-    return f"{value:.{0 if is_count else DECIMALS.get(unit, 1)}f}"
+    words = f"{value:.{0 if is_count else DECIMALS.get(unit, 1)}f}"
+    return words if float(words) else words.removeprefix("-")
 
 
 def readings_of(experiment: Experiment, rows: Sequence[Diagnostics]) -> tuple[Reading, ...]:

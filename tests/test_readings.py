@@ -78,7 +78,14 @@ def test_every_kind_of_reading_can_be_said() -> None:
 
 @pytest.mark.parametrize(
     ("value", "unit", "words"),
-    [(3.0, "", "3"), (0.25, "", "0.250"), (7.6, "frames", "8"), (math.inf, "px", MISSING), (None, "px", MISSING)],
+    [
+        (3.0, "", "3"),
+        (-0.01, "px", "0.0"),
+        (0.25, "", "0.250"),
+        (7.6, "frames", "8"),
+        (math.inf, "px", MISSING),
+        (None, "px", MISSING),
+    ],
 )
 def test_quantities_have_the_decimals_of_their_unit(value: float | None, unit: str, words: str) -> None:
     """Counts are whole, shares have three decimals, lengths one."""

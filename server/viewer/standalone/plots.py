@@ -18,7 +18,7 @@ from pftrack.runs.run import Run
 
 __all__ = ["PagePlot", "plots_of"]
 
-WIDE_IN, LEFT_IN, RIGHT_IN, HEAD_IN, FOOT_IN, HIGH_IN = 3.7, 0.46, 0.1, 0.2, 0.24, 0.85
+WIDE_IN, LEFT_IN, LEFT_WITH_NAMES_IN, RIGHT_IN, HEAD_IN, FOOT_IN, HIGH_IN = 3.7, 0.46, 1.5, 0.1, 0.2, 0.24, 0.85
 """Of a figure, its margins, and what a panel is high; one of rows is as high as it is on paper."""
 HIGHEST_ON_PAPER_IN = 2.4
 """Of a panel without rows."""
@@ -58,9 +58,9 @@ def plots_of(run: Run) -> Iterator[PagePlot]:
             continue
         (axes,) = figure.axes
         rows = axes.get_position().height * figure.get_figheight()
-        high = rows if rows > HIGHEST_ON_PAPER_IN else HIGH_IN
+        high = rows if plot.row_titles or rows > HIGHEST_ON_PAPER_IN else HIGH_IN
         whole = HEAD_IN + high + FOOT_IN
-        named = LEFT_IN + (0.5 if plot.row_titles else 0.0)
+        named = LEFT_WITH_NAMES_IN if plot.row_titles else LEFT_IN
         figure.set_size_inches(WIDE_IN, whole)
         figure.texts.clear()
         title = axes.get_title(loc="left")

@@ -4,6 +4,8 @@ import { bytes, unzipped, values } from "./sent.js";
 /** @import { Clock } from "./clock.js" */
 /** @import { Heard, Run, Told } from "../../viser_adapter/player/recording.js" */
 
+const PATIENCE_MS = 20_000;
+
 /**
  * Open the scene, and have it follow the clock.
  *
@@ -44,6 +46,9 @@ export function openScene(run, clock, onKey) {
   document.querySelector(".layers fieldset")?.addEventListener("change", () => tell({ hidden: hiddenLayers() }));
   const restart = () => {
     isOpen = false;
+    setTimeout(() => {
+      if (!isOpen && opening) opening.textContent = "The scene has not opened; it needs WebGL. Plots and figures work without.";
+    }, PATIENCE_MS);
     frame.srcdoc = themed(values("player"));
   };
   restart();
