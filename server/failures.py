@@ -1,7 +1,8 @@
-"""The gallery of failures: what is declared of each, and the courses of its runs, computed once a server."""
+"""The gallery of failures: what is declared of each, and the courses of its runs, computed once and kept."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.failure import KINDS
@@ -11,6 +12,7 @@ from server.errors import NotFoundError
 from server.schemas.failures import DifferencePublic, FailureCourse, FailureNeighbour, FailurePublic
 from server.tasks.child_tasks import ChildTasks
 from server.tasks.functions import enact_failure
+from server.tasks.kept import Kept, hashed
 
 __all__ = ["Courses", "failure_named", "failures", "public"]
 
@@ -85,17 +87,26 @@ def _differences(shown: Entry) -> list[DifferencePublic]:
 
 
 class Courses:
-    """The courses of failures that somebody has asked for: each is computed once, in a child, and kept."""
+    """The courses of failures that somebody has asked for: each is computed once, in a child, and kept on the disk.
 
-    def __init__(self, wait_for: Callable[[str], Awaitable[None]]) -> None:
-        """Begin with none.
+    Those of other packages' experiments are kept as long as the server runs, which sees no change of theirs.
+    """
+
+    def __init__(self, folder: Path, wait_for: Callable[[str], Awaitable[None]]) -> None:
+        """Begin with those that were computed by this very program.
 
         Args:
+            folder: Where they are kept.
             wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
         """
+        self._kept = Kept(folder)
         self._wait_for = wait_for
         self._known: dict[str, FailureCourse] = {}
         self._under_way: dict[str, asyncio.Lock] = {}
+
+    def open(self) -> None:
+        """Forget what another version of the program has computed."""
+        self._kept.open()
 
     async def of(self, shown: Entry, tasks: ChildTasks) -> FailureCourse:
         """Return the course of a failure and of its cure.
@@ -107,6 +118,12 @@ class Courses:
         name = shown.failure.id
         async with self._under_way.setdefault(name, asyncio.Lock()):
             if name not in self._known:
-                await self._wait_for(shown.experiment.id)
-                self._known[name] = FailureCourse.model_validate(await tasks.run(enact_failure, name))
+                is_own, place = shown.experiment.id in EXPERIMENTS.own, hashed(name)
+                course = await asyncio.to_thread(self._kept.read, place) if is_own else None
+                if course is None:
+                    await self._wait_for(shown.experiment.id)
+                    course = await tasks.run(enact_failure, name)
+                    if is_own:
+                        await asyncio.to_thread(self._kept.write, place, course)
+                self._known[name] = FailureCourse.model_validate(course)
         return self._known[name]

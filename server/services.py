@@ -72,7 +72,8 @@ class Services:
         await lessons.open()
         follows = Follows(settings, manager, lessons)
         kept = Suitabilities(store, settings)
-        courses = Courses(compilation.wait_for)
+        courses = Courses(settings.data_dir / "failures-computed", compilation.wait_for)
+        await asyncio.to_thread(courses.open)
         stopping = threading.Event()
         return cls(
             settings,

@@ -6,10 +6,6 @@ time waits for one computation. Whoever asks meanwhile is told how far it is.
 """
 
 import asyncio
-import contextlib
-import hashlib
-import json
-import shutil
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,12 +14,10 @@ from typing import Any
 
 import structlog
 
-from pftrack import machine
-from pftrack.files import write_whole
 from pftrack.process import Ending
-from pftrack.warming import source_hash
 from server.tasks.child import Budget
 from server.tasks.child_tasks import Answer, ChildTasks
+from server.tasks.kept import Kept, hashed
 from server.tasks.queue import Queue
 from server.worker.protocol import Failed, Reply
 
@@ -81,18 +75,14 @@ class Computed:
     """
 
     def __init__(self, folder: Path, tasks: ChildTasks) -> None:
-        self._root = folder
+        self._kept = Kept(folder)
         self._tasks = tasks
         self._turn = Queue(1)
         self._jobs: dict[str, Job] = {}
 
     def open(self) -> None:
         """Forget what another version of the program has computed."""
-        self._root.mkdir(parents=True, exist_ok=True, mode=0o700)
-        for other in self._root.iterdir():
-            if other != self._folder:
-                shutil.rmtree(other, ignore_errors=True)
-        self._folder.mkdir(exist_ok=True, mode=0o700)
+        self._kept.open()
 
     async def close(self) -> None:
         """Stop what is computed."""
@@ -109,20 +99,16 @@ class Computed:
             function: A generator that a child task goes through.
             arguments: For it.
         """
-        name = hashlib.sha256(about.encode()).hexdigest()[:32]
+        name = hashed(about)
         if name in self._jobs and self._jobs[name].has_failed_long_ago:
             del self._jobs[name]
         if name not in self._jobs:
-            job = Job(result=await asyncio.to_thread(self._read, name))
+            job = Job(result=await asyncio.to_thread(self._kept.read, name))
             # Somebody else may have begun while the disk was asked.
             job = self._jobs.setdefault(name, job)
             if job.result is None and job.task is None:
                 job.task = asyncio.create_task(self._compute(name, job, function, arguments))
         return self._jobs[name]
-
-    @property
-    def _folder(self) -> Path:
-        return self._root / _program()
 
     async def _compute(self, name: str, job: Job, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
         try:
@@ -134,23 +120,9 @@ class Computed:
         match answer:
             case Reply(result=dict() as result):
                 job.result = result
-                with contextlib.suppress(OSError):  # a full disk: it is computed again after the next start
-                    await asyncio.to_thread(write_whole, self._folder / name, json.dumps(result).encode())
+                await asyncio.to_thread(self._kept.write, name, result)
             case Failed(message=message):
                 job.problem = f"{message[:1].upper()}{message[1:].rstrip('.')}."
             case _:
                 job.problem = ENDINGS.get(answer, "This could not be computed; the server's log may say why.")
         job.ended = time.monotonic()
-
-    def _read(self, name: str) -> dict[str, Any] | None:
-        try:
-            kept = json.loads((self._folder / name).read_bytes())
-        except (OSError, ValueError):
-            return None
-        return kept if isinstance(kept, dict) else None
-
-
-def _program() -> str:
-    """Return a hash of the program."""
-    on = json.dumps(machine.computed_on(), sort_keys=True)
-    return hashlib.sha256(on.encode() + source_hash()).hexdigest()[:16]

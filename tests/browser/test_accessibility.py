@@ -68,10 +68,19 @@ def test_a_session_in_the_flat_view(watch: Watch, server: Server) -> None:
 
 @pytest.mark.scene
 def test_the_page_around_the_scene(watch: Watch) -> None:
-    """What is ours of it; the frame has a name."""
+    """What is ours of it; the frame has a name, and is no trap: the tab key leads through it and out of it again."""
     shown = watch()
-    shown.page.locator(".scene-still").wait_for(state="detached")
-    check(shown.page)
+    page = shown.page
+    page.locator(".scene-still").wait_for(state="detached")
+    check(page)
+    page.locator("iframe").focus()
+    inside = "document.activeElement.localName === 'iframe'"
+    shown.until(lambda: page.evaluate(inside), "the scene has the focus")
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        if not page.evaluate(inside):
+            return
+    pytest.fail("sixty steps of the tab key stay within the scene")
 
 
 def test_the_form_of_an_upload(gallery: Gallery) -> None:

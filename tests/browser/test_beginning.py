@@ -105,7 +105,7 @@ def test_the_plots_do_not_wait_for_the_scene_to_be_drawn(page: Any, server: Serv
 
 
 @pytest.mark.plots
-@pytest.mark.parametrize("size", [(1280, 800), (800, 700), (400, 800)])
+@pytest.mark.parametrize("size", [(1280, 800), pytest.param((800, 700), marks=pytest.mark.slow), (400, 800)])
 def test_the_scene_takes_over_where_the_picture_was(
     page: Any, held: Held, server: Server, size: tuple[int, int]
 ) -> None:

@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import pytest
-
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 
@@ -183,19 +181,3 @@ def test_the_keyboard_alone_starts_a_session(gallery: Gallery, server: Server) -
     shown.until(lambda: (shown.position or 0) > 0, "it plays by itself")
     shown.press(" ")
     shown.until(lambda: not shown.session["playing"], "it pauses")
-
-
-@pytest.mark.scene
-def test_the_scene_is_no_trap_for_the_keyboard(watch: Watch) -> None:
-    """The tab key leads through the 3-D scene's frame and out of it again."""
-    shown = watch()
-    page = shown.page
-    page.locator(".scene-still").wait_for(state="detached")
-    page.locator("iframe").focus()
-    inside = "document.activeElement.localName === 'iframe'"
-    shown.until(lambda: page.evaluate(inside), "the scene has the focus")
-    for _ in range(60):
-        page.keyboard.press("Tab")
-        if not page.evaluate(inside):
-            return
-    pytest.fail("sixty steps of the tab key stay within the scene")

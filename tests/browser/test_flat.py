@@ -133,7 +133,10 @@ def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Serve
 
 
 def test_the_canvas_keeps_the_proportions_in_any_window(look: Look) -> None:
-    """It is as large as its place allows, in pixels of the display, and stays sharp when the window changes."""
+    """It is as large as its place allows, in pixels of the display, and stays sharp when the window changes.
+
+    On a phone it has the width for itself; a button opens the parameters over it and closes them.
+    """
     view = look()
     for width, height in ((1280, 800), (800, 700), (390, 800)):
         view.page.set_viewport_size({"width": width, "height": height})
@@ -143,10 +146,29 @@ def test_the_canvas_keeps_the_proportions_in_any_window(look: Look) -> None:
         assert wide == shown
         assert view.page.evaluate("document.documentElement.scrollWidth") <= width
 
+    slider = view.slider("Occluder width (px)")
+    view.until(lambda: not slider.is_visible(), "the panel is away")
+    opener = view.page.get_by_role("button", name="Parameters")
+    opener.click()
+    assert slider.is_visible()
+    view.page.get_by_role("button", name="Close", exact=True).click()
+    assert not slider.is_visible()
 
-def test_a_slider_changes_the_picture(look: Look) -> None:
-    """Moved by the keyboard, a slider changes what is drawn from the next frame on, and the box beside it follows."""
+
+def test_the_panel(look: Look, server: Server, complaints: Any) -> None:
+    """All that its controls do, in one visit; the seed comes last, since it begins the run anew."""
+    complaints.expected = ("the server responded with a status of 422",)
     view = look()
+    a_slider_changes_the_picture(view)
+    server.post(f"sessions/{view.id}/transport", {"action": "pause"})
+    what_is_half_typed_is_left_alone(view, server)
+    a_refused_value_springs_back(view)
+    what_others_change_is_shown(view, server)
+    tracker_and_seed_can_be_chosen(view)
+
+
+def a_slider_changes_the_picture(view: FlatPage) -> None:
+    """Moved by the keyboard, a slider changes what is drawn from the next frame on, and the box beside it follows."""
     slider = view.slider("Occluder width (px)")
     slider.focus()
     for _ in range(5):
@@ -157,9 +179,34 @@ def test_a_slider_changes_the_picture(look: Look) -> None:
     view.until(lambda: view.occluder == pytest.approx(45, abs=2), "the wider occluder is seen")
 
 
-def test_what_others_change_is_shown(look: Look, server: Server) -> None:
+def what_is_half_typed_is_left_alone(view: FlatPage, server: Server) -> None:
+    """The session's word does not overwrite a number that is being typed; a box that is left empty shows it again."""
+    box = view.box("Particles")
+    box.fill("30")
+    server.patch(f"sessions/{view.id}/parameters", {"occlusion_width_px": 61})
+    view.until(lambda: view.slider("Occluder width (px)").input_value() == "61", "the change is shown")
+    assert box.input_value() == "30"
+    box.press("End")
+    box.press("0")
+    box.press("Enter")
+    view.until(lambda: view.session["parameters"]["sample_count"] == 300, "the session has what was typed")
+    box.fill("")
+    box.press("Enter")
+    view.until(lambda: box.input_value() == "300", "the box shows what is in force")
+
+
+def a_refused_value_springs_back(view: FlatPage) -> None:
+    """What is out of bounds is refused by the server in a sentence, and the control shows what is in force."""
+    box = view.box("Particles")
+    box.fill("100000000")
+    box.press("Enter")
+    view.page.locator(".toast.error").wait_for()
+    assert "sample_count" in view.page.inner_text(".toast.error")
+    view.until(lambda: box.input_value() == str(view.session["parameters"]["sample_count"]), "the box springs back")
+
+
+def what_others_change_is_shown(view: FlatPage, server: Server) -> None:
     """A change from elsewhere moves slider, box and tracker, and hides what that tracker does not read."""
-    view = look()
     server.patch(f"sessions/{view.id}/parameters", {"occlusion_width_px": 80, "tracker": "condensation"})
     view.until(lambda: view.slider("Occluder width (px)").input_value() == "80", "the slider shows it")
     view.until(
@@ -173,21 +220,8 @@ def test_what_others_change_is_shown(look: Look, server: Server) -> None:
         assert panel.get_by_label(controls[name], exact=True).first.evaluate(HIDDEN) != reads, name
 
 
-def test_a_refused_value_springs_back(look: Look, complaints: Any) -> None:
-    """What is out of bounds is refused by the server in a sentence, and the control shows what is in force."""
-    complaints.expected = ("the server responded with a status of 422",)
-    view = look()
-    box = view.box("Particles")
-    box.fill("100000000")
-    box.press("Enter")
-    view.page.locator(".toast.error").wait_for()
-    assert "sample_count" in view.page.inner_text(".toast.error")
-    view.until(lambda: box.input_value() == str(view.session["parameters"]["sample_count"]), "the box springs back")
-
-
-def test_tracker_and_seed_can_be_chosen(look: Look) -> None:
+def tracker_and_seed_can_be_chosen(view: FlatPage) -> None:
     """Another tracker counts from the next frame; another seed begins the run anew."""
-    view = look()
     view.page.get_by_label("Tracker", exact=True).select_option("apf")
     view.until(lambda: view.session["tracker"] == "apf", "the session has the tracker")
     seed = view.box("Seed")
@@ -195,23 +229,6 @@ def test_tracker_and_seed_can_be_chosen(look: Look) -> None:
     seed.press("Enter")
     view.until(lambda: view.session["recipe"]["seed"] == 77, "the session has the seed")
     view.until(lambda: "seed 77" in view.page.inner_text("h1"), "the page says so")
-
-
-def test_what_is_half_typed_is_left_alone(look: Look, server: Server) -> None:
-    """The session's word does not overwrite a number that is being typed; a box that is left empty shows it again."""
-    view = look()
-    box = view.box("Particles")
-    box.fill("30")
-    server.patch(f"sessions/{view.id}/parameters", {"occlusion_width_px": 61})
-    view.until(lambda: view.slider("Occluder width (px)").input_value() == "61", "the change is shown")
-    assert box.input_value() == "30"
-    box.press("End")
-    box.press("0")
-    box.press("Enter")
-    view.until(lambda: view.session["parameters"]["sample_count"] == 300, "the session has what was typed")
-    box.fill("")
-    box.press("Enter")
-    view.until(lambda: box.input_value() == "300", "the box shows what is in force")
 
 
 def test_layers_are_switched_on_and_off(look: Look, server: Server) -> None:
@@ -314,19 +331,6 @@ def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Look, server: Se
     view.press("ArrowRight")
     view.paints(31)
     assert view.page.locator("#same").count() == 1
-
-
-def test_on_a_phone_the_panel_is_behind_a_button(look: Look) -> None:
-    """The picture has the width for itself; a button opens the parameters over it and closes them."""
-    view = look()
-    view.page.set_viewport_size({"width": 390, "height": 800})
-    slider = view.slider("Occluder width (px)")
-    view.until(lambda: not slider.is_visible(), "the panel is away")
-    opener = view.page.get_by_role("button", name="Parameters")
-    opener.click()
-    assert slider.is_visible()
-    view.page.get_by_role("button", name="Close", exact=True).click()
-    assert not slider.is_visible()
 
 
 def test_flat_views_stand_side_by_side_and_leave_nothing_behind(bare: Any, server: Server) -> None:

@@ -18,14 +18,65 @@ def box(page: Any, selector: str) -> dict[str, float]:
 
 
 @pytest.mark.plots
-def test_at_1280_the_plots_stand_beside_the_scene(watch: Watch) -> None:
+def test_from_a_wide_window_to_a_phone(watch: Watch) -> None:
+    """Plots stand beside the scene where there is room, below it where there is less, and fit a phone."""
+    shown = watch()
+    beside_each_other(shown)
+    one_row_of_sparklines(shown)
+    on_a_phone(shown)
+
+
+def beside_each_other(shown: SessionPage) -> None:
     """The picture is the hero: scene at the left, plots at the right, transport below, nothing overlaps."""
-    page = watch().page
+    page = shown.page
     scene, side, deck = box(page, ".scene"), box(page, ".side"), box(page, ".deck")
     assert scene["x"] + scene["width"] <= side["x"] + 1
     assert scene["width"] > 2 * side["width"]
     assert max(scene["y"] + scene["height"], side["y"] + side["height"]) <= deck["y"] + 1
     assert deck["y"] + deck["height"] <= 801
+
+
+def one_row_of_sparklines(shown: SessionPage) -> None:
+    """The plots fold under the scene, side by side; no control falls off the edge."""
+    page = shown.page
+    page.set_viewport_size({"width": 800, "height": 700})
+    shown.until(lambda: box(page, ".side")["y"] > box(page, ".scene")["y"] + 100, "the plots are under the scene")
+    tops = {round(panel.bounding_box()["y"]) for panel in page.locator(".panel").all()}
+    assert len(tops) == 1
+    assert page.evaluate(OVERFLOW) <= 0
+    for control in page.locator(".transport button:visible, .top button:visible").all():
+        area = control.bounding_box()
+        assert area["x"] >= 0
+        assert area["x"] + area["width"] <= 800
+
+
+def on_a_phone(shown: SessionPage) -> None:
+    """The page says that it wants more room; scene and transport are there, and the title has a line of its own.
+
+    Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them. The number of the
+    frame is whole and in no other's place.
+    """
+    page = shown.page
+    page.set_viewport_size({"width": 400, "height": 800})
+    page.locator("text=wants more room").wait_for()
+    shown.until(lambda: box(page, ".scene")["height"] >= 200, "the scene keeps its place")
+    assert page.locator(".play").is_visible()
+    assert page.evaluate(OVERFLOW) <= 0
+    page.set_viewport_size({"width": 390, "height": 800})
+    shown.until(lambda: page.evaluate("innerWidth === 390 && document.body.clientWidth === 390"), "it is narrower")
+    title, brand = box(page, ".top h1"), box(page, ".top .brand")
+    assert title["width"] > 350
+    assert title["y"] >= brand["y"] + brand["height"]
+    buttons = [button.bounding_box() for button in page.locator(".top button").all()]
+    assert all(button["y"] + button["height"] <= title["y"] + 1 for button in buttons)
+    whole = "[...document.querySelectorAll('.top button, .counter')].every((it) => it.scrollWidth <= it.clientWidth)"
+    assert page.evaluate(whole)
+    number = box(page, ".counter")
+    for other in page.locator(".transport > :not(.counter):visible").all():
+        area = other.bounding_box()
+        beside = area["x"] >= number["x"] + number["width"] or area["x"] + area["width"] <= number["x"]
+        assert beside or area["y"] >= number["y"] + number["height"] or area["y"] + area["height"] <= number["y"]
+    assert page.evaluate(OVERFLOW) <= 0
 
 
 @pytest.mark.plots
@@ -45,21 +96,6 @@ def test_the_picture_has_six_tenths_of_the_width(watch: Watch) -> None:
             assert page.evaluate(f"(e => e.scrollWidth - e.clientWidth)(document.querySelector('{selector}'))") <= 0
 
 
-def test_the_panel_folds_to_what_a_preset_is_about(watch: Watch) -> None:
-    """At first there are the preset's few controls; one fold holds the others by group."""
-    shown = watch(seed=0, frames=None)
-    panel = shown.page.locator(".controls")
-    panel.get_by_label("Occluder width (px)", exact=True).first.wait_for()
-    labels = {each["name"]: each["label"] for each in shown.session["controls"]}
-    about = shown.session["about"]
-    assert 0 < len(about) < 6
-    for name, label in labels.items():
-        assert panel.get_by_label(label, exact=True).first.is_visible() == (name in about), name
-    panel.get_by_text("More parameters").click()
-    panel.get_by_text("Scene", exact=True).click()
-    assert panel.get_by_label("Ball radius (px)", exact=True).first.is_visible()
-
-
 def change_in_the_past(shown: SessionPage, server: Server, value: int) -> None:
     """Change a parameter in an earlier frame, which makes a branch."""
     branches = len(shown.session["branches"])
@@ -70,13 +106,24 @@ def change_in_the_past(shown: SessionPage, server: Server, value: int) -> None:
     shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is a branch more")
 
 
-def test_the_panel_keeps_its_folds(watch: Watch, server: Server) -> None:
-    """What was unfolded stays so, when the run branches and when the page is opened again."""
+def test_the_panel_folds_to_what_a_preset_is_about_and_keeps_its_folds(watch: Watch, server: Server) -> None:
+    """At first there are the preset's few controls; one fold holds the others by group.
+
+    What was unfolded stays so, when the run branches and when the page is opened again.
+    """
     shown = watch(seed=0, frames=None)
     panel = shown.page.locator(".controls")
+    panel.get_by_label("Occluder width (px)", exact=True).first.wait_for()
+    labels = {each["name"]: each["label"] for each in shown.session["controls"]}
+    about = shown.session["about"]
+    assert 0 < len(about) < 6
+    for name, label in labels.items():
+        assert panel.get_by_label(label, exact=True).first.is_visible() == (name in about), name
     panel.get_by_text("More parameters").click()
     panel.get_by_text("Scene", exact=True).click()
     radius = panel.get_by_label("Ball radius (px)", exact=True).first
+    assert radius.is_visible()
+
     change_in_the_past(shown, server, 9)
     shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
     assert radius.is_visible()
@@ -161,53 +208,6 @@ def test_names_are_written_out_where_there_is_room(watch: Watch) -> None:
     assert shown.page.evaluate(OVERFLOW) <= 0
     shown.page.set_viewport_size({"width": 1280, "height": 800})
     shown.until(lambda: "rlc" in shown.page.evaluate(names), "short names again")
-
-
-@pytest.mark.plots
-def test_at_800_the_plots_are_one_row_of_sparklines(watch: Watch) -> None:
-    """The plots fold under the scene, side by side; no control falls off the edge."""
-    shown = watch()
-    page = shown.page
-    page.set_viewport_size({"width": 800, "height": 700})
-    shown.until(lambda: box(page, ".side")["y"] > box(page, ".scene")["y"] + 100, "the plots are under the scene")
-    tops = {round(panel.bounding_box()["y"]) for panel in page.locator(".panel").all()}
-    assert len(tops) == 1
-    assert page.evaluate(OVERFLOW) <= 0
-    for control in page.locator(".transport button:visible, .top button:visible").all():
-        area = control.bounding_box()
-        assert area["x"] >= 0
-        assert area["x"] + area["width"] <= 800
-
-
-@pytest.mark.plots
-def test_on_a_phone(watch: Watch) -> None:
-    """The page says that it wants more room; scene and transport are there, and the title has a line of its own.
-
-    Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them. The number of the
-    frame is whole and in no other's place.
-    """
-    shown = watch()
-    page = shown.page
-    page.set_viewport_size({"width": 400, "height": 800})
-    page.locator("text=wants more room").wait_for()
-    shown.until(lambda: box(page, ".scene")["height"] >= 200, "the scene keeps its place")
-    assert page.locator(".play").is_visible()
-    assert page.evaluate(OVERFLOW) <= 0
-    page.set_viewport_size({"width": 390, "height": 800})
-    shown.until(lambda: page.evaluate("innerWidth === 390 && document.body.clientWidth === 390"), "it is narrower")
-    title, brand = box(page, ".top h1"), box(page, ".top .brand")
-    assert title["width"] > 350
-    assert title["y"] >= brand["y"] + brand["height"]
-    buttons = [button.bounding_box() for button in page.locator(".top button").all()]
-    assert all(button["y"] + button["height"] <= title["y"] + 1 for button in buttons)
-    whole = "[...document.querySelectorAll('.top button, .counter')].every((it) => it.scrollWidth <= it.clientWidth)"
-    assert page.evaluate(whole)
-    number = box(page, ".counter")
-    for other in page.locator(".transport > :not(.counter):visible").all():
-        area = other.bounding_box()
-        beside = area["x"] >= number["x"] + number["width"] or area["x"] + area["width"] <= number["x"]
-        assert beside or area["y"] >= number["y"] + number["height"] or area["y"] + area["height"] <= number["y"]
-    assert page.evaluate(OVERFLOW) <= 0
 
 
 APART = """Math.max(...[...document.querySelectorAll('.card')].map((card) => {

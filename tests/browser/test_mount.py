@@ -112,14 +112,18 @@ def several(bare: Any, server: Server) -> Several:
 @pytest.mark.plots
 @pytest.mark.scene
 def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, server: Server) -> None:
-    """Two sessions of one clock show the same frame however they are steered; one is disposed of, the other goes on."""
+    """Two sessions of one clock show the same frame however they are steered; one is disposed of, the other goes on.
+
+    One has the 3-D scene, and the other the flat view.
+    """
     page = several.page
     one, other = (server.start_session(tracker=tracker)["id"] for tracker in ("h-spf", "condensation"))
     page.evaluate(BOKEH)
     at_first = page.evaluate(LEFT)
     several.mount("a", {"session": one}, shared=True)
-    several.mount("b", {"session": other}, shared=True)
-    several.until(lambda: all(has_particles(page, it) for it in (one, other)), "both scenes are drawn")
+    several.mount("b", {"session": other, "view": "flat"}, shared=True)
+    several.until(lambda: has_particles(page, one), "the scene of the one is drawn")
+    several.until(lambda: page.locator("#b .flat-canvas[data-frame]").count() == 1, "so is the flat view of the other")
     several.until(lambda: page.evaluate(LEFT)["documents"] == 2, "both have their plots")
 
     page.click("#a .play")
@@ -138,7 +142,7 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
 
     several.dispose("a")
     assert page.locator("#a *").count() == 0
-    several.until(lambda: page.evaluate(LEFT)["sockets"] == 1, "one connection is left")
+    several.until(lambda: page.evaluate(LEFT)["sockets"] == 2, "the connections of the flat view are left")
     several.until(lambda: page.evaluate(LEFT)["documents"] == 1, "the plots of the other one are left")
     before = several.position("b")
     page.keyboard.press("ArrowRight")

@@ -88,7 +88,8 @@ def test_a_live_session_has_its_sliders_and_plots(page: Any, server: Server) -> 
     shown.stands_at(20)
     shown.slide("Hypotheses", 1)
     shown.until(lambda: shown.session["parameters"]["hypothesis_count"] == 7, "the slider is obeyed")
-    shown.play_to_the_end()
+    server.seek(shown.id, 59)
+    shown.stands_at(59)
     shown.until(lambda: shown.in_scene(VERTICES, 0) == 21, "there are seven arrows")
     panels = lambda: [it.get_attribute("data-plot") for it in page.locator(".panel:visible").all()]  # noqa: E731
     shown.until(lambda: panels() == ["error", "places", "turn"], "its plots are there, and no others")

@@ -38,10 +38,17 @@ def readings(shown: SessionPage) -> list[str]:
 
 
 @pytest.mark.plots
-def test_hypotheses_and_intervals_are_drawn_as_they_were_written_down(page: Any, server: Server) -> None:
-    """Each possibility leads from place to place, the more opaque the more probable; intervals have both ends."""
+def test_all_that_a_method_reports_is_drawn_and_nothing_else(page: Any, server: Server) -> None:
+    """In one visit to a run that has been played to its end."""
     shown = opened(page, server)
     shown.play_to_the_end()
+    hypotheses_and_intervals_are_drawn_as_they_were_written_down(shown, server)
+    what_a_method_does_not_have_is_not_shown(shown)
+    a_node_of_the_tree_is_shown_in_its_frame(shown, server)
+
+
+def hypotheses_and_intervals_are_drawn_as_they_were_written_down(shown: SessionPage, server: Server) -> None:
+    """Each possibility leads from place to place, the more opaque the more probable; intervals have both ends."""
     rows = server.column(shown.id, "series")
     count = sum(len(row["bank"]["weights"]) for row in rows)
     shown.until(lambda: len((shown.glyph("hypotheses") or {"y1": []})["y1"]) == count, "all possibilities are drawn")
@@ -60,19 +67,51 @@ def test_hypotheses_and_intervals_are_drawn_as_they_were_written_down(page: Any,
     assert list(zip(found["low 0"], found["high 0"], strict=True)) == [tuple(row["range"]) for row in rows]
     assert found["truth"] == [row["truth"] for row in rows]
     best = max(rows[-1]["bank"]["weights"])
-    panel = page.locator("[data-plot=hypotheses]")
+    panel = shown.page.locator("[data-plot=hypotheses]")
     shown.until(lambda: f"{100 * best:.0f} %, one of" in panel.inner_text(), "the heading says how probable it is")
 
 
-@pytest.mark.plots
-def test_what_a_method_does_not_have_is_not_shown(page: Any, server: Server) -> None:
+def what_a_method_does_not_have_is_not_shown(shown: SessionPage) -> None:
     """Without particles there is no panel of their number and no line of it; the threshold is found by its role."""
-    shown = opened(page, server)
-    shown.play_to_the_end()
     shown.until(lambda: panels(shown) == ["hypotheses", "tree", "range", "sigma"], "only these panels are there")
     shown.until(lambda: readings(shown) == ["estimate", "most probable", "range", "step"], "and only these readings")
-    heading = page.locator("[data-plot=sigma] h2")
+    heading = shown.page.locator("[data-plot=sigma] h2")
     shown.until(lambda: {"threshold", "0.300"} <= set(heading.inner_text().split()), "the threshold is told")
+
+
+def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server) -> None:
+    """A click goes to the frame of a hypothesis and shows it, arrows choose another one, and no branch comes of it."""
+    rows = server.column(shown.id, "series")
+    count = sum(len(row["bank"]["weights"]) for row in rows)
+    shown.until(lambda: len((shown.glyph("tree") or {"place": []})["place"]) == count, "all possibilities are drawn")
+    way, edges = shown.glyph("tree way"), shown.glyph("tree edges")
+    assert way is not None
+    assert edges is not None
+    # From frame 39 back to 31, whose best comes from the mirror image, which comes from the first, and so on.
+    expected = [2 if frame % 10 == 0 and frame < 39 else 1 for frame in range(39, -1, -1)]
+    assert [way["frame"], way["place"]] == [list(range(39, -1, -1)), expected]
+    assert len(edges["x1"]) == count - 2
+
+    tree = shown.page.locator("[data-plot=tree] .plot")
+    frame, place = shown.page.evaluate(
+        """() => {
+            const has = ({ model }) => model.renderers.some(({ name }) => name === "tree");
+            const { x_scale, y_scale } = [...window.Bokeh.index].find(has).frame;
+            return [x_scale.compute(20), y_scale.compute(2)];
+        }"""
+    )
+    tree.click(position={"x": frame, "y": place})
+    shown.stands_at(20)
+    shown.until(lambda: shown.session["parameters"]["shown"] == 2, "the second possibility is shown")
+    ring = lambda: shown.glyph("tree shown") or {"frame": []}  # noqa: E731
+    shown.until(lambda: (ring()["frame"], ring().get("place")) == ([20], [2]), "it has a ring")
+    assert tree.get_attribute("aria-valuetext") == shown.page.locator("[data-plot=tree] output").inner_text()
+    tree.focus()
+    tree.press("ArrowUp")
+    shown.until(lambda: shown.session["parameters"]["shown"] == 1, "the arrow chooses the one above")
+    tree.press("ArrowUp")
+    assert len(shown.session["branches"]) == 1
+    assert shown.position == 20
 
 
 @pytest.mark.plots
@@ -92,41 +131,3 @@ def test_a_method_may_take_over_that_reports_something_else(page: Any, server: S
     found = shown.glyph(f"range {branch} low 0")
     assert found is not None
     assert np.isnan(np.array(found["low 0"], dtype=np.float64)).tolist() == [True] * 11 + [False] * 29
-
-
-@pytest.mark.plots
-def test_a_node_of_the_tree_is_shown_in_its_frame(page: Any, server: Server) -> None:
-    """A click goes to the frame of a hypothesis and shows it, arrows choose another one, and no branch comes of it."""
-    shown = opened(page, server)
-    shown.play_to_the_end()
-    rows = server.column(shown.id, "series")
-    count = sum(len(row["bank"]["weights"]) for row in rows)
-    shown.until(lambda: len((shown.glyph("tree") or {"place": []})["place"]) == count, "all possibilities are drawn")
-    way, edges = shown.glyph("tree way"), shown.glyph("tree edges")
-    assert way is not None
-    assert edges is not None
-    # From frame 39 back to 31, whose best comes from the mirror image, which comes from the first, and so on.
-    expected = [2 if frame % 10 == 0 and frame < 39 else 1 for frame in range(39, -1, -1)]
-    assert [way["frame"], way["place"]] == [list(range(39, -1, -1)), expected]
-    assert len(edges["x1"]) == count - 2
-
-    tree = page.locator("[data-plot=tree] .plot")
-    frame, place = page.evaluate(
-        """() => {
-            const has = ({ model }) => model.renderers.some(({ name }) => name === "tree");
-            const { x_scale, y_scale } = [...window.Bokeh.index].find(has).frame;
-            return [x_scale.compute(20), y_scale.compute(2)];
-        }"""
-    )
-    tree.click(position={"x": frame, "y": place})
-    shown.stands_at(20)
-    shown.until(lambda: shown.session["parameters"]["shown"] == 2, "the second possibility is shown")
-    ring = lambda: shown.glyph("tree shown") or {"frame": []}  # noqa: E731
-    shown.until(lambda: (ring()["frame"], ring().get("place")) == ([20], [2]), "it has a ring")
-    assert tree.get_attribute("aria-valuetext") == page.locator("[data-plot=tree] output").inner_text()
-    tree.focus()
-    tree.press("ArrowUp")
-    shown.until(lambda: shown.session["parameters"]["shown"] == 1, "the arrow chooses the one above")
-    tree.press("ArrowUp")
-    assert len(shown.session["branches"]) == 1
-    assert shown.position == 20

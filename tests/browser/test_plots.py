@@ -91,10 +91,18 @@ def test_alpha_of_a_hidden_corner_ramps_up(watch: Watch, server: Server) -> None
 
 
 @pytest.mark.plots
-def test_a_pose_has_a_band_around_it_and_the_truth_in_it(watch: Watch, server: Server) -> None:
-    """Yaw is drawn as it was written down, within two standard deviations, beside the truth."""
+def test_a_run_of_a_pose_is_drawn(watch: Watch, server: Server) -> None:
+    """All that plots show of a pose, in one visit: to the end, with a second branch, and in a small window."""
     shown = watch(experiment="prism", frames=40)
     shown.play_to_the_end()
+    a_pose_has_a_band_around_it_and_the_truth_in_it(shown, server)
+    a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown)
+    calibration_is_the_share_so_far(shown, server)
+    at_800_they_are_one_row(shown)
+
+
+def a_pose_has_a_band_around_it_and_the_truth_in_it(shown: SessionPage, server: Server) -> None:
+    """Yaw is drawn as it was written down, within two standard deviations, beside the truth."""
     branch = shown.session["branch"]
     shown.until(lambda: len((shown.glyph(f"yaw {branch}") or {"frame": []})["frame"]) == 40, "yaw is drawn")
     drawn = shown.glyph(f"yaw {branch}")
@@ -109,11 +117,8 @@ def test_a_pose_has_a_band_around_it_and_the_truth_in_it(watch: Watch, server: S
     )
 
 
-@pytest.mark.plots
-def test_calibration_is_the_share_so_far(watch: Watch, server: Server) -> None:
+def calibration_is_the_share_so_far(shown: SessionPage, server: Server) -> None:
     """How often the truth lay in either band is drawn once it is scrolled to, in percent of all frames so far."""
-    shown = watch(experiment="prism", frames=40)
-    shown.play_to_the_end()
     panel(shown, "calibration").scroll_into_view_if_needed()
     for name in ("within_50", "within_95"):
         line = f"calibration {shown.session['branch']} {name}"
@@ -124,11 +129,8 @@ def test_calibration_is_the_share_so_far(watch: Watch, server: Server) -> None:
         assert np.allclose(drawn[name], 100 * np.cumsum(inside) / np.arange(1, 41))
 
 
-@pytest.mark.plots
-def test_a_branch_is_a_second_line_of_the_pose_and_alpha_is_of_the_one_that_is_shown(watch: Watch) -> None:
+def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: SessionPage) -> None:
     """Both branches have a yaw in a colour of their own; of alpha the active one's is drawn."""
-    shown = watch(experiment="prism", frames=40)
-    shown.play_to_the_end()
     first = shown.session["branch"]
     shown.branch("alpha-1")
     second = shown.session["branch"]
@@ -139,6 +141,17 @@ def test_a_branch_is_a_second_line_of_the_pose_and_alpha_is_of_the_one_that_is_s
         assert drawn is not None
         assert drawn["colour"] == colours[branch]
     shown.until(lambda: (shown.glyph("alpha") or {}).get("colour") == colours[second], "alpha is the second branch's")
+
+
+def at_800_they_are_one_row(shown: SessionPage) -> None:
+    """The plots of a pose fold into one row of sparklines, which scrolls sideways while the page does not."""
+    page = shown.page
+    page.set_viewport_size({"width": 800, "height": 700})
+    tops = lambda: {round(on_screen(shown, place)["y"]) for place in page.locator(".panel").all()}  # noqa: E731
+    shown.until(lambda: len(tops()) == 1, "the plots stand side by side")
+    assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+    assert on_screen(shown, page.locator(".scene"))["height"] > 250
+    assert min(on_screen(shown, place)["width"] for place in page.locator(".panel").all()) >= 120
 
 
 @pytest.mark.plots
@@ -184,19 +197,6 @@ def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
     titles = shown.page.locator(".panel:visible h2 > span")
     shown.until(lambda: titles.count() == len(HEAD.plots), "all plots are there")
     assert [title.inner_text() for title in titles.all() if title.evaluate(CUT_OFF)] == []
-
-
-@pytest.mark.plots
-def test_at_800_they_are_one_row(watch: Watch) -> None:
-    """The plots of a pose fold into one row of sparklines, which scrolls sideways while the page does not."""
-    shown = watch(experiment="prism", frames=20)
-    page = shown.page
-    page.set_viewport_size({"width": 800, "height": 700})
-    tops = lambda: {round(on_screen(shown, place)["y"]) for place in page.locator(".panel").all()}  # noqa: E731
-    shown.until(lambda: len(tops()) == 1, "the plots stand side by side")
-    assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
-    assert on_screen(shown, page.locator(".scene"))["height"] > 250
-    assert min(on_screen(shown, place)["width"] for place in page.locator(".panel").all()) >= 120
 
 
 @pytest.mark.plots

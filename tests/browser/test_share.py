@@ -113,7 +113,7 @@ def test_bookmarks_lead_back(watch: Watch, server: Server) -> None:
 
 def test_a_downloaded_run_can_be_dropped_again(watch: Watch, server: Server, page: Any) -> None:
     """From My work it comes as a table, too; the .pft file, dropped, opens as a session with the same numbers."""
-    shown = watch(tracker="s-spf")
+    shown = watch(tracker="s-spf", parameters={"sample_count": 60})
     server.seek(shown.id, 25)
     shown.stands_at(25)
     first, errors = shown.id, server.column(shown.id, "error")

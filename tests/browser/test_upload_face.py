@@ -1,7 +1,6 @@
 """A face on one's own video: its points appear, are corrected, are tracked, and the pose is that of the person."""
 
 import csv
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,13 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.gaze import gaze
 from tests.browser.host import Server
+from tests.browser.test_flat import OCCLUDER
 from tests.browser.views import Gallery, SessionPage, View
 from tests.experiments.heads import empty, film, marked, pictures, simulated
 
-COUNT, WIDTH = 90, 320
+BEGIN, END, WIDTH = 44, 72, 320
+"""The simulated driver looks ahead until the first of these frames, and far to one side in the last one."""
+COUNT = END - BEGIN
 TURNED = 120
 """By then the person of the real clip has turned to both sides and back."""
 CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
@@ -27,6 +29,9 @@ SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden]
     const name = point.dataset.handle.replace('points.', '');
     return [name, [place(left, image.naturalWidth), place(top, image.naturalHeight)]];
 }))"""
+
+# Unfolds all that a control is in.
+UNFOLD = "(it) => { for (let at = it; at; at = at.parentElement) if (at.localName === 'details') at.open = true; }"
 
 # What a link to a session says of it.
 SHARED = "async (session) => (await import('/static/session/share.js')).bodyOf(session)"
@@ -106,7 +111,7 @@ def to_the_end(shown: SessionPage, server: Server) -> None:
 
 def true_poses() -> list[tuple[float, float, float]]:
     poses = []
-    for frame in simulated(COUNT, width=WIDTH):
+    for frame in simulated(END, width=WIDTH)[BEGIN:]:
         assert frame.target is not None
         yaw, pitch, roll = np.rad2deg(gaze(frame.target.position)).tolist()
         poses.append((yaw, pitch, roll))
@@ -119,13 +124,13 @@ def near(found: dict[str, list[float]], known: dict[str, Any], within: float) ->
 
 def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server) -> None:
     """The points lie on the face, one is dragged and one moved by keys, and the head turns as it truly does."""
-    gallery.choose("face.mp4", film(pictures(COUNT, width=WIDTH)), "video/mp4")
+    gallery.choose("face.mp4", film(pictures(END, width=WIDTH)[BEGIN:]), "video/mp4")
     form = Form(gallery.page)
     go = form.page.locator("button:has-text('Track it')")
     form.follow_a_head()
     found = form.settled()
     assert len(found) == 11
-    assert near(found, marked(width=WIDTH), 6)
+    assert near(found, marked(BEGIN, width=WIDTH), 6)
 
     form.drag("lmou", 5, -3)
     assert near(form.points, {"lmou": np.add(found["lmou"], (5, -3))}, 0.3)
@@ -161,7 +166,6 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
     assert all(error is not None for error in server.column(shown.id, "error"))
 
 
-@pytest.mark.scene
 def test_a_face_in_the_picture_is_proposed(gallery: Gallery, server: Server) -> None:
     """The form stands at once with what needs a mark; a face that is found in the meantime is what it then proposes."""
     held: list[Any] = []
@@ -179,7 +183,7 @@ def test_a_face_in_the_picture_is_proposed(gallery: Gallery, server: Server) -> 
     shown = form.track(server)
     assert shown.session["recipe"]["experiment"] == "head"
     form.page.locator(".counter", has_text="picture 0 of the clip").wait_for()
-    shown.until(lambda: "yaw" in shown.in_scene("document.body.innerText", ""), "the scene says the pose")
+    shown.until(lambda: "yaw" in shown.page.inner_text(".flat-caption"), "the pose is said below the picture")
 
 
 def test_what_a_person_has_chosen_stays(gallery: Gallery) -> None:
@@ -247,8 +251,11 @@ def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
     assert form.page.locator("text=Draw a box around the face…").is_visible()
 
 
-def test_the_form_fits(gallery: Gallery) -> None:
-    """At any width nothing has to be scrolled sideways, and the points stay on the face."""
+def test_the_form_fits_and_can_be_touched(gallery: Gallery) -> None:
+    """At any width nothing has to be scrolled sideways, and the points stay on the face.
+
+    On a touch screen a point follows the finger as it does a mouse, and the page does not scroll away under it.
+    """
     gallery.choose("face.mp4", film(pictures(2, width=WIDTH)), "video/mp4")
     form = Form(gallery.page)
     form.follow_a_head()
@@ -263,19 +270,13 @@ def test_the_form_fits(gallery: Gallery) -> None:
         x = (nose["x"] + nose["width"] / 2 - picture["x"]) / picture["width"] * WIDTH - 0.5
         assert abs(x - found["nose"][0]) < 1
 
-
-def test_a_finger_drags_as_a_mouse_does(gallery: Gallery) -> None:
-    """On a touch screen a point follows the finger, and the page does not scroll away under it."""
-    gallery.page.set_viewport_size({"width": 400, "height": 500})
-    gallery.choose("face.mp4", film(pictures(2, width=WIDTH)), "video/mp4")
-    form = Form(gallery.page)
-    form.follow_a_head()
-    before = form.settled()["lmou"]
+    form.page.set_viewport_size({"width": 400, "height": 500})
     form.page.locator("[data-mark=points] .mark-surface").scroll_into_view_if_needed()
     shown = form.page.locator("[data-mark=points] img").bounding_box()["width"] / WIDTH
     top = form.page.evaluate("scrollY")
     form.drag_by_touch("lmou", 12, 16)
-    form.until(lambda: near(form.points, {"lmou": np.add(before, (12 / shown, 16 / shown))}, 0.5), "it was dragged")
+    dragged = {"lmou": np.add(found["lmou"], (12 / shown, 16 / shown))}
+    form.until(lambda: near(form.points, dragged, 0.5), "it was dragged")
     assert form.page.evaluate("scrollY") == top
 
 
@@ -284,7 +285,6 @@ def reference(column: str) -> NDArray[np.float64]:
         return np.array([float(row[column]) for row in csv.DictReader(file)])
 
 
-@pytest.mark.scene
 def test_a_real_head_turns_and_is_covered(gallery: Gallery, server: Server) -> None:
     """On the real clip yaw goes the way that the person turns; under the occluder the pose is less sure for a while."""
     if not CLIP.exists():
@@ -305,11 +305,12 @@ def test_a_real_head_turns_and_is_covered(gallery: Gallery, server: Server) -> N
     cover, uncover, end = 40, 65, 110
     server.seek(shown.id, cover)
     shown.stands_at(cover)
-    set_number(shown, "Occluder width (px)", 200, lambda: shown.session["parameters"]["occlusion_width_px"] == 200)
+    free = occluded(shown)
+    set_number(shown, "Occluder width (px)", 200)
     server.seek(shown.id, uncover)
     shown.stands_at(uncover)
-    shown.until(lambda: shown.occluder > 180, "the occluder is in the scene")
-    set_number(shown, "Occluder width (px)", 0, lambda: shown.session["parameters"]["occlusion_width_px"] == 0)
+    shown.until(lambda: occluded(shown) > free + 0.15, "the occluder is in the picture")
+    set_number(shown, "Occluder width (px)", 0)
     server.seek(shown.id, end)
     shown.stands_at(end)
     sd = series(server, shown.id, "yaw_deg_sd")
@@ -318,13 +319,15 @@ def test_a_real_head_turns_and_is_covered(gallery: Gallery, server: Server) -> N
     assert abs((yaw[end] - yaw[0]) - (known[end] - known[0])) < 10
 
 
-def set_number(shown: SessionPage, label: str, value: int, holds: Callable[[], bool]) -> None:
-    """Type a number into the scene's panel, again where a busy browser drops it."""
-    for _ in range(3):
-        shown.type_number(label, value)
-        try:
-            shown.until(holds, f"{label} is {value}", seconds=5)
-        except AssertionError:
-            continue
-        return
-    raise AssertionError(f"{label} could not be set to {value}")
+def occluded(shown: SessionPage) -> float:
+    """Return what share of the picture is as grey as the occluder, near its upper edge."""
+    return float(shown.page.evaluate(OCCLUDER)) / 320
+
+
+def set_number(shown: SessionPage, label: str, value: int) -> None:
+    """Type a number into the panel."""
+    box = shown.page.locator(".controls").get_by_label(label, exact=True).and_(shown.page.locator("[type=number]"))
+    box.evaluate(UNFOLD)
+    box.fill(str(value))
+    box.press("Enter")
+    shown.until(lambda: shown.session["parameters"]["occlusion_width_px"] == value, f"{label} is {value}")

@@ -1,10 +1,16 @@
 """The gallery of failures over REST."""
 
+import asyncio
+from pathlib import Path
+
 import httpx
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.failures import gallery
+from server.failures import Courses, failure_named
+from server.tasks.kept import Kept
+from tests.server.host import Server
 
 
 def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
@@ -33,8 +39,11 @@ def test_a_failure_says_what_its_cure_changes(client: httpx.Client) -> None:
     ]
 
 
-def test_what_its_runs_come_to_is_computed_here(client: httpx.Client) -> None:
-    """The course has an error and a verdict for each frame of both runs, and what the symptom measures in them."""
+def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Server) -> None:
+    """The course has an error and a verdict for each frame of both runs, and what the symptom measures in them.
+
+    It is computed once: another start of the server has it from the disk.
+    """
     course = client.get("/api/v1/failures/4/course").json()
     failing, cured = course["failing"], course["cured"]
     assert course["unit"] == "px"
@@ -44,6 +53,30 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client) -> None:
     assert not any(cured["lost"])
     assert f"{failing['numbers']['believed']:.1f} px" in failing["finding"]
     assert client.get("/api/v1/failures/wrong-dynamics/course").json() == course
+
+    async def would_compute(name: str) -> None:
+        raise AssertionError(f"{name} is computed again")
+
+    services = server.app.state.services
+    again = Courses(services.settings.data_dir / "failures-computed", would_compute)
+    again.open()
+    kept = asyncio.run(again.of(failure_named("4"), services.tasks))
+    assert kept.model_dump(mode="json") == course
+
+
+def test_what_another_program_has_computed_is_forgotten(tmp_path: Path) -> None:
+    """Results are read as they were written; those of another version, and what is damaged, are not there."""
+    kept = Kept(tmp_path)
+    kept.open()
+    kept.write("one", {"value": 1.5})
+    kept.write("two", {})
+    (folder,) = tmp_path.iterdir()
+    (folder / "two").write_text("no JSON")
+    (tmp_path / "another").mkdir()
+    kept.open()
+    assert kept.read("one") == {"value": 1.5}
+    assert kept.read("two") is kept.read("three") is None
+    assert list(tmp_path.iterdir()) == [folder]
 
 
 @pytest.mark.parametrize("name", ["11", "0", "look-alike", "-1", "%20"])

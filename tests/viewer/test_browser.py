@@ -13,7 +13,7 @@ import pytest
 
 from pftrack.drawing import Mesh
 from server.schemas.panel import InForce
-from tests.conftest import FEW_PIXELS
+from tests.conftest import FRUGAL
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing
 from tests.waiting import wait_for
@@ -36,7 +36,7 @@ def opened(chromium: Any, watched: tuple[Session, Site]) -> Iterator[tuple[Any, 
     session.show(drawing(), 0)
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
-    page.add_init_script(FEW_PIXELS)
+    page.add_init_script(FRUGAL)
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(f"http://127.0.0.1:{site.port}/")
@@ -382,7 +382,7 @@ def test_a_mesh_that_changes_never_flickers(session: Session, scene: Any, opened
     scene.evaluate(WATCH_MESH)
     for number in range(1, 41):
         show(number)
-        opened[0].wait_for_timeout(40)
+        opened[0].wait_for_timeout(60)
     until(scene, "Math.round(drawnMeshes.at(-1)?.[0]) === 100")
     drawn = scene.evaluate("drawnMeshes")
     assert len(drawn) > 5

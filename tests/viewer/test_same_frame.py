@@ -26,7 +26,7 @@ BITS = 8
 PITCH, RADIUS = 38, 12
 UPPER, LOWER = 70, 170
 RATE_HZ = 30.0
-SHOTS = 20
+SHOTS = 12
 
 CORNERS = """(() => {
     const { camera, nodeRefFromName } = window.__viserMutable ?? {};
@@ -87,7 +87,7 @@ def test_picture_and_particles_are_of_one_frame(session: Session, site: Site, ch
     page.add_init_script(FEW_PIXELS)
     page.goto(f"http://127.0.0.1:{site.port}/viz/one/")
     until(page, f"{CORNERS} !== null && !!document.querySelector('.pf-caption')", seconds=60.0)
-    page.wait_for_timeout(2_000)
+    page.wait_for_timeout(500)
     corners = page.evaluate(CORNERS)
     seen = [_read(page.screenshot(), corners) for _ in range(SHOTS)]
     page.close()
