@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from math import isnan
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -115,6 +115,7 @@ def report(
     y: Annotated[str | None, typer.Option(metavar="AXIS", help="Down the maps.")] = None,
     level: Annotated[str, typer.Option(metavar="P", help="Of significance.")] = "0.01",
     svg: Annotated[bool, typer.Option("--svg", help="Draw the maps as SVG rather than PNG.")] = False,
+    pictures: Annotated[bool, typer.Option(help="Draw the maps as files, too; the page has its own.")] = True,
     json: Json = False,
 ) -> None:
     """Show the result of a sweep: tables here, maps and a page that needs nothing else in a folder."""
@@ -126,7 +127,8 @@ def report(
     folder = out or result.path.with_name(f"{file.name.split('.parquet')[0]}-report")
     if folder.exists() and not folder.is_dir():
         raise wrong_use(f"--out must be a folder, {folder} is a file")
-    made = write_report(result, folder, x=x, y=y, level=significant, form="svg" if svg else "png")
+    form: Literal["png", "svg"] = "svg" if svg else "png"
+    made = write_report(result, folder, x=x, y=y, level=significant, form=form if pictures else None)
     if json:
         emit(made.as_dict())
         return

@@ -22,6 +22,7 @@ MEDIANS_BY_DIMENSION = {
     1000: (0.029, 0.030, 0.031, 0.034, 0.039),
 }
 TRIALS = 100
+QUICK_TRIALS_OF_KALMAN, TRIALS_OF_KALMAN = 200, 1000
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Trial:
 
 def kalman_sine(pool: Pool, full: bool) -> list[Finding]:
     """Mean errors of the Kalman filter on a sine, and its posterior spread."""
-    count = 1000 if full else 200
+    count = TRIALS_OF_KALMAN if full else QUICK_TRIALS_OF_KALMAN
     trials = [Trial("kalman", seed, {"waveform": "sine", "initial_sd": 1.0}) for seed in range(count)]
     outcomes = np.array(pool.map(_kalman_errors, trials))
     errors, late, observed, spread = outcomes.mean(axis=0)

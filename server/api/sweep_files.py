@@ -3,7 +3,7 @@
 import asyncio
 import shutil
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -17,7 +17,7 @@ from server.errors import ConflictError
 from server.store import Store
 from server.sweeps.child import ask
 from server.sweeps.sweep import Sweep
-from server.sweeps.task import Report
+from server.sweeps.task import Pictures, Report
 
 __all__ = ["router"]
 
@@ -27,6 +27,7 @@ PARQUET = "application/vnd.apache.parquet"
 REPORT_S = 120.0
 
 Format = Literal["parquet", "csv", "html", "png", "svg"]
+PICTURES: Mapping[Format, Pictures] = {"html": "", "png": "png", "svg": "svg"}
 
 
 @router.get(
@@ -58,7 +59,7 @@ async def download(
         if form == "parquet":
             path = await asyncio.to_thread(_gathered, sweep, folder / "sweep.parquet")
             return FileResponse(path, media_type=PARQUET, filename=f"{name}.parquet", background=after)
-        await _report(sweep, store, folder, settings.max_sweeps_bytes, svg=form == "svg")
+        await _report(sweep, store, folder, settings.max_sweeps_bytes, pictures=PICTURES[form])
         if form == "html":
             page = next(folder.glob("*.html"))
             return FileResponse(page, media_type="text/html", filename=f"{name}.html", background=after)
@@ -73,9 +74,9 @@ def _attached(name: str) -> dict[str, str]:
     return {"Content-Disposition": f'attachment; filename="{name}"'}
 
 
-async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int, *, svg: bool) -> None:
+async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int, *, pictures: Pictures) -> None:
     """Have a child write the report of a sweep into a folder."""
-    task = Report(result=store.files.sweep(sweep.id), folder=folder, file_bytes=largest_file, svg=svg)
+    task = Report(result=store.files.sweep(sweep.id), folder=folder, file_bytes=largest_file, pictures=pictures)
     await ask(task, patience_s=REPORT_S)
 
 

@@ -47,8 +47,9 @@ def main(talk: socket.socket, complaint: socket.socket, task: Task) -> None:
             json.dump(asdict(estimate(Plan.from_dict(plan), jobs)), sys.stdout)
         case Resume(out=out, jobs=jobs):
             _sweep("--resume", str(out), "--jobs", str(jobs))
-        case Report(result=result, folder=folder, svg=svg):
-            _sweep("report", str(result), "--out", str(folder), *(["--svg"] if svg else []))
+        case Report(result=result, folder=folder, pictures=pictures):
+            wish = {"png": [], "svg": ["--svg"], "": ["--no-pictures"]}
+            _sweep("report", str(result), "--out", str(folder), *wish[pictures])
 
 
 def _sweep(*arguments: str) -> None:

@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
-__all__ = ["Measure", "Report", "Resume", "Task"]
+__all__ = ["Measure", "Pictures", "Report", "Resume", "Task"]
+
+Pictures: TypeAlias = Literal["png", "svg", ""]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,14 +46,14 @@ class Report:
     Attributes:
         result: The sweep's result file.
         folder: Where the report goes.
-        svg: Whether its maps are SVG rather than PNG.
+        pictures: What its maps are drawn as, beside those on its page.
         file_bytes: Length of any file of it.
     """
 
     result: Path
     folder: Path
+    pictures: Pictures
     file_bytes: int
-    svg: bool = False
 
 
 Task: TypeAlias = Measure | Resume | Report

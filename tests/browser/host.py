@@ -46,10 +46,9 @@ class Server:
 
     def start(self) -> None:
         """Start and wait until the link is printed."""
-        command = [sys.executable, "-m", "pftrack", "serve", "--port", str(self._port), "--data-dir", str(self.data)]
         with self.log.open("a") as log:
             self._process = subprocess.Popen(
-                command, stdout=subprocess.PIPE, stderr=log, text=True, env=self._environment
+                self.command(), stdout=subprocess.PIPE, stderr=log, text=True, env=self._environment
             )
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
@@ -58,6 +57,10 @@ class Server:
             raise AssertionError(f"the server did not start: {self.log.read_text()[-2000:]}")
         self._port = int(line.rsplit(":", 1)[1].split("/")[0])
         until(lambda: self._http.get(f"{self.url}/healthz").is_success, "the server answers", START_S)
+
+    def command(self) -> list[str]:
+        """Return what is started."""
+        return [sys.executable, "-m", "pftrack", "serve", "--port", str(self._port), "--data-dir", str(self.data)]
 
     @property
     def pid(self) -> int | None:

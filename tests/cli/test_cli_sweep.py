@@ -3,11 +3,13 @@
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,7 @@ import pytest
 from pftrack.cli.app import main
 from pftrack.sweep import read_result
 from tests.pooling import fork_server, shared_fork_server
+from tests.waiting import wait_for
 
 __all__ = ["fork_server", "shared_fork_server"]
 
@@ -169,57 +172,67 @@ def test_problems_are_told(call: Call, tmp_path: Path) -> None:
     assert err == "pftrack: 1 runs could not be computed; the column problem says why\n"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_it_cleanly(number: signal.Signals, tmp_path: Path) -> None:
-    """Exit status 1, one line that tells --resume, no process left; going on finishes it."""
-    out = tmp_path / "stopped.parquet"
-    plan = "ball", *AXES, "--trackers", "h-spf", "--trials", "300", "--set", "sample_count=200"
-    command = [sys.executable, "-m", "pftrack", "sweep"]
-    process = subprocess.Popen(
-        [*command, *plan, "--out", str(out), "--jobs", "2", "--json"],
+@contextmanager
+def interrupted(number: signal.Signals, out: Path, errors: int) -> Iterator[subprocess.Popen[str]]:
+    """A sweep of 2,400 runs whose group is sent a signal when it has kept something."""
+    plan = "ball", *AXES, "--trackers", "h-spf", "--trials", "300", *SMALL
+    with subprocess.Popen(
+        [sys.executable, "-m", "pftrack", "sweep", *plan, "--out", str(out), "--jobs", "2", "--json"],
         stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        stderr=errors,
         text=True,
         start_new_session=True,
-    )
-    folder = tmp_path / "stopped.parquet.partial"
-    end = time.monotonic() + 60
-    while not list(folder.glob("0*.parquet")) and time.monotonic() < end:
-        time.sleep(0.02)
-    os.killpg(process.pid, number)
-    text, err = process.communicate(timeout=30)
+        env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
+    ) as process:
+        wait_for(lambda: list(out.with_name(f"{out.name}.partial").glob("0*.parquet")))
+        os.killpg(process.pid, number)
+        yield process
+
+
+def checked(process: subprocess.Popen[str], text: str, out: Path) -> str:
+    """Check how an interrupted sweep ended, and return what it had to say of that."""
     assert process.returncode == 1
     error = json.loads(text)["error"]
-    assert err == f"pftrack: {error['message']}\n"
     assert error["message"].endswith(f"go on with pftrack sweep --resume {out}")
     assert 0 < error["runs"] < error["of"] == 2400
     assert len(read_result(out).table) == error["runs"]
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
+    return str(error["message"])
 
 
-def test_a_terminal_shows_how_far_it_is(tmp_path: Path) -> None:
+def test_ctrl_c_ends_it_cleanly(tmp_path: Path) -> None:
+    """Exit status 1, one line that tells --resume, no process left; what was computed is there."""
+    out = tmp_path / "stopped.parquet"
+    with interrupted(signal.SIGINT, out, subprocess.PIPE) as process:
+        text, err = process.communicate(timeout=60)
+    assert err == f"pftrack: {checked(process, text, out)}\n"
+
+
+def test_a_terminal_shows_how_far_it_is_until_it_is_ended(tmp_path: Path) -> None:
     """On a terminal the bar shows runs done and the rate; standard output has the result alone."""
+    out = tmp_path / "ended.parquet"
     ours, theirs = pty.openpty()
-    command = [sys.executable, "-m", "pftrack", "sweep", *PLAN, "--jobs", "1", "--out", str(tmp_path / "e.parquet")]
-    process = subprocess.Popen(
-        [*command, "--json"],
-        stdout=subprocess.PIPE,
-        stderr=theirs,
-        text=True,
-        env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
-    )
-    os.close(theirs)
-    shown = b""
-    while True:
+    with ThreadPoolExecutor(1) as reader:
+        shown = reader.submit(all_of, ours)  # at once: a terminal that nobody reads is full before long
         try:
-            shown += os.read(ours, 65536)
-        except OSError:
-            break
+            with interrupted(signal.SIGTERM, out, theirs) as process:
+                text, _ = process.communicate(timeout=60)
+        finally:
+            os.close(theirs)
     os.close(ours)
-    assert json.loads(process.communicate(timeout=60)[0])["runs"] == 32
-    assert b"/32" in shown
-    assert b"measuring" in shown
+    checked(process, text, out)
+    assert re.search(rb"/2,?400", shown.result())
+    assert b"measuring" in shown.result()
+
+
+def all_of(terminal: int) -> bytes:
+    """Read a terminal until nobody has its other end open."""
+    shown = b""
+    with suppress(OSError):
+        while True:
+            shown += os.read(terminal, 65536)
+    return shown
 
 
 def test_a_report_is_written_beside_the_result(call: Call, tmp_path: Path) -> None:
@@ -227,11 +240,11 @@ def test_a_report_is_written_beside_the_result(call: Call, tmp_path: Path) -> No
     out = tmp_path / "f.parquet"
     axes = "--axis", "occlusion_width_px=0,60", "--axis", "distracter_radius_px=1,10"
     call("ball", *axes, "--trackers", "h-spf", "--trials", 2, *SMALL, "--jobs", 1, "--out", out)  # few figures
-    status, text, err = call("report", out)
+    status, text, err = call("report", out, "--no-pictures")
     assert status == 0
     assert "By tracker" in text
     assert "open" in err
-    assert (tmp_path / "f-report" / "index.html").exists()
+    assert {path.name for path in (tmp_path / "f-report").iterdir()} == {"index.html", "tables.csv"}
     status, text, err = call(
         "report", out, "--out", tmp_path / "other", "--x", "distracter_radius_px", "--svg", "--json"
     )

@@ -12,10 +12,11 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = """
+import os
 from pathlib import Path
 from server.command import serve
 from server.worker import forkserver
-forkserver.PRELOAD = "tests.server.ball_alone"
+forkserver.PRELOAD = "tests.server.few_ready"
 {}
 serve({})
 """
@@ -50,7 +51,7 @@ for arguments, first, _ in json.load(sys.stdin):
 def serving(arguments: str, first: str = "pass", **variables: str) -> Iterator[subprocess.Popen[str]]:
     """Run `pftrack serve` with these arguments and environment variables for as long as the context lasts.
 
-    Its workers are quick to begin with the ball, and with nothing else.
+    Its workers are quick to begin with the ball, and with little else.
 
     Args:
         arguments: As Python.

@@ -1,5 +1,6 @@
 """Servers for tests, one shared and others of a test's own."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ from server.tasks.queue import Queues
 from tests.browser.host import Server as ServerProcess
 from tests.installing import install
 from tests.server.apart import run
+from tests.server.command import PROGRAM
 from tests.server.confined import children, descriptors
 from tests.server.host import Server, begin, running
 from tests.server.misbehaving import FAILING, SCRIBBLING
@@ -49,13 +51,23 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield shared
 
 
+class QuickServer(ServerProcess):
+    """A server in a process of its own that has little ready, and whose sweeps stand still after a chunk."""
+
+    def command(self) -> list[str]:
+        """Return what is started."""
+        first = "import tests.server.sweeping as its; its.driver.main = its.drive_by_permission"
+        arguments = f"port={self._port}, data_dir=Path({str(self.data)!r})"
+        return [sys.executable, "-c", PROGRAM.format(first, arguments)]
+
+
 @pytest.fixture(scope="session")
 def beside_misbehaving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
     """A server in a process of its own, beside a package whose experiment does not run, and one that draws nonsense."""
     place = tmp_path_factory.mktemp("installed")
     install(place, "a-failing-one", FAILING, "failing = a_failing_one:EXPERIMENT")
     install(place, "a-scribbling-one", SCRIBBLING, "scribbling = a_scribbling_one:EXPERIMENT")
-    server = ServerProcess(tmp_path_factory.mktemp("served"), installed=place)
+    server = QuickServer(tmp_path_factory.mktemp("served"), installed=place)
     yield server
     server.stop()
 

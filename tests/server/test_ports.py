@@ -1,6 +1,5 @@
 """A server listens on one port: its own, where everybody is asked who they are."""
 
-import os
 import stat
 import threading
 from collections.abc import Iterator
@@ -17,14 +16,9 @@ from websockets.typing import Origin, Subprotocol
 
 from tests.browser.host import Server, descendants, until
 from tests.conftest import CHROMIUM
+from tests.server.sweeping import SMALL, drivers
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
-SWEEP = {
-    "experiment": "ball",
-    "axes": [{"name": "occlusion_width_px", "start": 5, "stop": 105, "step": 1}],
-    "trackers": ["condensation"],
-    "trials": 200,
-}
 
 
 @pytest.fixture(scope="module")
@@ -36,19 +30,14 @@ def served(beside_misbehaving: Server) -> Server:
 def watched(served: Server) -> Iterator[str]:
     """The websocket's address of a session's scene, which somebody looks at, while a sweep is computed."""
     session = served.start_session()["id"]
-    sweep = served.post("sweeps", SWEEP)["id"]
+    sweep = served.post("sweeps", SMALL)["id"]
     address = f"{served.url.replace('http', 'ws')}/viz/{session}"
     with connect(address, subprotocols=[PROTOCOL], max_size=None, proxy=None) as browser:
         browser.recv(timeout=30)
         until(lambda: served.get(f"sweeps/{sweep}")["done"] > 0, "the sweep is computed", 60)
-        # It rests meanwhile, with all that it has opened: it would keep every processor busy for as long as that lasts.
-        sweeping = [each for each in processes(served) if os.getpgid(each.pid) != os.getpgid(served.pid or 0)]
-        assert len(sweeping) >= 2
-        for each in sweeping:
-            each.suspend()
+        # It stands still meanwhile, with all that it has opened.
+        assert len(drivers(served.pid or 0)) == 1
         yield address
-        for each in sweeping:
-            each.resume()
     served.delete(f"sweeps/{sweep}")
 
 

@@ -35,9 +35,12 @@ class TestStarting:
         assert session["id"] in [item["id"] for item in client.get("/api/v1/sessions").json()]
 
     def test_every_experiment_and_preset(self, client: httpx.Client) -> None:
-        """Every preset of every experiment starts."""
+        """Presets are told as the library has them, which runs all of them; one with each of their trackers starts."""
         for experiment in client.get("/api/v1/experiments").json():
-            for preset in experiment["presets"]:
+            known = find(experiment["id"])
+            told = [(it["tracker"], it["parameters"], it["seed"]) for it in experiment["presets"]]
+            assert told == [(it.tracker, dict(it.parameters), it.seed) for it in known.presets]
+            for preset in {it["tracker"]: it for it in experiment["presets"]}.values():
                 body = {name: preset[name] for name in ("tracker", "parameters", "seed")}
                 session = begin(client, experiment=experiment["id"], **body)
                 assert session["tracker"] == preset["tracker"]

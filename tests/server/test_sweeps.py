@@ -276,8 +276,13 @@ class TestTakingAway:
         assert lines[0].startswith("run,occlusion_width_px,distracter_radius_px,tracker,trial,seed,success")
         assert len(lines) == RUNS + 1
 
-    def test_report(self, client: httpx.Client, url: str, served: Server) -> None:
+    def test_report(self, client: httpx.Client, served: Server) -> None:
         """The report is one page that needs nothing else, and its maps are pictures; nothing is left behind."""
+        # Few measures: each has a picture, which takes half a second.
+        few = {"experiment": "sine", "axes": [{"name": "sample_count", "values": [5, 10]}], "parameters": {}}
+        begun = begin_sweep(client, **few, trackers=["condensation"], trials=2)
+        small = until_state(client, begun["id"], "done")
+        url = f"/api/v1/sweeps/{small['id']}"
         page = client.get(f"{url}/download", params={"format": "html"})
         assert page.text.startswith("<!doctype html>")
         assert "<script src" not in page.text
@@ -287,6 +292,7 @@ class TestTakingAway:
             assert archive.namelist()
             assert all(archive.read(name).startswith(begin) for name in archive.namelist())
         wait_for(lambda: not list(served.app.state.services.store.files.incoming.iterdir()))
+        client.delete(url)
 
 
 class TestStream:

@@ -48,17 +48,6 @@ for line in sys.stdin:
 """
 
 
-PRINTING = """
-import os
-from pftrack.warming import child
-def run_case(*_):
-    print("by Python", flush=True)
-    os.write(1, b"below Python")
-child.run_case = run_case
-child.main()
-"""
-
-
 @pytest.fixture
 def pretend(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "pretending.py").write_text(PRETENDING.format(pause=0.05))
@@ -214,22 +203,14 @@ def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pyte
 CASES = "".join(f'["sine", {number}]\n' for number in range(2))
 
 
-def test_what_an_experiment_prints_is_no_news(tmp_path: Path) -> None:
-    """What is printed while an experiment is called, also below Python, goes to standard error."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-c", PRINTING]
-    done = subprocess.run(command, input=CASES, capture_output=True, text=True, check=True, env=environment)
-    news = [json.loads(line) for line in done.stdout.splitlines()]
-    assert {"done": ["sine", 1], "loaded": []} in news
-    assert "by Python" in done.stderr
-    assert "below Python" in done.stderr
-
-
 LITTLE = """
+import os
 import numpy as np
 from pftrack.elementary import exponentials, logarithms
 from pftrack.warming import child
 def run_case(*_):
+    print("by Python", flush=True)
+    os.write(1, b"below Python")
     logarithms(exponentials(np.ones(3)))
 child.run_case = run_case
 child.main()
@@ -237,8 +218,13 @@ child.main()
 
 
 def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
-    """In an empty cache what is called is compiled function by function; a second time there is nothing to do."""
-    first, second = (news_of(LITTLE, tmp_path) for _ in range(2))
+    """In an empty cache what is called is compiled function by function; a second time there is nothing to do.
+
+    What is printed meanwhile, also below Python, is no news, and goes to standard error.
+    """
+    (first, printed), (second, _) = (news_of(LITTLE, tmp_path) for _ in range(2))
+    assert "by Python" in printed
+    assert "below Python" in printed
     names = {"pftrack.elementary.exponentials", "pftrack.elementary.logarithms"}
     loaded = {it["function"]: it for it in first if "function" in it}
     assert loaded.keys() == names
@@ -251,12 +237,12 @@ def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
     assert any(names <= set(it["found"]) for it in second if "found" in it)
 
 
-def news_of(program: str, cache: Path) -> list[dict[str, Any]]:
-    """What a child says that runs cases of the sine, with an own cache of what is compiled."""
+def news_of(program: str, cache: Path) -> tuple[list[dict[str, Any]], str]:
+    """What a child says that runs cases of the sine, with an own cache of what is compiled, and what is printed."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(cache)}
     command = [sys.executable, "-c", program, "--at-once"]
     done = subprocess.run(command, input=CASES, capture_output=True, text=True, check=True, env=environment)
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    return [json.loads(line) for line in done.stdout.splitlines()], done.stderr
 
 
 @pytest.mark.slow

@@ -53,7 +53,7 @@ def write_report(
     x: str | None = None,
     y: str | None = None,
     level: float = 0.01,
-    form: PictureForm = "png",
+    form: PictureForm | None = "png",
 ) -> Report:
     """Write the report of a result into a folder; a report that is there already is replaced.
 
@@ -63,7 +63,7 @@ def write_report(
         x: Name of the axis across the maps; the first with several numbers if not given.
         y: Name of the axis down the maps; the next one if not given.
         level: Of significance.
-        form: Kind of the pictures.
+        form: Kind of the pictures; without one none are drawn, which takes longest: the page has its own.
 
     Raises:
         SweepError: The result is empty or damaged, or has no such axis.
@@ -77,9 +77,10 @@ def write_report(
     folder.mkdir(parents=True, exist_ok=True)
     files = []
     manifest = manifest_of_result(result)
-    for name, draw in figures(study).items():
-        files.append(folder / f"{name}.{form}")
-        files[-1].write_bytes(encoded(draw(), form, f"{manifest['title']}: {name}", manifest, DOTS_PER_INCH))
+    if form is not None:
+        for name, draw in figures(study).items():
+            files.append(folder / f"{name}.{form}")
+            files[-1].write_bytes(encoded(draw(), form, f"{manifest['title']}: {name}", manifest, DOTS_PER_INCH))
     files.append(folder / "tables.csv")
     with files[-1].open("w", newline="") as file:
         writer = csv.writer(file)
