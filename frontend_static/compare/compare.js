@@ -118,7 +118,7 @@ export class Compared {
     this.#together.plotInto(plots);
     if (!options.readOnly) this.#together.listen({ ...options.actions, difference: () => this.toDifference() });
     const { store } = this.#together;
-    store.on(["session"], () => this.#outcome && this.#table.show(this.#outcome, measureOf(store.session)));
+    store.on(["session"], () => this.#outcome && this.#table.show(this.#outcome, this.#together.measure));
     this.arrange(options.arrangement);
     this.#choose(0);
     /** Resolves with the ids of the sessions when all of them are there, or rejects. */
@@ -155,7 +155,7 @@ export class Compared {
     const isNew = this.#outcome?.state !== state;
     const outcome = (this.#outcome = { state, done, total, result, message });
     const { store } = this.#together;
-    this.#table.show(outcome, measureOf(store.session));
+    this.#table.show(outcome, this.#together.measure);
     if (result !== null && isNew) {
       const { first_difference: difference, before_loss: beforeLoss } = result;
       this.#difference.disabled = difference === null;
@@ -217,16 +217,6 @@ export class Compared {
   #runs() {
     return this.#outline.runs.map(({ recipe }) => ({ recipe }));
   }
-}
-
-/**
- * The title of the measure that decides on success; empty until the sessions have told about themselves.
- *
- * @param {import("../shared/messages.js").SessionPublic|null} session
- */
-function measureOf(session) {
-  if (session === null) return "";
-  return session.measures.find(({ name }) => name === session.success_measure)?.title ?? "Success";
 }
 
 /**

@@ -99,6 +99,14 @@ export class Together {
     return first.filter((plot) => OVERLAID.includes(plot.kind) && isShared(key(plot))).map(({ id }) => id);
   }
 
+  /** What decides on success, where all runs are judged by the same; empty until the sessions have told about themselves. */
+  get measure() {
+    const sessions = this.#views.map(({ store }) => store.session);
+    if (sessions.some((session) => session === null)) return "";
+    const titles = new Set(sessions.map((session) => session?.measures.find(({ name }) => name === session.success_measure)?.title));
+    return (titles.size === 1 && [...titles][0]) || "Successful";
+  }
+
   /**
    * Put the transport and the scrubber into a place.
    *
