@@ -140,20 +140,11 @@ def test_an_address_where_nobody_answers_is_told_soon(plan: Plan, tmp_path: Path
     assert carry_out(None, out).complete
 
 
-def test_a_missing_package_is_told() -> None:
+def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Without distributed a sweep on a cluster says what to install."""
-    program = (
-        "import sys; sys.modules['distributed'] = None\n"
-        "from pathlib import Path; from pftrack.sweep import *\n"
-        "try: carry_out(Plan('ball'), Path(sys.argv[1]) / 'x.parquet', cluster='tcp://127.0.0.1:1')\n"
-        "except SweepError as error: print(error)\n"
-    )
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as folder:
-        told = subprocess.run(
-            [sys.executable, "-c", program, folder], capture_output=True, text=True, check=True, timeout=60
-        )
-    assert told.stdout == (
-        "a sweep on a cluster needs the package distributed, which is not installed; pip install 'pftrack[cluster]'\n"
-    )
+    monkeypatch.delitem(sys.modules, "pftrack.sweep.cluster", raising=False)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    said = "a sweep on a cluster needs the package distributed, which is not installed; pip install 'pftrack[cluster]'"
+    with pytest.raises(SweepError) as refused:
+        carry_out(Plan("ball"), tmp_path / "x.parquet", cluster="tcp://127.0.0.1:1")
+    assert str(refused.value) == said
