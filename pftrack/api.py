@@ -8,6 +8,7 @@ All that they do can be done step by step with what they call: experiments (`pft
 (`pftrack.runs`), comparisons (`pftrack.comparison`) and viewers (`pftrack.viewers`).
 """
 
+import json
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
@@ -85,11 +86,12 @@ def load(path: PathOrName, *, recording: PathOrName | None = None) -> Run:
         recording: Where the recording lies that it was made on, if it lies elsewhere than the file says.
 
     Raises:
-        RecordError: It is no saved run, or its recording is not to be had or another one.
+        ParameterError: A value of a recipe is unknown or out of bounds.
+        RecordError: It is no saved run and no recipe, or its recording is not to be had or another one.
     """
     file = Path(path)
     if file.suffix.lower() == ".json":
-        recipe = Recipe.model_validate_json(file.read_text(encoding="utf-8-sig"))
+        recipe = _read_recipe(file)
         last = None
     else:
         known = record.read(file)
@@ -106,6 +108,16 @@ def compare(*runs: Run) -> Comparison:
         ComparisonError: They are too few or too many, their units differ, or they have no frame in common.
     """
     return Comparison.of(*runs).finish()
+
+
+def _read_recipe(file: Path) -> Recipe:
+    try:
+        raw = json.loads(file.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise record.RecordError(f"{file} cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise record.RecordError(f"{file} is no JSON: {error}") from None
+    return Recipe.read(raw)
 
 
 def _recipe(said: str | Recipe | Mapping[str, Any]) -> Recipe:

@@ -96,6 +96,24 @@ def test_a_run_is_made_saved_and_loaded_again(run: pftrack.Run, tmp_path: Path) 
     assert (few.seed, few.parameters_at(0).sample_count) == (9, 77)
 
 
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("{", "broken.json is no JSON"),
+        ("[1]", "recipe"),
+        ('{"experiment": "ball", "seed": "seven"}', "seed"),
+        (None, "broken.json cannot be read: No such file"),
+    ],
+)
+def test_a_file_that_is_no_recipe_is_told(tmp_path: Path, content: str | None, sentence: str) -> None:
+    """In a sentence with the file or the field, as errors of ours."""
+    file = tmp_path / "broken.json"
+    if content is not None:
+        file.write_text(content)
+    with pytest.raises((RecordError, ParameterError), match=sentence):
+        pftrack.load(file)
+
+
 def test_what_cannot_be_run_is_refused_with_a_sentence(run: pftrack.Run, tmp_path: Path) -> None:
     """An experiment, preset, parameter or recording that does not exist is named, with those that there are."""
     with pytest.raises(LookupError, match="no experiment 'bal'; there are ball"):

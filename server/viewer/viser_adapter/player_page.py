@@ -18,7 +18,7 @@ PLAYER = Path(__file__).parent / "player"
 SCRIPTS = ("unpack.js", "camera.js", "nodes.js", "player.js")
 FROM_CLIENT = ("frames.js", "colours.js", "state.js", "keys.js")
 """Those of the session's scene that a player needs as well."""
-THEME, DARK = "PFTRACK_THEME", "PFTRACK_DARK"
+THEME, DARK = "{page theme}", "{page is dark}"
 """Stand in the page for "light" or "dark", and for whether it is dark; whoever shows the page puts these in."""
 
 

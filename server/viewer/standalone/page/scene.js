@@ -82,5 +82,5 @@ export function momentAt({ kept }, frame) {
 function themed(client) {
   const { theme } = document.documentElement.dataset;
   const isDark = theme ? theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-  return client.replaceAll("PFTRACK_THEME", isDark ? "dark" : "light").replaceAll("PFTRACK_DARK", String(isDark));
+  return client.replaceAll("{page theme}", isDark ? "dark" : "light").replaceAll("{page is dark}", String(isDark));
 }
