@@ -110,11 +110,8 @@ def _start(guest: Guest) -> str:
     shown = guest.follow.shown
     if guest.claim.role == "follower":
         return guest.prefix
-    return (
-        f"{guest.prefix}/learn/{shown.lesson_id}"
-        if shown.lesson
-        else f"{guest.prefix}/session/{next(iter(shown.sessions))}"
-    )
+    session = next(iter(shown.sessions), None)
+    return f"{guest.prefix}/session/{session}" if session else f"{guest.prefix}/learn/{shown.lesson_id}"
 
 
 def _seated(guest: Guest, scope: Scope, send: Send) -> Send:

@@ -214,7 +214,9 @@ def test_a_lecturers_link(
 ) -> None:
     """A second device has the lecturer's rights over this class and what it follows, and over nothing else."""
     place = urlsplit(follow["owner_link"]).path
-    elsewhere = lead(lecturer, other)
+    elsewhere = lead(lecturer, other, lesson="colour")
+    beginning = httpx.get(elsewhere["owner_link"], verify=False).headers["location"]  # noqa: S501
+    assert beginning.endswith(f"/session/{other}"), "the run of a lesson, not a page that would begin another"
     with httpx.Client(base_url=f"{guarded.url}{place}/", verify=False, timeout=60) as device:  # noqa: S501
         assert device.get("").headers["location"] == f"{place}/session/{session}"
         assert device.get(f"session/{session}").status_code == 200
