@@ -113,7 +113,7 @@ async def export(
 ) -> FileResponse:
     """Return a file of the active branch or of the frame that is shown, one of those that the session lists."""
     store.room.check()
-    folder = store.files.new_incoming()
+    folder = store.files.new_outgoing()
     folder.mkdir(mode=0o700)
     try:
         offered = await session.export(export, folder / "file", plot)

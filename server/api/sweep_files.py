@@ -52,7 +52,7 @@ async def download(
     whole = store.files.sweep(sweep.id)
     if form == "parquet" and whole.exists():
         return FileResponse(whole, media_type=PARQUET, filename=f"{name}.parquet")
-    folder = store.files.new_incoming()
+    folder = store.files.new_outgoing()
     folder.mkdir(mode=0o700)
     after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
     try:

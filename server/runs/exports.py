@@ -92,7 +92,7 @@ class Exports(Jobs[Ordered, Path]):
         check_plot(experiment, kind, plot)
         self.check_room()
         self._store.room.check()
-        folder = self._store.files.new_incoming()
+        folder = self._store.files.new_outgoing()
         folder.mkdir(mode=0o700)
         ordered = Ordered(kind, file_name(subject, kind, plot), folder)
         order = Order(

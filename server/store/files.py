@@ -47,6 +47,7 @@ class DataDirectory:
         self.sweeps = root / "sweeps"
         self.cache = root / "cache"
         self.incoming = root / "incoming"
+        self.outgoing = root / "outgoing"
         self.states = root / "states"
         # What is here belongs to its owner alone: videos of people, among others.
         root.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -58,11 +59,12 @@ class DataDirectory:
             raise RuntimeError(
                 f"The data directory {root} is in use by another pftrack server; give this one its own --data-dir"
             ) from None
-        # What was coming when the last server stopped is of no use to anybody.
-        shutil.rmtree(self.incoming, ignore_errors=True)
+        # What was coming or going when the last server stopped is of no use to anybody.
+        for folder in (self.incoming, self.outgoing):
+            shutil.rmtree(folder, ignore_errors=True)
         # Drawn again by each start: the program may be another one, and a package may have changed under its version.
         shutil.rmtree(self.cache, ignore_errors=True)
-        for folder in (self.uploads, self.runs, self.sweeps, self.states, self.cache, self.incoming):
+        for folder in (self.uploads, self.runs, self.sweeps, self.states, self.cache, self.incoming, self.outgoing):
             folder.mkdir(exist_ok=True, mode=0o700)
 
     def close(self) -> None:
@@ -96,6 +98,10 @@ class DataDirectory:
     def new_incoming(self) -> Path:
         """Return where something that comes may be put until it is known to be good."""
         return self.incoming / new_name()
+
+    def new_outgoing(self) -> Path:
+        """Return where something that is made for somebody may be put until it was fetched."""
+        return self.outgoing / new_name()
 
     def preview(self, name: str, frame: int) -> Path:
         """Return where a frame of an upload is kept once it was drawn."""

@@ -165,7 +165,7 @@ def test_a_saved_run_is_exported_from_its_file(client: httpx.Client, tmp_path: P
 def test_a_file_that_is_too_large_or_stopped_leaves_nothing(start_server: Callable[..., Any]) -> None:
     """A file has a limit, which is told; whether it fails or is stopped, its folder is gone."""
     with start_server(max_export_bytes=2_000) as (served, client):
-        incoming = served.app.state.services.store.files.incoming
+        outgoing = served.app.state.services.store.files.outgoing
         session = begin(client, experiment="sine", frames=4_000)
         address = f"/api/v1/sessions/{session['id']}/exports"
         small, _ = written(client, client.post(f"{address}/recipe"))
@@ -176,4 +176,4 @@ def test_a_file_that_is_too_large_or_stopped_leaves_nothing(start_server: Callab
         assert (failed["state"], "File too large; make room" in failed["message"]) == ("failed", True)
         begun = client.post(f"{address}/mp4").json()
         assert client.delete(f"/api/v1/exports/{begun['id']}").status_code == 204
-        assert len(list(incoming.iterdir())) == 1
+        assert len(list(outgoing.iterdir())) == 1

@@ -85,13 +85,14 @@ def test_uploads_are_found_by_their_content(tmp_path: Path) -> None:
         store.close()
 
 
-def test_what_was_coming_is_cleared(tmp_path: Path) -> None:
-    """Uploads that were coming when the last server stopped are cleared away."""
+def test_what_was_coming_or_going_is_cleared(tmp_path: Path) -> None:
+    """Uploads that were coming when the last server stopped, and exports that were not fetched, are cleared away."""
     files = DataDirectory(tmp_path)
     files.new_incoming().mkdir()
+    files.new_outgoing().mkdir()
     files.close()
     again = DataDirectory(tmp_path)
-    assert list(again.incoming.iterdir()) == []
+    assert [*again.incoming.iterdir(), *again.outgoing.iterdir()] == []
     again.close()
 
 

@@ -283,6 +283,8 @@ class TestTakingAway:
         begun = begin_sweep(client, **few, trackers=["condensation"], trials=2)
         small = until_state(client, begun["id"], "done")
         url = f"/api/v1/sweeps/{small['id']}"
+        outgoing = served.app.state.services.store.files.outgoing
+        before = set(outgoing.iterdir())
         page = client.get(f"{url}/download", params={"format": "html"})
         assert page.text.startswith("<!doctype html>")
         assert "<script src" not in page.text
@@ -291,7 +293,7 @@ class TestTakingAway:
             archive = zipfile.ZipFile(io.BytesIO(client.get(f"{url}/download", params={"format": form}).content))
             assert archive.namelist()
             assert all(archive.read(name).startswith(begin) for name in archive.namelist())
-        wait_for(lambda: not list(served.app.state.services.store.files.incoming.iterdir()))
+        wait_for(lambda: set(outgoing.iterdir()) <= before)
         client.delete(url)
 
 
