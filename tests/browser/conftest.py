@@ -73,6 +73,12 @@ class Complaints(list[str]):
     """What the browser found wrong; a test that breaks things says which complaints it expects."""
 
     expected: tuple[str, ...] = ()
+    is_leaving = False
+
+    def hear(self, text: str) -> None:
+        # A page that is closed does not get what it was just fetching, which the scene's client writes to the console.
+        if not (self.is_leaving and "Failed to fetch" in text):
+            self.append(text)
 
     @property
     def unexpected(self) -> list[str]:
@@ -127,9 +133,10 @@ def unchosen(
     page = context.new_page()
     if not request.node.get_closest_marker("plots"):
         page.add_init_script(WITHOUT_PLOTS)
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
+    page.on("pageerror", lambda error: complaints.hear(str(error)))
+    page.on("console", lambda line: complaints.hear(line.text) if line.type == "error" else None)
     yield page
+    complaints.is_leaving = True
     first, *opened = context.pages
     for each in opened:
         each.close()

@@ -93,8 +93,8 @@ def newcomer(chromium: Any, server: Server, complaints: Complaints) -> Iterator[
         for script in (FRUGAL, WITHOUT_PLOTS, CUTTING):
             context.add_init_script(script)
         page = context.new_page()
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
+        page.on("pageerror", lambda error: complaints.hear(str(error)))
+        page.on("console", lambda line: complaints.hear(line.text) if line.type == "error" else None)
         return Follower(page)
 
     yield come

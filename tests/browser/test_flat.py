@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import PARTICLES, SessionPage, View
 
@@ -155,7 +156,7 @@ def test_the_canvas_keeps_the_proportions_in_any_window(look: Look) -> None:
     assert not slider.is_visible()
 
 
-def test_the_panel(look: Look, server: Server, complaints: Any) -> None:
+def test_the_panel(look: Look, server: Server, complaints: Complaints) -> None:
     """All that its controls do, in one visit; the seed comes last, since it begins the run anew."""
     complaints.expected = ("the server responded with a status of 422",)
     view = look()
@@ -313,12 +314,13 @@ def test_with_a_graphics_card_there_is_the_scene(unchosen: Any, server: Server) 
     assert unchosen.get_by_role("group", name="View").get_by_text("3-D").get_attribute("aria-pressed") == "true"
 
 
-def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Look, server: Server) -> None:
+def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Look, server: Server, complaints: Complaints) -> None:
     """The notice lies over the canvas; after Resume the same canvas shows the run where it was, and goes on."""
     view = look()
     server.seek(view.id, 30)
     view.paints(30)
     view.page.evaluate("document.querySelector('.flat-canvas').id = 'same'")
+    complaints.expected = ("status of 503",)  # whatever the page was just asking of the worker
     server.kill_worker(view.id)
     notice = view.page.locator(".notice")
     notice.wait_for()

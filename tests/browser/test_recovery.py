@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.test_sweep import SMALL, SweepPage
 from tests.browser.views import PARTICLES, Gallery, SessionPage, View
@@ -13,12 +14,15 @@ Watch = Callable[..., SessionPage]
 
 
 @pytest.mark.scene
-def test_a_killed_worker_is_reported_and_restarts_where_it_was(watch: Watch, server: Server) -> None:
+def test_a_killed_worker_is_reported_and_restarts_where_it_was(
+    watch: Watch, server: Server, complaints: Complaints
+) -> None:
     """The scene is covered by what happened; one button brings the run back to the same frame and numbers."""
     shown = watch()
     server.seek(shown.id, 30)
     shown.stands_at(30)
     errors = server.column(shown.id, "error")
+    complaints.expected = ("status of 503",)  # whatever the page was just asking of the worker
     server.kill_worker(shown.id)
     notice = shown.page.locator(".notice")
     notice.wait_for()
@@ -34,7 +38,7 @@ def test_a_killed_worker_is_reported_and_restarts_where_it_was(watch: Watch, ser
     assert server.column(shown.id, "error")[:31] == errors
 
 
-def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Any) -> None:
+def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints) -> None:
     """A link to a session that does not exist leads back to the gallery."""
     complaints.expected = ("the server responded with a status of 404",)
     page.goto("/session/0123456789abcdef")
@@ -53,7 +57,7 @@ def test_a_broken_link_says_what_it_must_hold(page: Any) -> None:
 
 # The scene comes back after a killed worker (above) and a lost connection (tests/viewer/test_browser.py) as well.
 @pytest.mark.parametrize("view", ["flat", pytest.param("scene", marks=pytest.mark.slow)])
-def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: Any, complaints: Any) -> None:
+def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: Any, complaints: Complaints) -> None:
     """While the server is away a thin bar says so; afterwards the session is where it was, without a reload.
 
     So it is in either view, of which the canvas keeps its picture in the meantime, and so do maps of a sweep.
@@ -106,7 +110,7 @@ def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: 
     assert all(each.evaluate("window.notReloaded") for each in (page, other))
 
 
-def test_without_a_session_nothing_can_be_pressed(page: Any, complaints: Any) -> None:
+def test_without_a_session_nothing_can_be_pressed(page: Any, complaints: Complaints) -> None:
     """Where there is no session the transport and the tools are switched off, and no empty plots are drawn."""
     complaints.expected = ("the server responded with a status of 404",)
     page.goto("/session/0123456789abcdef")
