@@ -53,9 +53,9 @@ def export(
         _say(_swept(file, to, plot), {}, json=json)
         return
     from pftrack.experiments import find
-    from pftrack.runs.comparison import difference
     from pftrack.runs.manifest import extent_of
     from pftrack.runs.record import read_saved
+    from pftrack.runs.reproduction import difference
 
     saved = read_saved(file)
     try:

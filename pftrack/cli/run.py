@@ -140,8 +140,8 @@ def replay(
     json: Json = False,
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
-    from pftrack.runs.comparison import difference
     from pftrack.runs.record import make, read_saved
+    from pftrack.runs.reproduction import difference
 
     _check_places(None, video_out)
     saved = read_saved(file)

@@ -25,8 +25,8 @@ from pftrack.parameters import ParameterError
 from pftrack.random import LARGEST_SEED
 from pftrack.rendering import png, render
 from pftrack.runs import record
-from pftrack.runs.comparison import departure, difference
 from pftrack.runs.recipe import Footage
+from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Change, Run
 from pftrack.series import to_json
 from pftrack.sources.sequence import FrameIndex, FrameSequence, Limits, SourceError, open_sequence

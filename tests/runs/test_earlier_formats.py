@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.runs.comparison import difference
 from pftrack.runs.record import load, read_saved
+from pftrack.runs.reproduction import difference
 from pftrack.sources.sequence import open_sequence
 
 RUNS = Path(__file__).parents[1] / "data" / "format_1" / "runs"

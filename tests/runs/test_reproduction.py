@@ -7,8 +7,8 @@ import pytest
 
 from pftrack import machine
 from pftrack.experiments import find
-from pftrack.runs.comparison import departure, difference
 from pftrack.runs.record import Saved, read_saved, save
+from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Run
 
 
