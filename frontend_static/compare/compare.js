@@ -139,6 +139,11 @@ export class Compared {
     return { runs: this.#runs(), position: this.position, arrangement: this.#arrangement };
   }
 
+  /** Each run's session as it is mounted. */
+  get views() {
+    return this.#together.views;
+  }
+
   /** What others need to show the same sessions. @returns {Told} */
   get told() {
     const { unit, settings, runs } = this.#outline;

@@ -47,13 +47,14 @@ export class Together {
   #own = [];
   /** @type {SessionStart[]} */
   #starts;
-  #views;
+  #readOnly;
 
   /**
    * @param {readonly Member[]} members
    * @param {Options} options
    */
   constructor(members, { view = "flat", readOnly = false } = {}) {
+    this.#readOnly = readOnly;
     /** How each flat view is painted where they lie over each other. */
     this.overlays = members.map(() => new Overlay());
     this.#starts = members.map(({ place, recipe, session }, index) => {
@@ -71,10 +72,10 @@ export class Together {
       const start = this.#starts[place];
       return [place, mount(start.element, { start, clock, first: members[place].first, keys: null, readOnly })];
     }));
-    this.#views = members.map((_, place) => /** @type {import("../session/mount.js").Mounted} */ (mounted.get(place)));
-    const runs = members.map(({ name, colour, first }, place) => ({ name, colour, first, store: this.#views[place].store }));
+    this.views = members.map((_, place) => /** @type {import("../session/mount.js").Mounted} */ (mounted.get(place)));
+    const runs = members.map(({ name, colour, first }, place) => ({ name, colour, first, store: this.views[place].store }));
     this.store = new JointStore(runs, lead, readOnly);
-    this.steering = new JointSteering(this.#views[lead].store, this.store, this.signal);
+    this.steering = new JointSteering(this.views[lead].store, this.store, this.signal);
     /** Resolves with the sessions' names when all of them are there, however long they take, or rejects. */
     this.begun = this.#all();
     this.begun.catch(() => {});
@@ -93,7 +94,7 @@ export class Together {
 
   /** Ids of the plots that all runs have and that can be laid over each other. */
   get plots() {
-    const [first, ...others] = this.#views.map(({ store }) => store.session?.plots ?? []);
+    const [first, ...others] = this.views.map(({ store }) => store.session?.plots ?? []);
     const key = (/** @type {{id: string, kind: string}} */ { id, kind }) => `${kind} ${id}`;
     const isShared = (/** @type {string} */ wanted) => others.every((each) => each.some((plot) => key(plot) === wanted));
     return first.filter((plot) => OVERLAID.includes(plot.kind) && isShared(key(plot))).map(({ id }) => id);
@@ -101,20 +102,20 @@ export class Together {
 
   /** What decides on success, where all runs are judged by the same; empty until the sessions have told about themselves. */
   get measure() {
-    const sessions = this.#views.map(({ store }) => store.session);
+    const sessions = this.views.map(({ store }) => store.session);
     if (sessions.some((session) => session === null)) return "";
     const titles = new Set(sessions.map((session) => session?.measures.find(({ name }) => name === session.success_measure)?.title));
     return (titles.size === 1 && [...titles][0]) || "Successful";
   }
 
   /**
-   * Put the transport and the scrubber into a place.
+   * Put the transport and the scrubber into a place; where nothing can be moved, the scrubber alone.
    *
    * @param {HTMLElement} place
    * @param {Node[]} extras Further controls, at the right of the transport.
    */
   deck(place, extras) {
-    const places = arrange(place, ["transport", "scrubber"]);
+    const places = arrange(place, this.#readOnly ? ["scrubber"] : ["transport", "scrubber"]);
     if (places.transport) transport(places.transport, this, extras);
     if (places.scrubber) new Scrubber(places.scrubber, this);
   }
@@ -145,7 +146,7 @@ export class Together {
       beforeLoss: () => steering.beforeLoss(),
       ...more,
     };
-    const isScene = (/** @type {MessageEventSource|null} */ source) => source !== null && this.#views.some(({ scene }) => scene?.window === source);
+    const isScene = (/** @type {MessageEventSource|null} */ source) => source !== null && this.views.some(({ scene }) => scene?.window === source);
     listen(document.body, actions, isScene, this.signal);
   }
 
@@ -155,14 +156,14 @@ export class Together {
    * @param {ViewKind} kind
    */
   show(kind) {
-    for (const { scene } of this.#views) scene?.show(kind);
+    for (const { scene } of this.views) scene?.show(kind);
   }
 
   /** End all that was made here, on the server as well; also when the page is about to be left. */
   end() {
     if (this.signal.aborted) return;
     this.#end.abort();
-    for (const view of this.#views) view.dispose();
+    for (const view of this.views) view.dispose();
     for (const session of this.#own) session.end();
   }
 

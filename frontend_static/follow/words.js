@@ -33,6 +33,8 @@ function voted(votes, followers) {
   return followers === undefined ? `${votes} ${have} answered` : `${votes} of ${followers} ${have} answered`;
 }
 
+const IN_A_SENTENCE = new Intl.ListFormat("en-GB");
+
 /**
  * "Most answered “No”, 14 of 23; “Yes” 9."
  *
@@ -43,9 +45,10 @@ export function resultWords(answers, counts) {
   const votes = counts.reduce((sum, count) => sum + count, 0);
   if (votes === 0) return "Nobody has answered.";
   const ranked = answers.map((text, place) => ({ text, count: counts[place] })).sort((a, b) => b.count - a.count);
-  const [first, second] = ranked;
-  const rest = ranked.slice(1).map(({ text, count }) => `“${text}” ${count}`);
-  const figures = `${first.count} of ${votes}; ${rest.join(", ")}.`;
-  if (first.count === second.count) return `“${first.text}” and “${second.text}” were answered equally often, ${figures}`;
+  const [first] = ranked;
+  const ahead = ranked.filter(({ count }) => count === first.count).map(({ text }) => `“${text}”`);
+  const rest = ranked.slice(ahead.length).map(({ text, count }) => `“${text}” ${count}`).join(", ");
+  const figures = `${first.count} of ${votes}${rest && `; ${rest}`}.`;
+  if (ahead.length > 1) return `${IN_A_SENTENCE.format(ahead)} were answered equally often, each ${figures}`;
   return 2 * first.count > votes ? `Most answered “${first.text}”, ${figures}` : `“${first.text}” was answered most often, ${figures}`;
 }

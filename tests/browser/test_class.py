@@ -149,28 +149,35 @@ def test_a_lecturer_and_five_followers(
     all_of(followers, lambda one: one.text(".following").startswith("Following · frame 2 of 90"), "the line says so")
     all_of(followers, lambda one: "250" in one.text(".readout"), "the readings are those of the frame")
 
-    # One who is cut off keeps the picture, and is back where the lecturer is.
-    fourth.page.evaluate("cutOff(true)")
-    fourth.until(lambda: fourth.text(".following") == "Reconnecting", "the page says that it reconnects")
-    lecturer.counts("4 follow")
-    assert fourth.frame == "2"
-    fourth.page.evaluate("cutOff(false)")
-    lecturer.press("ArrowRight")
-    fourth.until(lambda: fourth.frame == "3", "the one who was cut off sees frame 3")
-    lecturer.counts("5 follow")
-
+    cut_off(lecturer, fourth)
     asked_and_answered(lecturer, followers)
     tried(lecturer, fifth, server)
     shown_a_lesson(lecturer, followers)
-    shown_two_sessions(lecturer, followers, newcomer(), server)
+    late = newcomer()
+    shown_a_comparison(lecturer, followers, late, server)
+    late.page.goto(server.get("follows")[0]["owner_link"])
+    late.until(lambda: late.text(".follow-chip") == "5 follow", "the lecturer's other device leads")
 
     lecturer.page.locator(".follow-chip").click()
     lecturer.page.get_by_role("button", name="End", exact=True).click()
     lecturer.page.get_by_role("button", name="End for all").click()
     all_of(followers, lambda one: "The lecturer has ended this class" in one.text("main"), "the class has ended")
     lecturer.counts("Follow me")
+    late.until(lambda: late.page.locator(".follow-chip").is_disabled(), "a link is worth nothing after its class")
     second.page.reload()
     assert "over" in second.text("main")
+
+
+def cut_off(lecturer: Lecturer, follower: Follower) -> None:
+    """One who is cut off keeps the picture, and is back where the lecturer is."""
+    follower.page.evaluate("cutOff(true)")
+    follower.until(lambda: follower.text(".following") == "Reconnecting", "the page says that it reconnects")
+    lecturer.counts("4 follow")
+    assert follower.frame == "2"
+    follower.page.evaluate("cutOff(false)")
+    lecturer.press("ArrowRight")
+    follower.until(lambda: follower.frame == "3", "the one who was cut off sees frame 3")
+    lecturer.counts("5 follow")
 
 
 def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
@@ -192,8 +199,11 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     first.until(lambda: "You answered “No”" in first.text(".poll"), "the other answer is taken in its place")
     check(first.page)
     assert lecturer.page.locator(".poll-bar").count() == first.page.locator(".poll-bar").count() == 0
+    lecturer.page.get_by_role("button", name="Fold", exact=True).click()
+    assert lecturer.page.locator(".lead-poll .poll-answer:visible").count() == 0
 
     lecturer.page.get_by_role("button", name="Reveal").click()
+    lecturer.until(lambda: lecturer.page.locator(".lead-poll .poll-bar:visible").count() == 2, "the bars are unfolded")
     said = "Most answered “No”, 2 of 3; “Yes” 1."
     all_of(followers, lambda one: said in one.text(".poll"), "what was answered is told in words")
     lecturer.until(lambda: said in lecturer.page.inner_text(".lead-poll"), "the lecturer's page says so, too")
@@ -259,15 +269,35 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
     follower.page.locator(".following[data-state=open]").wait_for()
 
 
-def shown_two_sessions(lecturer: Lecturer, followers: list[Follower], late: Follower, server: Server) -> None:
-    """Two sessions stand side by side; whoever comes when the class is full waits; a forged link leads nowhere."""
+def compared(outcome: dict[str, Any] | None, arrangement: str) -> dict[str, Any]:
+    """What the page of a comparison tells of two runs."""
+    runs = [
+        {"name": name, "title": name, "colour": colour, "first": 0}
+        for name, colour in (("h-SPF", "#0072b2"), ("Condensation", "#009e73"))
+    ]
+    settings = [{"name": "tracker", "title": "Tracker", "values": [run["name"] for run in runs]}]
+    outline = {"unit": "px", "settings": settings, "runs": runs}
+    return {"comparison": {"outline": outline, "outcome": outcome, "arrangement": arrangement}}
+
+
+def shown_a_comparison(lecturer: Lecturer, followers: list[Follower], late: Follower, server: Server) -> None:
+    """Two runs stand side by side; whoever comes when the class is full waits; a forged link leads nowhere."""
     first = followers[0]
     [follow] = server.get("follows")
     sessions = [lecturer.session_id, server.start_session(tracker="condensation")["id"]]
-    server.patch(f"follows/{follow['id']}", {"sessions": sessions, "lesson": None})
+    shown = {"sessions": sessions, "lesson": None, "arrangement": compared(None, "side")}
+    server.patch(f"follows/{follow['id']}", shown)
     pictures = ".flat-canvas[data-frame]"
     all_of(followers, lambda one: one.page.locator(pictures).count() == 2, "both sessions are there")
+    all_of(followers, lambda one: "Condensation" in one.text(".comparison-table"), "what differs is listed")
+    assert first.page.locator(".transport").count() == 0
     fits(first.page)
+    failed = {"state": "failed", "done": 0, "total": 0, "result": None, "message": "It was in vain."}
+    first.page.evaluate("window.picture = document.querySelector('.flat-canvas')")
+    server.patch(f"follows/{follow['id']}", {"arrangement": compared(failed, "over")})
+    all_of(followers, lambda one: "It was in vain." in one.text(".comparison-table"), "what came of them is told")
+    assert first.page.evaluate("picture === document.querySelector('.flat-canvas')"), "it is the same page"
+    first.until(lambda: first.page.evaluate("picture.offsetWidth") > PHONE[0] / 2, "the one picture has the room")
     lecturer.counts("5 follow")
     server.patch(f"follows/{follow['id']}", {"most_followers": 5})
     late.page.goto(first.page.url)

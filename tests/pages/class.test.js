@@ -24,7 +24,8 @@ describe("what is said of a class", () => {
 
   it("says of a poll who is ahead, and only so much", () => {
     assert.equal(resultWords(["A", "B"], [0, 0]), "Nobody has answered.");
-    assert.equal(resultWords(["A", "B", "C"], [2, 2, 1]), "“A” and “B” were answered equally often, 2 of 5; “B” 2, “C” 1.");
+    assert.equal(resultWords(["A", "B", "C"], [2, 2, 1]), "“A” and “B” were answered equally often, each 2 of 5; “C” 1.");
+    assert.equal(resultWords(["A", "B", "C"], [1, 1, 1]), "“A”, “B” and “C” were answered equally often, each 1 of 3.");
     assert.equal(resultWords(["A", "B", "C"], [1, 3, 2]), "“B” was answered most often, 3 of 6; “C” 2, “A” 1.");
     assert.equal(resultWords(["A", "B"], [1, 0]), "Most answered “A”, 1 of 1; “B” 0.");
   });

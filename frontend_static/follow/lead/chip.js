@@ -25,7 +25,7 @@ export function followChip(lead, signal) {
     chip.toggleAttribute("data-elsewhere", follow !== null && !isHere);
     setText(words, follow === null ? "Follow me" : following(follow.followers));
     chip.title = titleOf(lead);
-    chip.disabled = follow === null && !lead.isReady;
+    chip.disabled = follow === null && !lead.mayBegin;
   };
   lead.on(["follow"], draw, signal);
   draw();

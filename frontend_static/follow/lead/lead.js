@@ -4,7 +4,7 @@
  */
 
 import { statusOf } from "../../shared/api.js";
-import { classOfLink } from "../../shared/guest.js";
+import { classOfLink, isGuest } from "../../shared/guest.js";
 import { socketAddress } from "../../shared/socket.js";
 import { Stream } from "../../shared/stream.js";
 import { latest } from "../../shared/timing.js";
@@ -59,6 +59,11 @@ export class Lead extends Topics {
   /** Whether there is something to be shown. */
   get isReady() {
     return this.#shown() !== null;
+  }
+
+  /** Whether a class may be begun here: a link has the rights over one, and is worth nothing after its end. */
+  get mayBegin() {
+    return this.isReady && !isGuest;
   }
 
   /** Find the class that this tab leads, if it leads one. */

@@ -10,12 +10,13 @@ import { PollView } from "../poll.js";
  *
  * @param {Lead} lead
  * @param {AbortSignal} signal
+ * @param {HTMLButtonElement[]} [more] Further buttons, before those that reveal and withdraw.
  * @returns {HTMLElement} Hidden while nothing is asked.
  */
-export function ownPoll(lead, signal) {
+export function ownPoll(lead, signal, more = []) {
   const reveal = h("button", { type: "button", class: "primary", data: { role: "reveal" }, on: { click: () => lead.reveal() } }, "Reveal");
   const withdraw = h("button", { type: "button", data: { role: "withdraw" }, on: { click: () => lead.withdraw() } });
-  const view = new PollView({ vote: null, tools: [reveal, withdraw] });
+  const view = new PollView({ vote: null, tools: [...more, reveal, withdraw] });
   const draw = () => {
     const poll = lead.follow?.poll ?? null;
     view.element.hidden = poll === null;
@@ -30,13 +31,28 @@ export function ownPoll(lead, signal) {
 }
 
 /**
- * Keep the poll on the page.
+ * Keep the poll on the page. Folded to the question and how many have answered, it leaves the picture in sight.
  *
  * @param {Lead} lead
  * @param {AbortSignal} signal
  */
 export function leadPoll(lead, signal) {
-  const place = h("aside", { class: "lead-poll", "aria-label": "The class is asked" }, ownPoll(lead, signal));
+  /** @type {HTMLButtonElement} */
+  const fold = h("button", { type: "button", class: "quiet", data: { role: "fold" }, on: { click: () => show(isFolded()) } });
+  const place = h("aside", { class: "lead-poll", "aria-label": "The class is asked" }, ownPoll(lead, signal, [fold]));
+  const isFolded = () => place.hasAttribute("data-folded");
+  const show = (/** @type {boolean} */ isWhole) => {
+    place.toggleAttribute("data-folded", !isWhole);
+    fold.setAttribute("aria-expanded", String(isWhole));
+    fold.textContent = isWhole ? "Fold" : "Unfold";
+  };
+  let poll = "";
+  lead.on(["follow"], () => {
+    const { id = "", revealed = false } = lead.follow?.poll ?? {};
+    // What is asked, and what is revealed, is there to be seen.
+    if (poll !== (poll = `${id} ${revealed}`)) show(true);
+  }, signal);
+  show(true);
   document.body.append(place);
   signal.addEventListener("abort", () => place.remove());
 }

@@ -28,7 +28,9 @@ export function openSheet(lead, signal) {
       const now = `${lead.follow?.id} ${lead.isHere}`;
       if (now === shown) return;
       shown = now;
-      fill(place, lead.follow === null ? beginning(lead, until) : running(lead, close, until));
+      if (lead.follow !== null) fill(place, running(lead, close, until));
+      else if (lead.mayBegin) fill(place, beginning(lead, until));
+      else close();
     };
     lead.on(["follow"], draw, until);
     draw();
