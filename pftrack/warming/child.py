@@ -3,8 +3,7 @@
 A case is a line `["head", 3]`: an experiment's name, and the number of one of its `coverage.cases`. Each piece of news
 is an object of JSON: `{"total": 81}` when it begins; `{"begun": EXPERIMENT, "cases": 12}` before the first case of one;
 `{"function": NAME, "seconds": S}` for what it has compiled; at the end of a case `{"found": [NAME, ...]}`, all that is
-compiled by now, and `{"done": [EXPERIMENT, 3], "loaded": [...]}`, what this process had not called before, or else
-`{"failed": EXPERIMENT, "reason": ...}`.
+compiled by now, and `{"done": EXPERIMENT}`, or else `{"failed": EXPERIMENT, "reason": ...}`.
 """
 
 import json
@@ -17,7 +16,7 @@ from pftrack.compiled import FUNCTIONS
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import follow_parent, leave_interrupts_to_parent
 from pftrack.warming.coverage import cases, run_case
-from pftrack.warming.watch import loaded, name_of, watched
+from pftrack.warming.watch import name_of, watched
 
 LOW_PRIORITY = 10
 
@@ -45,13 +44,12 @@ def warm(name: str, number: int, say: Say) -> None:
         every = tuple(cases(EXPERIMENTS[name]))
         if number == 0:
             say({"begun": name, "cases": len(every)})
-        before = loaded()
         run_case(EXPERIMENTS[name], *every[number])
     except Exception as error:  # noqa: BLE001 - foreign experiments may raise anything, and it is to be reported
         say({"failed": name, "reason": f"{type(error).__name__}: {error}".splitlines()[0]})
     else:
         say({"found": [name_of(it) for it in FUNCTIONS if it.signatures]})
-        say({"done": [name, number], "loaded": sorted(loaded() - before)})
+        say({"done": name})
 
 
 def main() -> None:

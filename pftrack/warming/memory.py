@@ -3,8 +3,9 @@
 It is named by everything that what is compiled depends on, so that after a change, or an update of a library, nothing
 is remembered; an experiment is then called again, which takes a second if everything is there after all. What other
 packages compile is not looked at: after a change of theirs their own sessions compile it. Each experiment is a file in
-the folder: several processes compile at once, and none may forget what another remembers. It lists the cases that
-called something for the first time, which are enough to load all of it again, and what that was.
+the folder: several processes compile at once, and none may forget what another remembers. It lists the cases that are
+enough to load all of it, once a process has found that out: a process that compiles cannot, since a function is there
+when its caller has been compiled, and is not when its caller has been loaded.
 """
 
 import hashlib
@@ -13,7 +14,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -21,7 +22,7 @@ from pathlib import Path
 from pftrack import machine
 from pftrack.files import write_whole
 
-__all__ = ["cache_folder", "existing", "loading", "ready", "remember", "source_hash", "writable"]
+__all__ = ["cache_folder", "existing", "loading_cases", "ready", "remember", "source_hash", "writable"]
 
 KEPT = 8
 """Memories of other versions and checkouts that are left alone."""
@@ -45,30 +46,29 @@ def ready(names: Iterable[str]) -> frozenset[str]:
     return frozenset()
 
 
-def loading(name: str) -> dict[int, frozenset[str]] | None:
-    """Return what each of the cases loads that load all that an experiment calls; None if that is not remembered."""
+def loading_cases(name: str) -> frozenset[int] | None:
+    """Return the numbers of the cases that load all that an experiment calls; None if they are not remembered."""
     folder = _folder()
     if folder is None:
         return None
-    with suppress(OSError, ValueError, TypeError, AttributeError):
-        stored = json.loads((folder / name).read_text("utf-8"))
-        return {int(number): frozenset(functions) for number, functions in stored.items()}
+    with suppress(OSError, ValueError, TypeError):
+        return frozenset(map(int, json.loads((folder / name).read_text("utf-8"))))
     return None
 
 
-def remember(name: str, loading: Mapping[int, Collection[str]]) -> None:
+def remember(name: str, cases: Collection[int] | None = None) -> None:
     """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered.
 
     Args:
         name: The experiment's.
-        loading: By the numbers of its cases, the functions that each called and none before it.
+        cases: The numbers of those that load all that it calls, where they are known.
     """
     folder = _folder()
     if folder is None:
         return
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(folder / name, json.dumps({number: sorted(loading[number]) for number in loading}).encode())
+        write_whole(folder / name, json.dumps(None if cases is None else sorted(cases)).encode())
         others = sorted(folder.parent.glob("warm-*/"), key=lambda other: other.stat().st_mtime)
         for old in others[:-KEPT]:
             shutil.rmtree(old, ignore_errors=True)

@@ -54,7 +54,6 @@ class Warming:
         self._done: set[str] = set()
         self._ready: set[str] = set()
         self._failed: dict[str, str] = {}
-        self._loading: dict[str, dict[int, list[str]]] = {}
         self._seconds: dict[str, float] = {}
         self._total = 0
         self._begun = time.monotonic()
@@ -152,9 +151,6 @@ class Warming:
             self._seconds[news["function"]] = self._seconds.get(news["function"], 0.0) + news["seconds"]
             self._done.add(news["function"])
         self._done.update(news.get("found", ()))
-        if "done" in news and news["loaded"]:
-            name, number = news["done"]
-            self._loading.setdefault(name, {})[number] = news["loaded"]
         if "failed" in news:
             self._fail(news["failed"], news["reason"])
 
@@ -165,7 +161,7 @@ class Warming:
     def _close(self, name: str) -> None:
         """Take up that a case has run; an experiment is ready when that was the last of them."""
         if self._schedule.done(name) and name not in self._failed:
-            remember(name, self._loading.get(name, {}))
+            remember(name)
             self._ready.add(name)
 
     def _hand_out(self, child: "subprocess.Popen[str]", before: str | None) -> Case | None:

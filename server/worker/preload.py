@@ -25,7 +25,7 @@ import server.tasks.functions
 import server.worker.worker
 from pftrack.experiments import EXPERIMENTS
 from pftrack.rendering import png, render
-from pftrack.warming import cache_folder, loading, ready
+from pftrack.warming import cache_folder, loading_cases, ready, remember
 from pftrack.warming.coverage import cases, run_case
 from pftrack.warming.watch import loaded
 
@@ -52,17 +52,35 @@ def _warm() -> None:
 
     Loading it from the disk takes a worker most of a second; forked with it, none. What is not compiled yet is left
     out, since compiling would keep all sessions waiting: another process does it. An experiment of another package that
-    does not run is left as it is: its own sessions say what is wrong, and no other has to wait for it. Cases that call
-    nothing that another has not called, of whatever experiment, are left out: they would take as long again.
+    does not run is left as it is: its own sessions say what is wrong, and no other has to wait for it.
     """
     names = frozenset(EXPERIMENTS)
-    for name in sorted(ready(names) if cache_folder() else names):
-        with contextlib.nullcontext() if name in EXPERIMENTS.own else contextlib.suppress(Exception):
-            needed = loading(name) if name in EXPERIMENTS.own else None
-            for number, (tracker, values) in enumerate(cases(EXPERIMENTS[name])):
-                if number == 0 or needed is None or needed.get(number, frozenset()) - loaded():
-                    drawing = run_case(EXPERIMENTS[name], tracker, values)
+    known = ready(names) if cache_folder() else names
+    for name in sorted(known & frozenset(EXPERIMENTS.own)):
+        _load(name)
+    for name in sorted(known.difference(EXPERIMENTS.own)):
+        with contextlib.suppress(Exception):
+            for case in cases(EXPERIMENTS[name]):
+                drawing = run_case(EXPERIMENTS[name], *case)
             png(render(drawing))
+
+
+def _load(name: str) -> None:
+    """Run the cases that load what an experiment calls and those before it do not, or find out which they are.
+
+    The others call nothing else, and would take as long again.
+    """
+    remembered = loading_cases(name)
+    found: set[int] = set()
+    for number, case in enumerate(cases(EXPERIMENTS[name])):
+        if number == 0 or remembered is None or number in remembered:
+            before = loaded()
+            drawing = run_case(EXPERIMENTS[name], *case)
+            if loaded() - before:
+                found.add(number)
+    if remembered is None:
+        remember(name, found)
+    png(render(drawing))
 
 
 # What is loaded here stays: to look for garbage on the way takes a tenth of the time.

@@ -8,10 +8,13 @@ from websockets.sync.client import connect
 
 from server.flat.codec import decode
 from tests.browser.host import Server
+from tests.waiting import wait_for
 
 
 @pytest.fixture
 def server(beside_misbehaving: Server) -> Server:
+    """The server, when it has looked at all experiments: a session waits only so long for its own."""
+    wait_for(lambda: beside_misbehaving.get("compilation")["finished"], seconds=300)
     return beside_misbehaving
 
 

@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +43,7 @@ for line in sys.stdin:
     function = f"{{name}}.{{'ab'[number]}}"
     time.sleep({pause})
     say(function=function, seconds=0.5)
-    say(done=[name, number], loaded=[function + "()"])
+    say(done=name)
 """
 
 
@@ -68,7 +67,7 @@ def test_progress_comes_with_every_function(pretend: str) -> None:
     counts = [progress.done for progress in told]
     assert counts == sorted(counts)
     assert any(progress.ready and not progress.finished for progress in told)
-    assert memory.loading("two") == {0: {"two.a()"}, 1: {"two.b()"}}
+    assert memory.ready(["two", "four"]) == {"two"}
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -83,10 +82,9 @@ def test_one_that_does_not_run_keeps_no_other(pretend: str, bad: str, reason: st
 
 
 def test_processes_share_the_cases_of_one_experiment(pretend: str) -> None:
-    """Two processes run each case once, and what each has loaded is remembered together."""
+    """Two processes run each case once."""
     done = Warming(["one", "three"], processes=2, child=pretend).wait()
     assert done.seconds == {f"{name}.{part}": 0.5 for name in ("one", "three") for part in "ab"}
-    assert memory.loading("three") == {0: {"three.a()"}, 1: {"three.b()"}}
 
 
 def test_a_process_stays_with_its_experiment_and_helps_others_before_it_begins_one() -> None:
@@ -161,8 +159,8 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """A finished experiment is ready in the next process, until anything that compiled code depends on changes."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     assert memory.ready(["one", "two"]) == frozenset()
-    memory.remember("one", {0: ["f()"]})
-    memory.remember("three", {0: ["f()"], 4: ["g()"]})
+    memory.remember("one")
+    memory.remember("three", {0, 4})
     assert memory.ready(["one", "two"]) == {"one"}
     monkeypatch.setattr(
         memory.machine, "computed_on", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
@@ -173,7 +171,7 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_what_else_a_process_has_imported_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that has compiled more than others finds what these remember."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    memory.remember("one", {0: ["f()"]})
+    memory.remember("one")
     loop_with(silent)
     assert memory.ready(["one"]) == {"one"}
 
@@ -183,20 +181,28 @@ def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkey
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     names = [f"experiment-{number}" for number in range(40)]
     with ThreadPoolExecutor(8) as pool:
-        list(pool.map(memory.remember, names, repeat({2: ["f()", "g()"], 0: ["h()"]})))
+        list(pool.map(memory.remember, names))
     assert memory.ready(names) == frozenset(names)
-    assert memory.loading(names[7]) == {0: {"h()"}, 2: {"f()", "g()"}}
-    assert memory.loading("another") is None
-    for damaged in ("", "0", "7", "[]", "[0]", '{"0": 7}', '{"zero": []}', '{"0":'):
-        next(tmp_path.glob("warm-*/experiment-7")).write_text(damaged)
-        assert memory.loading(names[7]) is None
+
+
+def test_the_cases_that_load_everything_are_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are not known when an experiment has been compiled, and not when they cannot be read."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    memory.remember("one")
+    assert memory.loading_cases("one") is memory.loading_cases("another") is None
+    memory.remember("one", {12, 0, 3})
+    assert memory.loading_cases("one") == {0, 3, 12}
+    for damaged in ("", "0", "[[]]", '["zero"]', "[0"):
+        next(tmp_path.glob("warm-*/one")).write_text(damaged)
+        assert memory.loading_cases("one") is None
+        assert memory.ready(["one"]) == {"one"}
 
 
 def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a folder to write in there is no memory, and no error."""
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    memory.remember("one", {0: ["f()"]})
+    memory.remember("one")
     assert memory.ready(["one"]) == frozenset()
 
 
@@ -229,10 +235,8 @@ def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
     loaded = {it["function"]: it for it in first if "function" in it}
     assert loaded.keys() == names
     assert {"begun": "sine", "cases": 3} in first
-    done = [it for it in first if "done" in it]
-    assert [it["done"] for it in done] == [["sine", 0], ["sine", 1]]
-    assert [len(it["loaded"]) for it in done] == [2, 0]
-    assert [it for it in second if "done" in it] == done
+    for news in (first, second):
+        assert [it["done"] for it in news if "done" in it] == ["sine", "sine"]
     assert not any("function" in it for it in second)
     assert any(names <= set(it["found"]) for it in second if "found" in it)
 
