@@ -106,9 +106,21 @@ describe("the box of a panel", () => {
     assert.ok(around.left % 6 === 0 && around.left > 20);
     const low = furniture({ ...panel, y: { ...panel.y, title: "a title that is longer than its axis" } }, { width: 400, height: 100 }, 12, wide, false);
     assert.equal(low.lines, 2);
+    const flat = furniture({ ...panel, y: { ...panel.y, title: "probability", unit: "%" } }, { width: 400, height: 60 }, 12, wide, false);
+    assert.deepEqual([flat.beside, flat.below], ["%", "position, m"]);
+    assert.equal(furniture(panel, { width: 400, height: 45 }, 12, wide, false).below, "");
     assert.ok(margins(low, wide, 12).left > margins({ ...low, lines: 1 }, wide, 12).left);
     const bare = margins(furniture({ ...panel, y: { ...panel.y, title: "", unit: "", hidden: true } }, room, 12, wide, true), wide, 12);
     assert.ok(bare.left < around.left && bare.bottom < around.bottom);
+  });
+
+  it("leaves names out that would lie over each other, and no numbers", () => {
+    const names = ["0.37", "0.23", "0.17", "0.12"];
+    const shown = (/** @type {number} */ width) =>
+      furniture({ ...panel, x: { ...AXIS, title: "", unit: "", low: -0.5, high: 3.5, names } }, { ...room, width }, 12, wide, false).x.map(({ text }) => text);
+    assert.deepEqual(shown(400), names);
+    assert.deepEqual(shown(180), ["0.37", "", "0.17", ""]);
+    assert.ok(furniture(panel, { ...room, width: 60 }, 12, wide, false).x.every(({ text }) => text));
   });
 
   it("has units of one length where that is wanted, and y downwards on a picture", () => {

@@ -16,6 +16,8 @@ const LEAST = 8;
 export const LINE = 1.25;
 const GAP = 0.45;
 const APART = { x: 5, y: 1.9 };
+/** About what stands beside a box. */
+const ASIDE = 4;
 /** More numbers than that help nobody. */
 const MOST = { x: 11, y: 7 };
 /** Margins grow in such steps, so that another digit seldom moves the box. */
@@ -45,11 +47,30 @@ const STEP = 0.5;
 export function furniture(panel, { width, height }, em, wide, sharesX) {
   const room = (/** @type {"x"|"y"} */ along, /** @type {number} */ px) => Math.min(Math.max(2, Math.floor(px / (APART[along] * em))), MOST[along]);
   const ticks = ticksOf(panel.x, room("x", width));
-  const x = sharesX ? ticks.map(({ at }) => ({ at, text: "" })) : ticks;
-  const [below, beside] = [sharesX ? "" : titled(panel.x), titled(panel.y)];
-  const high = height - GAP * em - under({ x, below }, em);
+  const { names } = panel.x;
+  const numbered = names.length ? apart(ticks, (width - ASIDE * em) / names.length, em, wide) : ticks;
+  const x = sharesX ? ticks.map(({ at }) => ({ at, text: "" })) : numbered;
+  const left = (/** @type {string} */ below) => height - GAP * em - under({ x, below }, em);
+  // Where nothing would be left to paint on, a title gives way.
+  const below = sharesX || left(titled(panel.x)) < LEAST ? "" : titled(panel.x);
+  const high = left(below);
   const y = ticksOf(panel.y, room("y", high));
+  const isBroken = titled(panel.y).split(" ").some((word) => wide(word) > high);
+  const beside = isBroken ? panel.y.unit : titled(panel.y);
   return { x, y, below, beside, lines: Number(beside !== "") + Number(wide(beside) > high) };
+}
+
+/**
+ * Names that stand as far apart as they are wide: all, or each second, or third; numbers are given room before.
+ *
+ * @param {Tick[]} ticks
+ * @param {number} room For each, px.
+ * @param {number} em
+ * @param {(text: string) => number} wide
+ */
+function apart(ticks, room, em, wide) {
+  const every = Math.ceil((Math.max(0, ...ticks.map(({ text }) => wide(text))) + GAP * em) / room);
+  return ticks.map(({ at, text }, place) => ({ at, text: place % every ? "" : text }));
 }
 
 /**
