@@ -2,13 +2,13 @@
 
 import base64
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
 from tests.browser.accessible import check, fits
-from tests.browser.conftest import Complaints
+from tests.browser.conftest import WITHOUT_PLOTS, Complaints
 from tests.browser.host import Server
 from tests.browser.views import GLYPH, LINES, SessionPage, View
 
@@ -73,9 +73,21 @@ def shown(page: Any) -> ComparePage:
     return ComparePage(page)
 
 
+@pytest.fixture
+def elsewhere(contexts: Callable[[Server], Any], beside_others: Server) -> Iterator[ComparePage]:
+    """A browser at another server, which has none of the first one's sessions and runs."""
+    context = contexts(beside_others)
+    context.request.get("/", params={"token": beside_others.token})
+    page = context.new_page()
+    page.add_init_script(WITHOUT_PLOTS)
+    yield ComparePage(page)
+    page.close()
+    beside_others.end_sessions()
+
+
 @pytest.mark.plots
 def test_a_branch_is_compared_with_its_run(
-    watch: Callable[..., SessionPage], shown: ComparePage, server: Server
+    watch: Callable[..., SessionPage], shown: ComparePage, elsewhere: ComparePage, server: Server
 ) -> None:
     """Key C leads to both in step, with what differs; D to the frame in which they part; a link shows it elsewhere."""
     session = watch(tracker="h-spf", seed=7, frames=60, position=20)
@@ -108,9 +120,10 @@ def test_a_branch_is_compared_with_its_run(
     address = page.url
     page.goto("about:blank")
     shown.until(lambda: [it["id"] for it in server.get("sessions")] == [own], "the page's own sessions have ended")
-    page.goto(address)
-    shown.ready(2)
-    assert shown.first_difference == 21
+    elsewhere.page.goto(address.replace(server.url, ""))
+    elsewhere.ready(2)
+    assert elsewhere.first_difference == 21
+    assert elsewhere.row("Tracker") == [f"{before}, Condensation from frame 21 on", before]
 
 
 def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) -> None:
