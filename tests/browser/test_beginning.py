@@ -1,7 +1,6 @@
 """The beginning: a new run is seen at once, long before the scene that it is watched in has been loaded."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -13,11 +12,11 @@ from tests.browser.views import PARTICLES, Gallery, SessionPage
 
 pytestmark = pytest.mark.scene
 
-Watch = Callable[..., SessionPage]
 VERSIONED = re.compile(r"^/static/version/\w+/")
 PAGES = Path(__file__).parents[2] / "frontend_static"
 
 PLACES = "[...document.querySelectorAll('.plot, .deck')].map((it) => it.getBoundingClientRect().toJSON())"
+NARROW = (800, 700), (400, 800)
 NAMED = "[...document.querySelectorAll('link[rel=modulepreload]')].map((it) => new URL(it.href).pathname)"
 
 # Where the picture lies in the page, by the library's drawing and by the scene: [left, top, width, height].
@@ -105,7 +104,7 @@ def test_the_plots_do_not_wait_for_the_scene_to_be_drawn(page: Any, server: Serv
 
 
 @pytest.mark.plots
-@pytest.mark.parametrize("size", [(1280, 800), pytest.param((800, 700), marks=pytest.mark.slow), (400, 800)])
+@pytest.mark.parametrize("size", [(1280, 800), *(pytest.param(it, marks=pytest.mark.slow) for it in NARROW)])
 def test_the_scene_takes_over_where_the_picture_was(
     page: Any, held: Held, server: Server, size: tuple[int, int]
 ) -> None:
@@ -130,12 +129,11 @@ def test_the_scene_takes_over_where_the_picture_was(
         shown.until(lambda: shown.lines, "the plots are drawn")
     again = page.evaluate(PLACES)
     assert again == places
+    loads_what_it_names(page)
 
 
-@pytest.mark.plots
-def test_all_modules_of_the_page_are_asked_for_at_once(watch: Watch) -> None:
+def loads_what_it_names(page: Any) -> None:
     """What the page imports is named in it as it is served, so that no import is found only in another one."""
-    page = watch().page
     loaded = page.evaluate("performance.getEntriesByType('resource').map((it) => new URL(it.name).pathname)")
     used, named = ({VERSIONED.sub("", path) for path in paths} for paths in (loaded, page.evaluate(NAMED)))
     modules = {path.relative_to(PAGES).as_posix() for path in PAGES.rglob("*.js")}
