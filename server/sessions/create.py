@@ -80,16 +80,18 @@ def new_spec(
 
 def _upload(body: SessionCreate, store: Store) -> UploadRow | None:
     """Return the upload that a recipe's footage is, or None if the recipe has none."""
-    sha256 = body.recipe.footage and body.recipe.footage.sha256
-    if body.upload is None and body.recipe.footage is None:
+    footage = body.recipe.footage
+    sha256 = footage and footage.sha256
+    if body.upload is None and footage is None:
         return None
     if body.upload is None and sha256 is None:
         raise ParameterError("upload", None, "given: a target can only be marked in an upload")
     found = store.upload(body.upload) if body.upload else None
     found = found or (store.upload_of(sha256) if sha256 else None)
     if found is None or sha256 not in {None, found.sha256}:
+        name = (footage and footage.name) or "the recording"
         raise RefusedError(
-            "There is no such upload; it may have been deleted.", field="upload", value=body.upload or sha256
+            f"There is no such upload here; upload {name} first.", field="upload", value=body.upload or sha256
         )
     return found
 
