@@ -201,7 +201,7 @@ def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> Non
     form = View(page)
     form.until(lambda: "40 runs" in page.inner_text(".plan-size"), "the form holds five conditions, two methods")
     page.locator("[data-field=trials] input").fill("1")
-    page.locator("[data-field=frames] input").fill("60")
+    page.locator("[data-field=frames] input").fill("20")
     form.until(lambda: "10 runs" in page.inner_text(".plan-size"), "fewer are planned")
     page.click("text=Start the sweep")
     page.wait_for_url(lambda address: "/sweep/" in address and not address.split("#")[0].endswith("new"))
