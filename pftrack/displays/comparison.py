@@ -51,8 +51,7 @@ def _sentences(comparison: "Comparison") -> Iterator[str]:
 def _difference(each: "Paired") -> str:
     if not each.frames:
         return "no frame in which both are known"
-    percent = each.name != "error"
-    factor, unit = (100.0, "%") if percent else (1.0, each.unit)
+    factor, unit = (1.0, each.unit) if each.name == "error" else (100.0, "points")  # of 100: a difference of shares
     numbers = (each.mean, each.low, each.high)
     mean, low, high = (f"{factor * value:+.2f}" if math.isfinite(value) else MISSING for value in numbers)
     interval = f" (95 % interval {low} to {high})" if math.isfinite(each.low) else ""

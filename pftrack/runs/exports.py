@@ -172,11 +172,12 @@ def exporting(run: Run, path: Path, kind: RunExport, plot: str | None = None) ->
             write_whole(_beside(path), _manifest(run))
         settle(part, path)
     except OSError as error:
-        if error.errno not in FULL:
+        if error.errno is None:
             raise
-        raise ExportError(
-            f"{path.name} cannot be written: {os.strerror(error.errno)}; make room, or export fewer frames"
-        ) from None
+        reason = os.strerror(error.errno)  # some libraries tell it in words of their own, with the part's name
+        if error.errno not in FULL:
+            raise OSError(error.errno, reason, str(path)) from None
+        raise ExportError(f"{path.name} cannot be written: {reason}; make room, or export fewer frames") from None
     finally:
         part.unlink(missing_ok=True)
         if run.position != position:

@@ -83,6 +83,7 @@ def test_a_comparison_shows_what_differs_and_what_one_gains(run: pftrack.Run) ->
     assert f"{comparison.outcomes[1].mean_error:.1f}" in words
     error = comparison.paired[0]
     assert f"{error.mean:+.2f} px (95 % interval {error.low:+.2f} to {error.high:+.2f}) over 60 frames" in words
+    assert f"{100 * comparison.paired[1].mean:+.2f} points" in words
 
 
 def test_a_run_is_made_saved_and_loaded_again(run: pftrack.Run, tmp_path: Path) -> None:

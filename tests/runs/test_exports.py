@@ -203,5 +203,12 @@ def test_one_that_is_stopped_or_has_no_room_leaves_what_was_there(
     monkeypatch.setattr("pftrack.runs.exports.settle", full)
     with pytest.raises(ExportError, match=r"old\.mp4 cannot be written: No space left on device; make room"):
         ball.export(place)
+
+    def denied(*_: object) -> None:
+        raise OSError(errno.EACCES, "Failed to open local file '.old.mp4.part'")
+
+    monkeypatch.setattr("pftrack.runs.exports.settle", denied)
+    with pytest.raises(PermissionError, match=r"Permission denied: '.*/old\.mp4'"):
+        ball.export(place)
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("old.mp4", "old")]
     assert ball.position == 4
