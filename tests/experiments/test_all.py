@@ -5,11 +5,24 @@ import pytest
 from pftrack.experiments import EXPERIMENTS
 from pftrack.testing import Check, experiment_checks
 
+ELSEWHERE = "another process comes to the same numbers"
+"""`tests/test_same_bits.py` shows as much of every tracker; one with pictures and one without remain here."""
+
+
+def marks(name: str, check: Check) -> tuple[pytest.MarkDecorator, ...]:
+    return (pytest.mark.slow,) if check.name == ELSEWHERE and name not in {"ball", "sine"} else ()
+
+
 CHECKS = [
-    pytest.param(check, id=f"{name}: {check}")
+    pytest.param(check, id=f"{name}: {check}", marks=marks(name, check))
     for name in EXPERIMENTS.own
     for check in experiment_checks(EXPERIMENTS[name])
 ]
+
+
+def test_what_another_process_comes_to_is_a_check() -> None:
+    """It has the name by which it is chosen here, once for each experiment."""
+    assert [param.values[0].name for param in CHECKS].count(ELSEWHERE) == len(EXPERIMENTS.own)
 
 
 @pytest.mark.parametrize("check", CHECKS)

@@ -20,8 +20,8 @@ def test_methods_see_the_same_prism() -> None:
 
 
 def test_the_mixture_is_best() -> None:
-    """Over fifteen trials the mixture is at least 0.1 degrees below the upper prediction, which is below the lower."""
-    mixture, upper, lower = (np.mean(errors(method, 15)) for method in ("pf-asd", "alpha-1", "alpha-0"))
+    """Over eight trials the mixture is at least 0.1 degrees below the upper prediction, which is below the lower."""
+    mixture, upper, lower = (np.mean(errors(method, 8)) for method in ("pf-asd", "alpha-1", "alpha-0"))
     assert mixture + 0.1 <= upper < lower
 
 
