@@ -5,7 +5,6 @@ whose network came and went finds its place again. The lecturer's own sockets ta
 """
 
 import asyncio
-from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
@@ -45,7 +44,8 @@ class Places:
         self.most = most
         self.is_open = True
         self._changed = changed
-        self._sockets: defaultdict[str, set[_Socket]] = defaultdict(set)
+        self._sockets: dict[str, set[_Socket]] = {}
+        self._leaving: dict[str, asyncio.TimerHandle] = {}
 
     def __len__(self) -> int:
         """Return how many followers are there."""
@@ -79,17 +79,10 @@ class Places:
         Raises:
             CrowdedError: The class is full or closed, or this follower holds too many already.
         """
-        if seat != LECTURER and seat not in self._sockets:
-            self._check_room()
-        held = self._sockets[seat]
-        if len(held) >= MOST_SOCKETS:
-            raise CrowdedError(
-                f"This browser holds {MOST_SOCKETS} connections already; close other pages of the class."
-            )
-        if path.startswith(SCENES) and self._scenes >= MOST_SCENES:
-            raise CrowdedError(
-                f"{MOST_SCENES} look at the scene in space already; the flat view is there for everybody."
-            )
+        self._check_room(seat, path)
+        if (leaving := self._leaving.pop(seat, None)) is not None:
+            leaving.cancel()
+        held = self._sockets.setdefault(seat, set())
         socket = _Socket(path, asyncio.timeout(None))
         held.add(socket)
         if len(held) == 1:
@@ -100,7 +93,7 @@ class Places:
             held.discard(socket)
             if not held:
                 self._changed()
-                asyncio.get_running_loop().call_later(KEPT_S, self._give_up, seat)
+                self._leaving[seat] = asyncio.get_running_loop().call_later(KEPT_S, self._give_up, seat)
 
     def review(self, may_stay: Callable[[str, str], bool]) -> None:
         """End every socket, by seat and path, that may not stay."""
@@ -114,13 +107,20 @@ class Places:
     def _scenes(self) -> int:
         return sum(socket.path.startswith(SCENES) for held in self._sockets.values() for socket in held)
 
-    def _check_room(self) -> None:
-        taken = len(self._sockets.keys() - {LECTURER})
-        if not self.is_open:
-            raise CrowdedError("The lecturer lets nobody else in at the moment.")
-        if taken >= self.most:
-            raise CrowdedError(f"The class is full: {self.most} follow already. Try again in a while.")
+    def _check_room(self, seat: str, path: str) -> None:
+        if seat != LECTURER and seat not in self._sockets:
+            if not self.is_open:
+                raise CrowdedError("The lecturer lets nobody else in at the moment.")
+            if len(self._sockets.keys() - {LECTURER}) >= self.most:
+                raise CrowdedError(f"The class is full: {self.most} follow already. Try again in a while.")
+        if len(self._sockets.get(seat, ())) >= MOST_SOCKETS:
+            raise CrowdedError(
+                f"This browser holds {MOST_SOCKETS} connections already; close other pages of the class."
+            )
+        if path.startswith(SCENES) and self._scenes >= MOST_SCENES:
+            raise CrowdedError(
+                f"{MOST_SCENES} look at the scene in space already; the flat view is there for everybody."
+            )
 
     def _give_up(self, seat: str) -> None:
-        if not self._sockets.get(seat, True):
-            del self._sockets[seat]
+        del self._sockets[seat], self._leaving[seat]

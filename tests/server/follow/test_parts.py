@@ -62,6 +62,7 @@ class TestPlaces:
                 held.enter_context(room.take(str(number), "/viz/one/"))
             with pytest.raises(CrowdedError, match="flat view"), room.take("late", "/viz/one"):
                 pass
+            assert "late" not in room, "who was refused has no place"
             held.enter_context(room.take("late", "/api/v1/follow/stream"))
             assert len(room) == MOST_SCENES + 1
 
@@ -95,6 +96,19 @@ class TestPlaces:
         asyncio.get_running_loop().call_later(0.0, later.set)
         await later.wait()
         assert "a" not in room
+
+    @in_loop
+    async def test_who_comes_back_and_goes_has_the_whole_while_again(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A place is not lost by the first time that its follower was gone."""
+        room = _places(1)
+        for kept in (0.0, 600.0):
+            monkeypatch.setattr(places, "KEPT_S", kept)
+            with room.take("a", "/"):
+                pass
+        later = asyncio.Event()
+        asyncio.get_running_loop().call_later(0.0, later.set)
+        await later.wait()
+        assert "a" in room
 
     @in_loop
     async def test_who_must_leave_is_interrupted(self) -> None:
