@@ -15,7 +15,7 @@ const BROWSER = [
 export default [
   js.configs.recommended,
   {
-    files: ["frontend_static/**/*.js", "server/**/*.js"],
+    files: ["frontend_static/**/*.js", "server/pftrack_server/**/*.js"],
     languageOptions: { globals: Object.fromEntries(BROWSER.map((name) => [name, "readonly"])) },
     rules: {
       "array-callback-return": "error",
@@ -71,7 +71,7 @@ export default [
   },
   {
     // Scripts in the scene's page, each in a function of its own.
-    files: ["server/**/*.js"],
+    files: ["server/pftrack_server/**/*.js"],
     languageOptions: { globals: { HTMLInputElement: "readonly", dispatchEvent: "readonly", parent: "readonly", window: "readonly" } },
   },
   {

@@ -21,9 +21,9 @@ from numpy.typing import NDArray  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.geometry.fish_shape import GOLDFISH, model_points  # noqa: E402
 from pftrack.likelihoods.edge_distance import largest_distances  # noqa: E402
-from pftrack.parameters import revise  # noqa: E402
+from pftrack.model.parameters import revise  # noqa: E402
+from pftrack.model.source import History  # noqa: E402
 from pftrack.sources.fish import FishSource  # noqa: E402
-from pftrack.sources.source import History  # noqa: E402
 from pftrack.trackers.fish.step import MOTIONS, begun, seen_edges, stepped  # noqa: E402
 
 LOOPED = 100

@@ -20,9 +20,9 @@ import numpy as np  # noqa: E402
 from pftrack.detection import detect, find_again  # noqa: E402
 from pftrack.geometry.face_model import FEATURES  # noqa: E402
 from pftrack.likelihoods import template  # noqa: E402
-from pftrack.parameters import revise  # noqa: E402
+from pftrack.model.parameters import revise  # noqa: E402
+from pftrack.model.source import History  # noqa: E402
 from pftrack.sources.head import HeadSceneParameters, HeadSource  # noqa: E402
-from pftrack.sources.source import History  # noqa: E402
 from pftrack.trackers.head.templates import template_sizes  # noqa: E402
 
 OCCLUDED = {"sunglasses": True, "hand_cover": 0.6, "pillar_width_px": 60}

@@ -17,9 +17,9 @@ from numpy.typing import NDArray  # noqa: E402
 
 from pftrack.experiment import Setup  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
-from pftrack.frame import Frame  # noqa: E402
-from pftrack.parameters import revise  # noqa: E402
-from pftrack.random import Purpose, Stream  # noqa: E402
+from pftrack.model.frame import Frame  # noqa: E402
+from pftrack.model.parameters import revise  # noqa: E402
+from pftrack.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.runs.run import Run  # noqa: E402
 from pftrack.sources.linkage.truth import LinkageTarget  # noqa: E402
 

@@ -19,13 +19,13 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from pftrack.angles import wrapped  # noqa: E402
 from pftrack.filters import rao_blackwell  # noqa: E402
 from pftrack.filters.affine import AffineLayer  # noqa: E402
 from pftrack.filters.perspective import PerspectiveLayer  # noqa: E402
 from pftrack.geometry.rotation import angles  # noqa: E402
 from pftrack.likelihoods import points  # noqa: E402
-from pftrack.random import Purpose, Stream  # noqa: E402
+from pftrack.numerics.angles import wrapped  # noqa: E402
+from pftrack.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.sources.prism import VERTICES_MM, PrismParameters, Sight, sight  # noqa: E402
 from pftrack.trackers.pose import layered  # noqa: E402
 

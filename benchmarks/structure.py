@@ -22,12 +22,12 @@ from scipy.sparse import lil_matrix  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 
 from pftrack.geometry.face_model import mean_model  # noqa: E402
+from pftrack.reproduce.structure.scenes import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
 from pftrack.structure import growing, online_variational, recursive, variational  # noqa: E402
 from pftrack.structure.alignment import shape_error  # noqa: E402
 from pftrack.structure.cameras import settled  # noqa: E402
 from pftrack.structure.factorization import factorize  # noqa: E402
 from pftrack.structure.first_window import from_window  # noqa: E402
-from pftrack.structure.scenes import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
 from pftrack.structure.tracks import Tracks, checked_view  # noqa: E402
 
 WINDOW = 90

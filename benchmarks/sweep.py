@@ -17,16 +17,16 @@ from typing import Any  # noqa: E402
 import numpy as np  # noqa: E402
 
 from pftrack.dynamics import diffuse, predict  # noqa: E402
-from pftrack.elementary import exponentials  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.likelihoods.chromaticity import log_kernel  # noqa: E402
-from pftrack.parameters import revise  # noqa: E402
+from pftrack.model.parameters import revise  # noqa: E402
+from pftrack.model.source import History  # noqa: E402
+from pftrack.numerics.elementary import exponentials  # noqa: E402
+from pftrack.numerics.random import standard_normals  # noqa: E402
 from pftrack.particles import moments, normalise  # noqa: E402
-from pftrack.random import standard_normals  # noqa: E402
 from pftrack.resampling import parents  # noqa: E402
 from pftrack.runs.batch import outcomes  # noqa: E402
 from pftrack.runs.run import Change, Run  # noqa: E402
-from pftrack.sources.source import History  # noqa: E402
 from pftrack.sweep import Axis, Plan, carry_out  # noqa: E402
 
 Array = np.ndarray[Any, Any]

@@ -1,7 +1,7 @@
 """pftrack: interactive tracking experiments with particle filters.
 
 Data flows one way, `Source -> Tracker -> Run -> Drawing`, and parameters flow the other way through one door
-(`pftrack.parameters.revise`). The library knows nothing of the web; the server is another package.
+(`pftrack.model.parameters.revise`). The library knows nothing of the web; the server is another package.
 
     >>> import pftrack
     >>> run = pftrack.run("ball", seed=3)
@@ -14,15 +14,15 @@ They are imported when they are first asked for, so that `import pftrack` costs 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from pftrack import machine
+from pftrack.numerics import machine
 
 if TYPE_CHECKING:
     from pftrack.api import compare, load, run
     from pftrack.comparison import Comparison
     from pftrack.experiment import Experiment
-    from pftrack.runs.recipe import Recipe
+    from pftrack.exports.viewers import show
+    from pftrack.model.recipe import Recipe
     from pftrack.runs.run import Run
-    from pftrack.viewers import show
 
 __all__ = ["Comparison", "Experiment", "Recipe", "Run", "__version__", "compare", "load", "run", "show"]
 
@@ -31,12 +31,12 @@ __version__ = "0.2.0"
 _HOMES = {
     "Comparison": "pftrack.comparison",
     "Experiment": "pftrack.experiment",
-    "Recipe": "pftrack.runs.recipe",
+    "Recipe": "pftrack.model.recipe",
     "Run": "pftrack.runs.run",
     "compare": "pftrack.api",
     "load": "pftrack.api",
     "run": "pftrack.api",
-    "show": "pftrack.viewers",
+    "show": "pftrack.exports.viewers",
 }
 """Where each name that is offered here comes from."""
 

@@ -5,7 +5,7 @@
     >>> run.export("ball.parquet")
 
 All that they do can be done step by step with what they call: experiments (`pftrack.experiments`), recipes and records
-(`pftrack.runs`), comparisons (`pftrack.comparison`) and viewers (`pftrack.viewers`).
+(`pftrack.runs`), comparisons (`pftrack.comparison`) and viewers (`pftrack.exports.viewers`).
 """
 
 import json
@@ -17,12 +17,13 @@ from typing import Any
 from pftrack.comparison import Comparison
 from pftrack.experiment import Experiment, Preset
 from pftrack.experiments import find
-from pftrack.parameters import ParameterError, Value
+from pftrack.model.parameters import ParameterError, Value
+from pftrack.model.recipe import Footage, Recipe
+from pftrack.model.sequence import FrameSequence
 from pftrack.runs import record
-from pftrack.runs.recipe import Footage, Recipe
 from pftrack.runs.record import OpenSequence
 from pftrack.runs.run import Change, Run
-from pftrack.sources.sequence import FrameSequence, open_sequence
+from pftrack.sources.sequence import open_sequence
 
 __all__ = ["compare", "load", "run"]
 

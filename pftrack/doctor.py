@@ -11,8 +11,7 @@ import socket
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from importlib import metadata
-from importlib.util import find_spec
+from importlib import import_module, metadata
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -180,16 +179,8 @@ def _pages() -> tuple[Status, str]:
     plugin = next(iter(metadata.entry_points(group="pftrack.commands", name="serve")), None)
     if plugin is None:
         return "broken", "the command serve is not installed; reinstall pftrack with pip"
-    top = plugin.module.partition(".")[0]
-    found = find_spec(top)
-    ours = Path(__file__).parents[1] / top
-    if found is None or Path(found.origin or "").parent != ours:
-        return (
-            "broken",
-            f"another package is imported as {top} ({found and found.origin}); remove it or its folder from the path",
-        )
     plugin.load()
-    place = ours.parent / "frontend_static"
+    place: Path = import_module(f"{plugin.module.partition('.')[0]}.frontend").FRONTEND
     if not (place / "gallery" / "gallery.html").is_file():
         return "broken", "the pages are missing; reinstall pftrack with pip"
     return "ok", f"{sum(1 for it in islice(place.rglob('*'), 10_000) if it.is_file())} files"

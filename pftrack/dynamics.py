@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.matrices import product
-from pftrack.random import Generator
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import product
+from pftrack.numerics.random import Generator
 
 __all__ = [
     "Dynamics",

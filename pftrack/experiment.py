@@ -7,28 +7,29 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Drawing
-from pftrack.export import Export
-from pftrack.failure import Failure
-from pftrack.finder import Finder
-from pftrack.frame import Frame, Target
-from pftrack.guidance import Guidance
-from pftrack.layer import Layer
-from pftrack.marks import Mark, read_mark
-from pftrack.measures import HIT_RATE, Measure
-from pftrack.parameters import ParameterError, Parameters, Value
-from pftrack.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
-from pftrack.references import Citation
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.recipe import Footage
-from pftrack.series import Series, SeriesValue, joined
-from pftrack.sources.sequence import FrameSequence, Kind
-from pftrack.sources.source import Source
-from pftrack.sources.truth import BOXES, Truth, TruthKind
-from pftrack.suitability import Suitability
-from pftrack.tour import Tour
-from pftrack.trackers import Tracker
-from pftrack.world import World
+from pftrack.learning.guidance import Guidance
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import Drawing
+from pftrack.model.export import Export
+from pftrack.model.failure import Failure
+from pftrack.model.finder import Finder
+from pftrack.model.frame import Frame, Target
+from pftrack.model.layer import Layer
+from pftrack.model.marks import Mark, read_mark
+from pftrack.model.measures import HIT_RATE, Measure
+from pftrack.model.parameters import ParameterError, Parameters, Value
+from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
+from pftrack.model.recipe import Footage
+from pftrack.model.references import Citation
+from pftrack.model.sequence import FrameSequence, Kind
+from pftrack.model.series import Series, SeriesValue, joined
+from pftrack.model.source import Source
+from pftrack.model.suitability import Suitability
+from pftrack.model.tour import Tour
+from pftrack.model.tracker import Tracker
+from pftrack.model.truth import Truth
+from pftrack.model.world import World
+from pftrack.sources.truth import BOXES, TruthKind
 
 __all__ = [
     "INTERFACE",

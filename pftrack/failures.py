@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pftrack.experiment import Experiment
-from pftrack.failure import ORDER, Failure, Finding
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.recipe import Recipe
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.failure import ORDER, Failure, Finding
+from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Run
 
 __all__ = ["Enacted", "Entry", "enact", "entry", "gallery"]

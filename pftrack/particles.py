@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials
-from pftrack.sums import inner_product, total
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.sums import inner_product, total
 
 __all__ = ["ParticleSet", "moments", "normalise"]
 

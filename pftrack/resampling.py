@@ -21,11 +21,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.random import Generator, uniforms
+from pftrack.numerics.sums import total
 from pftrack.particles import ParticleSet
-from pftrack.random import Generator, uniforms
-from pftrack.sums import total
 
 __all__ = [
     "RESAMPLERS",

@@ -25,7 +25,7 @@ import numpy as np
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.parameters import Value, declarations
+from pftrack.model.parameters import Value, declarations
 from pftrack.runs.run import Change, Run
 
 FRAMES, SEED = 12, 3

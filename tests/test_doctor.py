@@ -140,24 +140,6 @@ def test_after_warming_nothing_is_compiled_in_a_session(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr
 
 
-def test_another_package_of_the_servers_name_is_reported(tmp_path: Path) -> None:
-    """Two packages that are imported as `server` cannot both work; the sentence says where the other one is."""
-    (tmp_path / "server").mkdir()
-    (tmp_path / "server" / "__init__.py").touch()
-    program = "from pftrack import doctor; status, text = doctor._pages(); print(status); print(text)"
-    places = os.pathsep.join([str(tmp_path), str(Path(doctor.__file__).parents[1])])
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", program],
-        env={**os.environ, "PYTHONPATH": places},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    status, text = done.stdout.splitlines()
-    assert status == "broken"
-    assert f"imported as server ({tmp_path / 'server' / '__init__.py'})" in text
-
-
 def test_every_browser_that_the_tests_can_use_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The shell without windows as well; where there is none, the doctor says what was looked for."""
     monkeypatch.setenv("PATH", str(tmp_path))

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.failure import KINDS, ORDER, Cure, Failure, Finding
 from pftrack.failures import enact, entry, gallery
-from pftrack.runs.timeline import Change
+from pftrack.model.failure import KINDS, ORDER, Cure, Failure, Finding
+from pftrack.model.timeline import Change
 from pftrack.testing import CheckError, experiment_checks
 
 ALL = gallery(EXPERIMENTS)

@@ -50,12 +50,17 @@ def test_the_wheel_holds_library_server_and_pages(tmp_path: Path) -> None:
     tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.split(
         "\n"
     )
-    wanted = {name for name in tracked if name.split("/")[0] in {"pftrack", "server", "frontend_static"}}
+    installed = {"pftrack/": "pftrack/", "server/": "", "frontend_static/": "pftrack_server/frontend_static/"}
+    wanted = {
+        place + name.removeprefix(folder)
+        for name in tracked
+        for folder, place in installed.items()
+        if name.startswith(folder)
+    }
     assert wanted - packed == set()
     assert {name.split("/")[0] for name in packed} == {
         "pftrack",
-        "server",
-        "frontend_static",
+        "pftrack_server",
         f"pftrack-{pftrack.__version__}.dist-info",
     }
     assert not [name for name in packed if "__pycache__" in name]
@@ -73,7 +78,7 @@ def test_an_installed_wheel_works_without_the_source(tmp_path: Path) -> None:
     subprocess.run(install, check=True, capture_output=True)
     program = (
         f"import sys; sys.path.insert(0, {str(place)!r})\n"
-        "import pftrack, server; assert pftrack.__file__.startswith(sys.path[0]), pftrack.__file__\n"
+        "import pftrack, pftrack_server; assert pftrack.__file__.startswith(sys.path[0]), pftrack.__file__\n"
         "from pftrack.doctor import examine\n"
         "wrong = [check for check in examine() if check.status == 'broken']\n"
         "assert not wrong, wrong\n"

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__
 
-from pftrack import machine
 from pftrack.experiments import EXPERIMENTS
+from pftrack.numerics import machine
 from tests import same_bits
 
 ROOT = Path(__file__).parents[1]
@@ -84,8 +84,8 @@ def test_the_compiler_has_no_freedom(target: str, tmp_path: Path) -> None:
 
 
 COMPUTING = ["filters", "likelihoods", "learning", "geometry", "trackers", "sources", "detection", "structure"]
-COMPUTING += ["beam.py", "particles.py", "gaussian.py", "dynamics.py", "resampling.py", "random.py", "singular.py"]
-COMPUTING += ["set_membership"]
+COMPUTING += ["set_membership", "particles.py", "dynamics.py", "resampling.py"]
+COMPUTING += ["numerics/gaussian.py", "numerics/random.py", "numerics/singular.py"]
 
 BY_PROCESSOR = {
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "logaddexp", "power", "float_power", "cbrt"),
@@ -120,11 +120,11 @@ def interpreted(tree: ast.AST) -> Iterator[ast.AST]:
 
 @pytest.mark.parametrize("path", list(computing()), ids=lambda path: str(path.relative_to(ROOT)))
 def test_states_use_nothing_that_differs_by_processor(path: Path) -> None:
-    """What computes uses `pftrack.matrices` and `pftrack.elementary`, no BLAS, no transcendental function of NumPy."""
+    """What computes uses `matrices` and `elementary` of `pftrack.numerics`, no BLAS and no transcendental NumPy."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     name = str(path.relative_to(ROOT / "pftrack"))
     products = [node.lineno for node in ast.walk(tree) if isinstance(getattr(node, "op", None), ast.MatMult)]
-    assert not products, f"{name} has @ in lines {products}; use pftrack.matrices.product"
+    assert not products, f"{name} has @ in lines {products}; use pftrack.numerics.matrices.product"
     for node in interpreted(tree):
         if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "np" and node.attr in BY_PROCESSOR:
             assert (name, node.attr) in REPORTS or node.attr == "linalg", f"{name}:{node.lineno} uses np.{node.attr}"

@@ -12,7 +12,7 @@ from pftrack.experiments.ball.experiment import RecordedBallParameters
 from pftrack.experiments.head.recording import RecordedHeadParameters
 from pftrack.experiments.histogram.experiment import RecordedHistogramParameters
 from pftrack.experiments.linkage.recording import RecordedLinkageParameters
-from pftrack.parameters import declarations
+from pftrack.model.parameters import declarations
 
 ROOT = Path(__file__).parents[1]
 
@@ -49,20 +49,20 @@ HOMONYMS = {
 """Names of parameters that are names of something general as well."""
 
 PLACES = {
-    ("pftrack/marks/body.py", "head"): "the front end of a body",
+    ("pftrack/model/marks/body.py", "head"): "the front end of a body",
     ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
     ("pftrack/lessons/registry.py", "resampling"): "the id of a lesson",
     ("pftrack/lessons/traces.py", "histogram"): "the same kind of trace",
-    ("pftrack/measures.py", "face"): "the title of a publication",
-    ("pftrack/faults.py", "faces"): "the triangles of a mesh",
+    ("pftrack/model/measures.py", "face"): "the title of a publication",
+    ("pftrack/model/faults.py", "faces"): "the triangles of a mesh",
     ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",
     ("pftrack/model_files/surface.py", "faces"): "the triangles of a mesh",
-    ("server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
+    ("server/pftrack_server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
     ("pftrack/runs/migrate.py", "head"): "a key of sessions that exist",
-    ("server/store/database.py", "head"): "Alembic's word for the newest migration",
-    ("server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
-    ("server/store/migrations/versions/0003_computed.py", "head"): "what that column was called",
+    ("server/pftrack_server/store/database.py", "head"): "Alembic's word for the newest migration",
+    ("server/pftrack_server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
+    ("server/pftrack_server/store/migrations/versions/0003_computed.py", "head"): "what that column was called",
 }
 """Single places where a name means something else."""
 

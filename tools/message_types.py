@@ -13,9 +13,9 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
 
-import server.schemas
+import pftrack_server.schemas
 from pftrack.lessons.figure import Figure
-from server.stream.duplex import GONE
+from pftrack_server.stream.duplex import GONE
 
 __all__ = ["files"]
 
@@ -70,8 +70,8 @@ def _interfaces(models: list[tuple[type[BaseModel], JsonSchemaMode]]) -> tuple[l
 
 
 def _models() -> Iterator[type[BaseModel]]:
-    schemas = [module.name for module in pkgutil.iter_modules(server.schemas.__path__, "server.schemas.")]
-    for module in (*schemas, "server.sweeps.views"):
+    found = pkgutil.iter_modules(pftrack_server.schemas.__path__, "pftrack_server.schemas.")
+    for module in (*(each.name for each in found), "pftrack_server.sweeps.views"):
         for value in vars(importlib.import_module(module)).values():
             if isinstance(value, type) and issubclass(value, BaseModel) and value.__module__ == module:
                 is_base = value.__name__ in {"Message", "RequestBody"}

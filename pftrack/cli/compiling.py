@@ -14,7 +14,7 @@ EVERY_S = 3.0
 @contextmanager
 def compiling() -> Iterator[None]:
     """Say on standard error that functions are compiled and how many; nothing if none is."""
-    from pftrack.compiled import FUNCTIONS
+    from pftrack.numerics.compiled import FUNCTIONS
     from pftrack.warming.watch import watched
 
     begin = time.monotonic()

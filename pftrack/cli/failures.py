@@ -25,8 +25,8 @@ def register(app: typer.Typer) -> None:
 def list_(json: Json = False) -> None:
     """List the failures, by their numbers."""
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.failure import KINDS
     from pftrack.failures import gallery
+    from pftrack.model.failure import KINDS
 
     entries = gallery(EXPERIMENTS)
     if json:
@@ -50,7 +50,7 @@ def run(
     """Compute the run of a failure, or the cured one, and say what is measured in it."""
     from pftrack.experiments import EXPERIMENTS
     from pftrack.failures import enact, entry
-    from pftrack.random import LARGEST_SEED
+    from pftrack.numerics.random import LARGEST_SEED
 
     try:
         found = entry(EXPERIMENTS, failure)

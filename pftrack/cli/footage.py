@@ -10,9 +10,9 @@ from pftrack.cli.output import CommandError, note, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Setup
-    from pftrack.runs.recipe import Footage, Recipe
+    from pftrack.model.recipe import Footage, Recipe
+    from pftrack.model.sequence import FrameSequence
     from pftrack.runs.record import OpenSequence
-    from pftrack.sources.sequence import FrameSequence
 
 __all__ = ["Said", "footage_of", "open_footage", "wired"]
 
@@ -74,7 +74,7 @@ def wired(
         said: What the options say, which goes before.
         folder: Of the file, from which the path of its recording is seen.
     """
-    from pftrack.runs.recipe import Footage
+    from pftrack.model.recipe import Footage
     from pftrack.runs.record import wire
 
     if said.video is None and recipe.footage is None:
@@ -153,7 +153,7 @@ def _demand_mark(experiment: "Experiment", said: Said, footage: "Footage", kinds
 
 
 def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:
-    from pftrack.parameters import ParameterError
+    from pftrack.model.parameters import ParameterError
 
     if len(said.marks) > 1:
         given = " and ".join(option for option, _, _ in said.marks)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pftrack.experiment import Experiment
-    from pftrack.guidance import Guidance
     from pftrack.learning.diffusion import Learned
+    from pftrack.learning.guidance import Guidance
     from pftrack.sweep import Plan
 
 __all__ = ["guidance_of", "register"]

@@ -14,7 +14,7 @@ from pftrack.cli.values import assigned, value_of
 
 if TYPE_CHECKING:
     from pftrack.lessons import Demonstration, Lesson, Number, Shown
-    from pftrack.parameters import Parameters
+    from pftrack.model.parameters import Parameters
 
 __all__ = ["register"]
 
@@ -97,7 +97,7 @@ def figure(
     """Draw the figure of a lesson, and print its numbers."""
     from pftrack.files import write_whole
     from pftrack.lessons.plotting import SUFFIXES, encoded
-    from pftrack.parameters import flat
+    from pftrack.model.parameters import flat
 
     found = _lesson(lesson, _lessons(folder))
     body = _demonstration(found)
@@ -178,7 +178,7 @@ def _demonstration(lesson: "Lesson") -> "Demonstration":
 
 
 def _values(body: "Demonstration", assignments: list[str] | None) -> "Parameters":
-    from pftrack.parameters import revise
+    from pftrack.model.parameters import revise
 
     model = type(body.parameters)
     given = dict(assigned(assignment) for assignment in assignments or ())
@@ -186,7 +186,7 @@ def _values(body: "Demonstration", assignments: list[str] | None) -> "Parameters
 
 
 def _seed(body: "Demonstration", seed: str | None) -> int:
-    from pftrack.random import LARGEST_SEED
+    from pftrack.numerics.random import LARGEST_SEED
 
     return body.seed if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
 

@@ -11,7 +11,7 @@ from pftrack.cli.output import emit, note, table, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset
-    from pftrack.parameters import Declaration, Value
+    from pftrack.model.parameters import Declaration, Value
 
 __all__ = ["PresetName", "experiment_named", "preset_named", "register"]
 
@@ -67,8 +67,8 @@ def show(
     experiment: Annotated[str, typer.Argument(help="An experiment's name, as `list` prints it.")], json: Json = False
 ) -> None:
     """Show an experiment with every parameter: unit, bounds, default, help."""
-    from pftrack.parameters import declarations, flat
-    from pftrack.runs.exports import exports_of
+    from pftrack.exports.formats import exports_of
+    from pftrack.model.parameters import declarations, flat
 
     found = experiment_named(experiment)
     parameters = found.simulate().parameters
@@ -121,7 +121,7 @@ def _sources(experiment: "Experiment") -> str:
 
 
 def _about(experiment: "Experiment") -> dict[str, object]:
-    from pftrack.runs.exports import exports_of
+    from pftrack.exports.formats import exports_of
 
     return {
         "id": experiment.id,

@@ -21,10 +21,10 @@ from pftrack.cli.values import assigned, text_of, value_of
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset, Setup
-    from pftrack.parameters import Value
-    from pftrack.runs.recipe import Recipe
+    from pftrack.model.parameters import Value
+    from pftrack.model.recipe import Recipe
+    from pftrack.model.sequence import FrameSequence
     from pftrack.runs.run import Run
-    from pftrack.sources.sequence import FrameSequence
 
 __all__ = ["register"]
 
@@ -89,7 +89,7 @@ def run(
     json: Json = False,
 ) -> None:
     """Run an experiment, or the recipe of a run, and say how it went."""
-    from pftrack.random import LARGEST_SEED
+    from pftrack.numerics.random import LARGEST_SEED
     from pftrack.runs.record import save
     from pftrack.runs.run import LONGEST_RUN, Change, Run
 
@@ -171,7 +171,7 @@ def show_recipe(
 
 def _recipe(said: str) -> "tuple[Recipe, Path]":
     """Return the recipe of a file, or of an experiment alone, and the folder of the file."""
-    from pftrack.runs.recipe import Recipe
+    from pftrack.model.recipe import Recipe
 
     path = Path(said)
     if path.suffix.lower() != ".json":
@@ -186,7 +186,7 @@ def _recipe(said: str) -> "tuple[Recipe, Path]":
 
 def _marked(made: "Run") -> bytes:
     """Return a picture of the first frame with the mark on it."""
-    from pftrack.drawing import Drawing, Picture
+    from pftrack.model.drawing import Drawing, Picture
     from pftrack.rendering import png, render
 
     footage, image = made.setup.footage, made.current.frame.image_rgb
@@ -198,7 +198,7 @@ def _marked(made: "Run") -> bytes:
 
 
 def _values(setup: "Setup", assignments: list[str]) -> "dict[str, Value]":
-    from pftrack.parameters import declarations
+    from pftrack.model.parameters import declarations
 
     model = type(setup.parameters)
     known = [declaration.name for declaration in declarations(model)]
@@ -219,7 +219,7 @@ def _guided(experiment: "Experiment", learned: Path | None) -> "dict[str, Value]
 
 def _preset_values(setup: "Setup", preset: "Preset") -> "Mapping[str, Value]":
     """Return a preset's values, if the source that it is used with has all these parameters."""
-    from pftrack.parameters import declarations
+    from pftrack.model.parameters import declarations
 
     known = {declaration.name for declaration in declarations(type(setup.parameters))}
     foreign = [name for name in preset.parameters if name not in known]
@@ -234,7 +234,7 @@ def _frames_left(sequence: "FrameSequence", setup: "Setup") -> int:
 
 
 def _note_unread(setup: "Setup", values: "Mapping[str, Value]", tracker: str) -> None:
-    from pftrack.parameters import declarations
+    from pftrack.model.parameters import declarations
 
     for declaration in declarations(type(setup.parameters)):
         if declaration.name in values and declaration.trackers and tracker not in declaration.trackers:
@@ -274,9 +274,9 @@ def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any
 
 
 def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
-    from pftrack.faults import without_faults
-    from pftrack.film import FilmWriter
+    from pftrack.model.faults import without_faults
     from pftrack.rendering import render_beside
+    from pftrack.rendering.film import FilmWriter
     from pftrack.runs.scoring import reductions
 
     with ExitStack() as stack:

@@ -22,7 +22,7 @@ from pftrack.cli.values import assigned, value_of
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset
-    from pftrack.parameters import Value
+    from pftrack.model.parameters import Value
     from pftrack.sweep import Plan, Progress, Result
 
 __all__ = ["plan_of", "register"]
@@ -156,7 +156,7 @@ def plan_of(
     Raises:
         SweepError: They make no sense together.
     """
-    from pftrack.random import LARGEST_SEED
+    from pftrack.numerics.random import LARGEST_SEED
     from pftrack.runs.run import LONGEST_RUN
     from pftrack.sweep import MOST_RUNS, Plan, parse_axis
 
@@ -180,7 +180,7 @@ def plan_of(
 
 
 def _values(experiment: "Experiment", assignments: list[str]) -> "dict[str, Value]":
-    from pftrack.parameters import ParameterError
+    from pftrack.model.parameters import ParameterError
     from pftrack.sweep import SweepError
     from pftrack.sweep.axis import declared
 

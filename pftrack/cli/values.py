@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from pftrack.cli.output import CommandError, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.parameters import Parameters, Value
+    from pftrack.model.parameters import Parameters, Value
 
 __all__ = ["assigned", "text_of", "value_of"]
 
@@ -25,7 +25,7 @@ def value_of(model: "type[Parameters]", name: str, text: str) -> "Value":
     Raises:
         ParameterError: The name is unknown or the text is no value of its kind.
     """
-    from pftrack.parameters import declarations, parse
+    from pftrack.model.parameters import declarations, parse
 
     kinds = {declaration.name: declaration.kind for declaration in declarations(model)}
     if kinds.get(name) == "file" and text.startswith("@"):
@@ -35,7 +35,7 @@ def value_of(model: "type[Parameters]", name: str, text: str) -> "Value":
 
 def text_of(path: Path) -> str:
     """Return the text of a file that is to be the value of a parameter."""
-    from pftrack.parameters import LONGEST_FILE
+    from pftrack.model.parameters import LONGEST_FILE
 
     try:
         if path.stat().st_size > 4 * LONGEST_FILE:  # of which a character takes four bytes at most

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from pftrack.comparison.alignment import Alignment, align
 from pftrack.comparison.paired import Paired, Parting, paired, parting
 from pftrack.comparison.settings import Setting, settings
-from pftrack.measures import Measure
-from pftrack.palette import BRANCHES, hexadecimal
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.measures import Measure
+from pftrack.model.palette import BRANCHES, hexadecimal
+from pftrack.model.series import to_json
 from pftrack.runs.loss import approach
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import course_of
-from pftrack.series import to_json
 
 __all__ = ["Comparison", "Outcome"]
 

@@ -1,8 +1,8 @@
 """Two runs frame by frame: where their estimates part, and how much better one of them did.
 
 The frames of a run are no independent trials: an error that is large in one frame is large in the next. So the interval
-of their mean difference is that of a few long stretches (`pftrack.statistics.dependent_mean_interval`). It speaks of
-these two runs, of their one seed; what other seeds would give is a question for a sweep.
+of their mean difference is that of a few long stretches (`pftrack.numerics.statistics.dependent_mean_interval`). It
+speaks of these two runs, of their one seed; what other seeds would give is a question for a sweep.
 """
 
 from collections.abc import Sequence
@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.series import to_json
-from pftrack.statistics import dependent_mean_interval
+from pftrack.model.series import to_json
+from pftrack.numerics.statistics import dependent_mean_interval
 
 __all__ = ["CONFIDENCE", "Paired", "Parting", "paired", "parting"]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from pftrack.comparison.alignment import Alignment
-from pftrack.parameters import Declaration, Value, declarations
+from pftrack.model.parameters import Declaration, Value, declarations
 from pftrack.runs.run import Run
 
 __all__ = ["Setting", "settings"]

@@ -26,7 +26,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
 
 __all__ = ["Detector", "DetectorParameters", "find_corners", "strength"]
 

@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponential, logarithm
 from pftrack.geometry.hand_model import MODEL, HandShape, joints, parts
 from pftrack.geometry.polygons import fill
-from pftrack.trigonometry import sines_cosines
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponential, logarithm
+from pftrack.numerics.trigonometry import sines_cosines
 
 __all__ = ["Fit", "FlatHand", "disagreement", "fitted", "misfit_of", "placed"]
 

@@ -20,9 +20,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.detection.silhouette import Finding, Silhouette, SilhouetteSettings, contacts, silhouette_of
 from pftrack.detection.thinning import free_lines, skeleton
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["HandFeatures", "Protrusion", "features_in", "features_of"]
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.identity import Itself
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
 
 __all__ = [
     "Finding",

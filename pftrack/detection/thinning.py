@@ -13,7 +13,7 @@ least first.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["free_lines", "skeleton"]
 

@@ -6,8 +6,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from pftrack.displays.parts import box, row, table
-from pftrack.readings import MISSING, quantity
-from pftrack.sparkline import sparkline
+from pftrack.displays.readings import MISSING, quantity
+from pftrack.displays.sparkline import sparkline
 
 if TYPE_CHECKING:
     from pftrack.comparison import Comparison, Paired

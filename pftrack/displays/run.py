@@ -7,13 +7,13 @@ from html import escape
 import cv2
 
 from pftrack.displays.parts import box, row, table
-from pftrack.drawing import Drawing
-from pftrack.faults import without_faults
-from pftrack.readings import quantity
+from pftrack.displays.readings import quantity
+from pftrack.displays.sparkline import track
+from pftrack.model.drawing import Drawing
+from pftrack.model.faults import without_faults
 from pftrack.rendering import render_beside
 from pftrack.runs.manifest import extent_of, title_of
 from pftrack.runs.run import Run
-from pftrack.sparkline import track
 
 __all__ = ["run_html", "summary_lines"]
 

@@ -17,7 +17,7 @@ else (command line, server, sweeps) finds an experiment through `find` or `EXPER
 
 from pftrack.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.registry import NAME, Plugin, Registry
-from pftrack.plot import Plot, Reading
+from pftrack.model.plot import Plot, Reading
 
 __all__ = ["EXPERIMENTS", "NAME", "Experiment", "Plot", "Plugin", "Preset", "Reading", "Setup", "Step", "find"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Colour, Ellipse, Points
-from pftrack.layer import Key, Layer
+from pftrack.model.drawing import COLOURS, Colour, Ellipse, Points
+from pftrack.model.layer import Key, Layer
 from pftrack.particles import ParticleSet
 
 __all__ = ["BY_SAMPLER", "SECOND_RUN", "at_height", "circle", "particle_clouds", "uncertainty"]

@@ -3,8 +3,8 @@
 import numpy as np
 
 from pftrack.likelihoods.separation import Separation
-from pftrack.sources.sequence import FrameSequence
-from pftrack.suitability import WELL, Suitability
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import WELL, Suitability
 
 __all__ = ["BETTER_BY", "frames_of_a_second", "remark"]
 

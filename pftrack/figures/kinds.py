@@ -15,10 +15,10 @@ from matplotlib.colors import to_rgba
 from numpy.typing import NDArray
 
 from pftrack.figures import numbers
-from pftrack.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
-from pftrack.plot import Plot, PlotKind
+from pftrack.model.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
+from pftrack.model.plot import Plot, PlotKind
+from pftrack.model.series import Hypotheses
 from pftrack.runs.run import Run
-from pftrack.series import Hypotheses
 
 __all__ = ["INK", "KINDS", "SHADES", "Draw"]
 

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack import series
-from pftrack.parameters import Declaration, declarations
+from pftrack.model import series
+from pftrack.model.parameters import Declaration, declarations
+from pftrack.model.series import Hypotheses, Series
 from pftrack.runs.run import Run
-from pftrack.series import Hypotheses, Series
 
 __all__ = [
     "declared",

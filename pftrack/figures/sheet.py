@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from pftrack.export import ExportError
 from pftrack.figures import numbers
 from pftrack.figures.kinds import INK, KINDS, SHADES
 from pftrack.figures.picture import PictureForm, encoded
-from pftrack.plot import Plot
+from pftrack.model.export import ExportError
+from pftrack.model.plot import Plot
 from pftrack.runs.manifest import extent_of, manifest_of, title_of
 from pftrack.runs.run import Run
 

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials
 from pftrack.filters.layers import Projection
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.random import Generator
 from pftrack.particles import moments, normalise
-from pftrack.random import Generator
 from pftrack.resampling import systematic_parents
 
 __all__ = ["Draw", "Features", "begin", "draw", "propagated", "surviving", "weigh"]

@@ -15,13 +15,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.filters import affine_pose
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
-from pftrack.gaussian import Gaussian
-from pftrack.matrices import owned
-from pftrack.random import Generator
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import owned
+from pftrack.numerics.random import Generator
 
 __all__ = ["AffineBelief", "AffineLayer", "observe", "predict", "project"]
 

@@ -12,13 +12,13 @@ measurement here. The angles walk at random, since second-order dynamics diverge
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.filters.sequential import condition, decorrelated
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import derivatives, rotation
-from pftrack.matrices import multiply, product, root
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import multiply, product, root
+from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet, normalise
-from pftrack.random import Generator
 from pftrack.resampling import systematic
 
 __all__ = ["THETA_COUNT", "THETA_SD_RAD", "entries", "extended", "particle"]

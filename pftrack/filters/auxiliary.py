@@ -21,12 +21,12 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.dynamics import Dynamics
-from pftrack.elementary import exponentials, logarithms
 from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials, logarithms
+from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet, normalise
-from pftrack.random import Generator
 from pftrack.resampling import Resampler, systematic
 
 __all__ = ["WeightRule", "correction", "step"]

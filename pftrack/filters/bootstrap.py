@@ -11,8 +11,8 @@ import numpy as np
 
 from pftrack.dynamics import Dynamics
 from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet, normalise
-from pftrack.random import Generator
 from pftrack.resampling import Resampler, adaptive, systematic
 
 __all__ = ["step"]

@@ -11,7 +11,7 @@ errors are fitted (Lange, Little & Taylor, Journal of the American Statistical A
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["ROUNDS", "agreeing", "middle"]
 

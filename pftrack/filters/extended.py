@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.kalman import condition
-from pftrack.gaussian import Gaussian, symmetrised
-from pftrack.matrices import product
+from pftrack.numerics.gaussian import Gaussian, symmetrised
+from pftrack.numerics.matrices import product
 
 __all__ = ["predict", "update"]
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
-from pftrack.gaussian import Gaussian
-from pftrack.matrices import product
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import product
 from pftrack.particles import ParticleSet
 
 __all__ = ["Lineage", "augment", "augment_dynamics", "begin_lineage", "block", "extend_lineage", "smoothed"]

@@ -7,10 +7,10 @@ positive whatever the rounding.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.dynamics import LinearDynamics
-from pftrack.gaussian import Gaussian, log_densities
-from pftrack.matrices import multiply, owned, product, solve
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.gaussian import Gaussian, log_densities
+from pftrack.numerics.matrices import multiply, owned, product, solve
 
 __all__ = ["condition", "conditioned", "predict", "update"]
 

@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import pinhole, pinhole_jacobian
 from pftrack.geometry.rotation import derivatives, rotation, turned
-from pftrack.matrices import multiply, owned
-from pftrack.random import Generator
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import multiply, owned
+from pftrack.numerics.random import Generator
 
 __all__ = ["POSE_NOISE", "PerspectiveLayer", "features", "project"]
 

@@ -16,15 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials
 from pftrack.filters import affine_pose
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.sequential import predict_second_order
-from pftrack.gaussian import Gaussian
-from pftrack.matrices import factorise, multiply, substitute
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import factorise, multiply, substitute
+from pftrack.numerics.random import Generator
 from pftrack.particles import moments, normalise
-from pftrack.random import Generator
 from pftrack.resampling import systematic
 
 __all__ = ["RaoBlackwell", "begin", "step"]

@@ -12,7 +12,7 @@ the prior's mean m, and serves the Kalman filter (document 1, ch. 4, eq. 4.4) an
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["condition", "decorrelated", "predict_second_order"]
 

@@ -20,7 +20,7 @@ Source: document 4, section 4, step 4, and appendix B, as corrected there; Simon
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["least_room", "mills_ratio", "truncate"]
 

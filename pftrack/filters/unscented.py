@@ -14,9 +14,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.gaussian import Gaussian, log_density, symmetrised
-from pftrack.matrices import multiply, root, solve
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.gaussian import Gaussian, log_density, symmetrised
+from pftrack.numerics.matrices import multiply, root, solve
 
 __all__ = ["Function", "predict", "transform", "update", "update_batch"]
 

@@ -13,15 +13,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.dynamics import LinearDynamics
 from pftrack.filters import bootstrap
 from pftrack.filters.posterior import LogLikelihood, Posterior
 from pftrack.filters.unscented import Function, update_batch
-from pftrack.gaussian import log_density
-from pftrack.matrices import factorise
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.gaussian import log_density
+from pftrack.numerics.matrices import factorise
+from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet, normalise
-from pftrack.random import Generator
 from pftrack.resampling import Resampler, systematic
 
 __all__ = ["step"]

@@ -13,8 +13,8 @@ distance, so that a filter on a wrong track meets large numbers but no infinite 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.matrices import least_squares, product
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import least_squares, product
 
 __all__ = ["NEAREST_MM", "affine_fit", "affine_projection", "pinhole", "pinhole_jacobian"]
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.rotation import nearest_rotation
-from pftrack.matrices import product
+from pftrack.numerics.matrices import product
 
 __all__ = [
     "FEATURES",

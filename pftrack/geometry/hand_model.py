@@ -30,9 +30,9 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pftrack.compiled import compiled, read_only
 from pftrack.geometry.polygons import convex_hull, fill
-from pftrack.trigonometry import sines_cosines
+from pftrack.numerics.compiled import compiled, read_only
+from pftrack.numerics.trigonometry import sines_cosines
 
 __all__ = [
     "ANGLES",

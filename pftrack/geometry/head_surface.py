@@ -14,9 +14,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential, power
 from pftrack.geometry.face_model import FaceModel
-from pftrack.matrices import product, solved
+from pftrack.numerics.elementary import exponential, power
+from pftrack.numerics.matrices import product, solved
 
 __all__ = ["HeadMesh", "HeadSurface", "grid_triangles", "head_mesh"]
 

@@ -8,7 +8,7 @@ a picture, what lies inside a polygon is counted with two look-ups a row: thousa
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = [
     "convex_hull",

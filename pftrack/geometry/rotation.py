@@ -14,8 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.matrices import principal
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import principal
 
 __all__ = ["angles", "derivatives", "nearest_rotation", "rotation", "turned"]
 

@@ -13,7 +13,7 @@ Source: document 4, appendix A, as corrected there.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = [
     "composed",

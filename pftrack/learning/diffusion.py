@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from pftrack.learning.charts import Chart, Reading, changes, steps
-from pftrack.matrices import product, root
-from pftrack.singular import eigenvalues
+from pftrack.numerics.matrices import product, root
+from pftrack.numerics.singular import eigenvalues
 
 __all__ = ["Diffusion", "Learned", "LearnedError", "Spread", "learn"]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pftrack.learning.charts import Chart, Reading, advanced
 from pftrack.learning.diffusion import Diffusion
-from pftrack.random import Generator
+from pftrack.numerics.random import Generator
 
 __all__ = ["GuidedDynamics"]
 

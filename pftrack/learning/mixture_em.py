@@ -23,10 +23,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials, logarithms
-from pftrack.matrices import owned
-from pftrack.sums import total
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials, logarithms
+from pftrack.numerics.matrices import owned
+from pftrack.numerics.sums import total
 
 __all__ = ["Mixture", "Settings", "adapt", "begin", "gaussian_log_density", "kernel_log_density", "responsibilities"]
 

@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.filters import kalman
 from pftrack.filters.fixed_lag import augment, augment_dynamics, block
-from pftrack.gaussian import Gaussian
-from pftrack.matrices import product, solved
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import product, solved
 
 __all__ = ["LAG", "Learner", "Settings", "begin", "dynamics", "learn", "period_frames"]
 

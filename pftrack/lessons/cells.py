@@ -1,7 +1,7 @@
 """Cells that the notebooks of all lessons have: the lesson itself, what is asked, a prediction judged, the checks."""
 
+from pftrack.exports.notebook import Cell, code, markdown
 from pftrack.lessons.lesson import Lesson, Question
-from pftrack.notebook import Cell, code, markdown
 
 __all__ = ["CHECKED", "asked", "checked", "found", "headed", "prediction", "seen"]
 

@@ -90,8 +90,8 @@ Shades: TypeAlias = Annotated[
 """An array (rows, columns) of what is shown as colours."""
 
 Ink: TypeAlias = Literal["estimate", "truth", "prediction", "observation", "lost", "second", "hidden"]
-"""A colour by its meaning, as `pftrack.palette.COLOURS` has it: what is computed of samples is the "estimate", what is
-exact the "truth", a prior or proposal the "prediction", a likelihood or measurement the "observation"."""
+"""A colour by its meaning, as `pftrack.model.palette.COLOURS` has it: what is computed of samples is the "estimate",
+what is exact the "truth", a prior or proposal the "prediction", a likelihood or measurement the "observation"."""
 
 
 class _Part(BaseModel):

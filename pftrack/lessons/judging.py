@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from pftrack.lessons.lesson import Answer, Given, Mistake, Question
-from pftrack.parameters import ParameterError
+from pftrack.model.parameters import ParameterError
 
 __all__ = ["Verdict", "judge", "read_answer"]
 

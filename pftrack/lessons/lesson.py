@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from pftrack.lessons.figure import Figure
-from pftrack.parameters import Parameters, Value
-from pftrack.runs.recipe import Recipe
+from pftrack.model.parameters import Parameters, Value
+from pftrack.model.recipe import Recipe
 
 __all__ = [
     "Answer",

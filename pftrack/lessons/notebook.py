@@ -1,10 +1,10 @@
 """A lesson as a notebook: predict, then see, with the numbers that the page and the command line have."""
 
+from pftrack.exports.notebook import Cell, code, notebook
 from pftrack.lessons.cells import CHECKED, asked, checked, found, headed, prediction, seen
 from pftrack.lessons.lesson import Demonstration, Lesson
 from pftrack.lessons.scenario_notebook import scenario_cells
-from pftrack.notebook import Cell, code, notebook
-from pftrack.parameters import Declaration, Parameters, allowed, declarations, flat
+from pftrack.model.parameters import Declaration, Parameters, allowed, declarations, flat
 
 __all__ = ["demonstration_cells", "demonstration_notebook", "lesson_notebook"]
 
@@ -56,7 +56,7 @@ IMPORTS = """
 from IPython.display import Image
 
 from pftrack.lessons.plotting import encoded
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
 """.strip()
 
 ASKED = """

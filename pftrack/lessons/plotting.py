@@ -12,7 +12,7 @@ import numpy as np
 
 from pftrack.lessons.figure import Axis, Figure, Panel
 from pftrack.lessons.traces import DRAWERS, across
-from pftrack.palette import COLOURS, NEUTRALS, hexadecimal
+from pftrack.model.palette import COLOURS, NEUTRALS, hexadecimal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

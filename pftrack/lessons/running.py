@@ -11,10 +11,10 @@ import numpy as np
 
 from pftrack.experiment import Experiment
 from pftrack.lessons.lesson import Answer, Demonstration, Lesson, Scenario
-from pftrack.parameters import Parameters, revise
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.parameters import Parameters, revise
+from pftrack.model.recipe import Recipe
 from pftrack.runs.columns import PREFIX, columns_of
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.recipe import Recipe
 from pftrack.runs.record import make
 from pftrack.runs.run import Change, Run
 

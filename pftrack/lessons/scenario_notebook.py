@@ -1,11 +1,11 @@
 """A scenario lesson as a notebook: predict, then compute the run that the question is about, and see."""
 
 from pftrack.experiments import find
+from pftrack.exports.notebook import Cell, code
+from pftrack.exports.run_notebook import run_cells
 from pftrack.lessons.cells import CHECKED, asked, checked, found, headed, prediction, seen
 from pftrack.lessons.lesson import Lesson, Scenario
 from pftrack.lessons.running import asked as asked_run
-from pftrack.notebook import Cell, code
-from pftrack.runs.notebook import run_cells
 
 __all__ = ["scenario_cells"]
 

@@ -22,7 +22,7 @@ from pftrack.lessons.figure import (
     StripChart,
     Tree,
 )
-from pftrack.palette import COLOURS, hexadecimal
+from pftrack.model.palette import COLOURS, hexadecimal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

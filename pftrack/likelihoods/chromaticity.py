@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled, read_only
-from pftrack.elementary import exponential, exponentials, logarithms
+from pftrack.numerics.compiled import compiled, read_only
+from pftrack.numerics.elementary import exponential, exponentials, logarithms
 
 __all__ = ["ColourModel", "centroid", "displayed", "fit", "likelihood_map", "log_kernel", "log_likelihood"]
 

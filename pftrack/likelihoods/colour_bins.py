@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import read_only
+from pftrack.numerics.compiled import read_only
 
 __all__ = ["BINS", "SPACES", "STEPS", "Space", "bin_table"]
 

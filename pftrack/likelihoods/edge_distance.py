@@ -16,10 +16,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled, read_only
 from pftrack.geometry.fish_shape import BODY_POINTS, TAIL_POINTS, FishShape
 from pftrack.identity import Itself
-from pftrack.trigonometry import sines_cosines
+from pftrack.numerics.compiled import compiled, read_only
+from pftrack.numerics.trigonometry import sines_cosines
 
 __all__ = [
     "CAP_PX",

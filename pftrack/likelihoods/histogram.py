@@ -22,10 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled, read_only
 from pftrack.likelihoods.colour_bins import BINS, Space, bin_table
 from pftrack.likelihoods.windows import moved, overlap, path, same, windows_around
-from pftrack.sums import inner_product
+from pftrack.numerics.compiled import compiled, read_only
+from pftrack.numerics.sums import inner_product
 
 __all__ = ["Window", "fit", "rho_map", "shares", "similarities", "similarity"]
 

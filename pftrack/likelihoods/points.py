@@ -7,7 +7,7 @@ ch. 4, eq. 4.7, with the noise of each point in place of one for all; specificat
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["log_likelihood"]
 

@@ -24,8 +24,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pftrack.compiled import compiled
-from pftrack.sums import inner_product
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.sums import inner_product
 
 __all__ = [
     "SPREAD",

@@ -7,7 +7,7 @@ beyond it), the middle's column and row, half width and half height.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["moved", "overlap", "path", "same", "windows_around"]
 

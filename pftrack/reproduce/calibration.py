@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pftrack.experiments import find
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment, Setup
-from pftrack.measures import Course, measured
-from pftrack.parameters import Parameters, Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.measures import Course, measured
+from pftrack.model.parameters import Parameters, Value, revise
+from pftrack.model.series import reduced
+from pftrack.model.source import History, Source
+from pftrack.model.tracker import Tracker, TrackState
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.runs.scoring import allowed_loss, estimates_hash, extent_series, judge, reductions
-from pftrack.series import reduced
-from pftrack.sources.source import History, Source
-from pftrack.trackers import Tracker, TrackState
 
 __all__ = ["Outcome", "outcomes"]
 

@@ -18,8 +18,8 @@ from typing import Any
 
 from pftrack import __version__
 from pftrack.files import part_of
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.trackers import TrackState
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.tracker import TrackState
 
 __all__ = ["Checkpoint", "read", "write"]
 

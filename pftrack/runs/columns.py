@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pftrack import series
+from pftrack.model import series
 from pftrack.runs.run import Run
 
 __all__ = ["PREFIX", "columns_of"]

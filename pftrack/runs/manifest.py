@@ -9,8 +9,9 @@ import hashlib
 import json
 from typing import Any
 
-from pftrack import __version__, machine
-from pftrack.references import Citation
+from pftrack import __version__
+from pftrack.model.references import Citation
+from pftrack.numerics import machine
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
 

@@ -7,10 +7,10 @@ shape that was declared, is missing from the frame, as where a method does not h
 from collections.abc import Callable, Mapping
 
 from pftrack.experiment import Experiment
-from pftrack.frame import Frame
+from pftrack.model.frame import Frame
+from pftrack.model.series import Series, SeriesValue, check_value
+from pftrack.model.tracker import Tracker, TrackState
 from pftrack.once import warn_once
-from pftrack.series import Series, SeriesValue, check_value
-from pftrack.trackers import Tracker, TrackState
 
 __all__ = ["measurements"]
 

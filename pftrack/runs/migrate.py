@@ -11,7 +11,7 @@ file or a link that somebody keeps for years opens through here.
 from collections.abc import Mapping
 from typing import Any
 
-from pftrack.parameters import Declaration
+from pftrack.model.parameters import Declaration
 
 __all__ = ["mark", "pixels", "record", "request", "session"]
 

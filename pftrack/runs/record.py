@@ -19,17 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pftrack import __version__, machine
+from pftrack import __version__
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
 from pftrack.files import part_of, settle
-from pftrack.parameters import ParameterError
+from pftrack.model.parameters import ParameterError
+from pftrack.model.recipe import EARLIER, Footage, Recipe
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.truth import Truth
+from pftrack.numerics import machine
 from pftrack.runs import migrate
 from pftrack.runs.columns import columns_of
-from pftrack.runs.recipe import EARLIER, Footage, Recipe
 from pftrack.runs.run import Run
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import Truth, TruthKind
+from pftrack.sources.truth import TruthKind
 
 __all__ = [
     "OpenSequence",

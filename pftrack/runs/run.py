@@ -20,24 +20,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pftrack.experiment import Experiment, Setup, Step
-from pftrack.frame import Frame
-from pftrack.measures import Course, measured
-from pftrack.parameters import ParameterError, Parameters, flat, with_role
-from pftrack.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
+from pftrack.model.diagnostics import Diagnostics, diagnose
+from pftrack.model.frame import Frame
+from pftrack.model.measures import Course, measured
+from pftrack.model.parameters import ParameterError, Parameters, flat, with_role
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import LONGEST_RUN, Change, Timeline
+from pftrack.model.tracker import TrackState
+from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.runs.checkpoint import Checkpoint
-from pftrack.runs.diagnostics import Diagnostics, diagnose
 from pftrack.runs.keyframes import Keyframes
 from pftrack.runs.measuring import measurements
-from pftrack.runs.recipe import Recipe
 from pftrack.runs.scoring import allowed_loss, course_of, estimates_hash, judge
 from pftrack.runs.summary import Summary
-from pftrack.runs.timeline import LONGEST_RUN, Change, Timeline
-from pftrack.trackers import TrackState
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from pftrack.runs.exports import Exported
+    from pftrack.exports.formats import Exported
 
 __all__ = ["LONGEST_RUN", "Change", "EndOfRun", "PastError", "Run", "Timeline"]
 
@@ -372,7 +372,7 @@ class Run:
             ExportError: There is no such kind of file, no such folder or no such plot; it names those that there are.
             OSError: The file cannot be written; what was there before is still there.
         """
-        from pftrack.runs.exports import export  # noqa: PLC0415 - which writes runs
+        from pftrack.exports.formats import export  # noqa: PLC0415 - which writes runs
 
         return export(self, Path(path), plot=plot)
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.measures import Course, Measure, succeeded
-from pftrack.parameters import Parameters, with_role
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.series import Series, columns, reduced
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.measures import Course, Measure, succeeded
+from pftrack.model.parameters import Parameters, with_role
+from pftrack.model.series import Series, columns, reduced
 
 __all__ = ["Verdict", "allowed_loss", "course_of", "estimates_hash", "extent_series", "judge", "reductions"]
 

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from pftrack.measures import HIT_RATE
-from pftrack.parameters import Value
+from pftrack.model.measures import HIT_RATE
+from pftrack.model.parameters import Value
+from pftrack.model.timeline import Change
 from pftrack.runs.scoring import Verdict
-from pftrack.runs.timeline import Change
 
 __all__ = ["Summary"]
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment
+from pftrack.model.series import Series
 from pftrack.runs.columns import PREFIX, columns_of
 from pftrack.runs.run import Run
-from pftrack.series import Series
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -11,7 +11,7 @@ Source: document 4 (specification 6, section 5.4); it replaces the five points p
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.set_membership.strips import SLACK
 
 __all__ = ["below", "cosine_range", "link_cells", "section"]

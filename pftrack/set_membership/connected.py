@@ -7,7 +7,7 @@ is apart in the world too, so each run may become a region of its own.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["connected"]
 

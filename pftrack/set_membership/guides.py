@@ -11,7 +11,7 @@ Source: document 4 (specification 6, section 5.2); (5.17) and (5.18) are `shrink
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.set_membership.strips import SLACK, cut_along
 
 __all__ = ["circumscribe", "contract", "cut_by_guides", "shrink_to_extent"]

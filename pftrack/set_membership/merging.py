@@ -11,10 +11,10 @@ Source: document 4 (specification 6, section 5.5).
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.matrices import factorise, substitute
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import factorise, substitute
+from pftrack.numerics.singular import orthogonalised
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE
-from pftrack.singular import orthogonalised
 
 __all__ = ["box_in_ellipsoid", "ellipsoid_in_ellipsoid", "lies_in"]
 

@@ -10,7 +10,7 @@ Source: document 4 (specification 6, section 5.4) with (D.4) and (5.22)-(5.25) a
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.set_membership.cells import link_cells
 from pftrack.set_membership.connected import connected
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways

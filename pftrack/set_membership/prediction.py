@@ -11,8 +11,8 @@ Source: document 4 (specification 6, section 5.3); (5.31) as corrected there.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.singular import orthogonalised
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.singular import orthogonalised
 
 __all__ = ["LENGTHENED", "OUTER", "PRINTED", "predict"]
 

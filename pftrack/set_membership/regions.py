@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.matrices import solved
+from pftrack.numerics.matrices import solved
 from pftrack.set_membership.strips import SLACK
 
 __all__ = ["CENTRE", "HIGH", "LOW", "SHAPE", "Ways", "contains", "region_of"]

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.geometry.rotation_vector import matrix, right_jacobian
-from pftrack.matrices import factorise, multiply, substitute
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import factorise, multiply, substitute
 from pftrack.set_membership.cells import MARGIN, below
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways
 from pftrack.set_membership.strips import SLACK

@@ -8,7 +8,7 @@ Source: document 4 (specification 6, section 5.4).
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.set_membership.connected import connected
 from pftrack.set_membership.regions import HIGH, LOW, Ways
 from pftrack.set_membership.space_cells import TURNS, Grid, Link, image, space_cells, turned

@@ -6,7 +6,7 @@ All work in place and return whether anything is left.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.set_membership.guides import circumscribe, contract, cut_by_guides, shrink_to_extent
 from pftrack.set_membership.prediction import predict
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways

@@ -11,7 +11,7 @@ Source: document 4 (specification 6, section 5.1); (5.9) as corrected there, and
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["SLACK", "THIN", "TRACE", "VOLUME", "cut", "cut_along"]
 

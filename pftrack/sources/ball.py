@@ -12,9 +12,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Target
-from pftrack.parameters import parameter
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import parameter
+from pftrack.model.source import History
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.overlay import (
     OverlayParameters,
     distracter_radius,
@@ -24,7 +25,6 @@ from pftrack.sources.overlay import (
     rgb,
     strip,
 )
-from pftrack.sources.source import History
 
 __all__ = ["BallSceneParameters", "BallSource"]
 

@@ -21,10 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
+from pftrack.model.sequence import FrameIndex
 from pftrack.sources.cache import BoundedCache
 from pftrack.sources.formats import HEAD_BYTES, SourceError, sniff
 from pftrack.sources.ordering import natural_order
-from pftrack.sources.sequence import FrameIndex, Limits, check_bytes, check_pixels
+from pftrack.sources.sequence import Limits, check_bytes, check_pixels
 
 __all__ = ["ImageSequence", "natural_order"]
 

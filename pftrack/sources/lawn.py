@@ -12,13 +12,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential
-from pftrack.frame import Frame, Target
-from pftrack.parameters import Parameters, parameter
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.source import History
+from pftrack.numerics.elementary import exponential
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.overlay import GROUP as OCCLUSION
 from pftrack.sources.overlay import occlusion_width
-from pftrack.sources.source import History
 
 __all__ = ["LawnSceneParameters", "LawnSource", "look_alike_place", "visible_share"]
 

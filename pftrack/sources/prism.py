@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Landmarks, Measurements, Target
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.matrices import product
-from pftrack.parameters import Parameters, parameter
-from pftrack.random import Purpose, Stream
-from pftrack.sources.source import History
+from pftrack.model.frame import Frame, Landmarks, Measurements, Target
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.source import History
+from pftrack.numerics.matrices import product
+from pftrack.numerics.random import Purpose, Stream
 
 __all__ = [
     "FACES",

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pftrack.frame import Frame, Target
-from pftrack.parameters import ParameterError, parameter
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import ParameterError, parameter
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.source import History
 from pftrack.sources.overlay import OverlayParameters, paint
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.source import History
 
 __all__ = ["RecordingParameters", "RecordingSource", "check_start"]
 

@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from pftrack.frame import Frame, Target
-from pftrack.parameters import Parameters, parameter
-from pftrack.random import Purpose, Stream
-from pftrack.sources.source import History
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.source import History
+from pftrack.numerics.random import Purpose, Stream
 
 __all__ = ["SignalParameters", "SignalSource"]
 

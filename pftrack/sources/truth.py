@@ -12,16 +12,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol, TextIO
+from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 
-from pftrack.frame import Target
+from pftrack.model.frame import Target
+from pftrack.model.truth import Truth
 
 __all__ = [
     "BOXES",
     "Form",
-    "Truth",
     "TruthError",
     "TruthKind",
     "TruthTable",
@@ -68,21 +68,6 @@ BOX_FORM = Form(("frame", "x", "y", "w", "h"), "box", "boxes", 100_000.0, "px", 
 
 class TruthError(ValueError):
     """A table of truth that cannot be read; the message names the line and what is allowed."""
-
-
-class Truth(Protocol):
-    """What is known of a recording: numbers by frame, and the target that they mean."""
-
-    @property
-    def rows(self) -> Mapping[int, tuple[float, ...]]:
-        """The numbers of each frame that has any, as the file has them."""
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What was passed over in reading, one sentence each."""
-
-    def at(self, frame: int) -> Target | None:
-        """Return the target of a frame, or None where there is no truth."""
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,11 @@ import numpy as np
 from av.video.frame import VideoFrame
 from numpy.typing import NDArray
 
+from pftrack.model.sequence import FrameIndex
 from pftrack.sources.cache import BoundedCache
 from pftrack.sources.decoder import Decoder, orientation_of, stored_size
 from pftrack.sources.formats import Format
-from pftrack.sources.sequence import FrameIndex, Limits, SourceError, check_pixels
+from pftrack.sources.sequence import Limits, SourceError, check_pixels
 from pftrack.sources.timing import measure
 
 __all__ = ["VideoSequence"]

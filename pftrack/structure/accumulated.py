@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.matrices import product
-from pftrack.singular import eigenvalues
+from pftrack.numerics.matrices import product
+from pftrack.numerics.singular import eigenvalues
 
 __all__ = ["Accumulated", "accumulate", "nothing_seen", "principal_shape"]
 

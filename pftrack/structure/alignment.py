@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import fit_similarity
-from pftrack.matrices import least_squares, product
+from pftrack.numerics.matrices import least_squares, product
 
 __all__ = ["Alignment", "aligned", "residuals", "shape_error"]
 

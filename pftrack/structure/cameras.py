@@ -7,7 +7,7 @@ is known. A long focal length at a great distance is the scaled orthographic cam
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.structure.positive import factorised, inverted, solved_from
 
 __all__ = ["SIZE", "evidence", "fitted", "frontal", "normal_of", "settled", "steadied", "turn_between"]

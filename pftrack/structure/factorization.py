@@ -14,8 +14,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.matrices import least_squares, owned, product, solved
-from pftrack.singular import eigenvalues, singular_values
+from pftrack.numerics.matrices import least_squares, owned, product, solved
+from pftrack.numerics.singular import eigenvalues, singular_values
 from pftrack.structure.tracks import Tracks
 
 __all__ = ["Camera", "Factorization", "factorize", "metric_transform", "metric_upgrade"]

@@ -22,9 +22,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.geometry.face_model import Similarity, fit_similarity
-from pftrack.matrices import product, solved
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import product, solved
 from pftrack.structure import recursive
 from pftrack.structure.cameras import evidence, frontal, settled
 from pftrack.structure.positive import inverted

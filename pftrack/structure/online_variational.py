@@ -24,7 +24,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.structure.passes import free_energy, moments, points_given, rows_given
 from pftrack.structure.positive import inverted
 from pftrack.structure.tracks import FEWEST_POINTS, Tracks, checked_view

@@ -14,7 +14,7 @@ A precision of 0 says that a point was not seen: it adds nothing to any of the t
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.structure.positive import inverted
 
 __all__ = ["free_energy", "moments", "points_given", "rows_given"]

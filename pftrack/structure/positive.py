@@ -7,8 +7,8 @@ left of a pivot is raised to `SMALLEST_PIVOT` of what it was.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.sums import inner_product
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.sums import inner_product
 
 __all__ = ["factorised", "inverted", "solved_from"]
 

@@ -27,11 +27,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.sums import inner_product
 from pftrack.structure.cameras import SIZE, fitted, frontal, normal_of, settled, steadied, turn_between
 from pftrack.structure.positive import factorised, inverted, solved_from
 from pftrack.structure.tracks import FEWEST_POINTS, checked_view
-from pftrack.sums import inner_product
 
 __all__ = ["Recursive", "Settings", "begin", "step", "taken"]
 

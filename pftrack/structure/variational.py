@@ -16,9 +16,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.matrices import product, solved
-from pftrack.random import Generator
-from pftrack.singular import singular_values
+from pftrack.numerics.matrices import product, solved
+from pftrack.numerics.random import Generator
+from pftrack.numerics.singular import singular_values
 from pftrack.structure.factorization import Camera, metric_transform
 from pftrack.structure.passes import free_energy, moments, points_given, rows_given
 from pftrack.structure.tracks import Tracks

@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from math import inf
 
 from pftrack.experiments import Experiment
-from pftrack.parameters import (
+from pftrack.model.parameters import (
     LONGEST_FILE,
     LONGEST_SEQUENCE,
     Declaration,

@@ -15,9 +15,9 @@ from math import prod
 from typing import Any, Self
 
 from pftrack.experiments import Experiment, find
-from pftrack.parameters import ParameterError, Value, revise
-from pftrack.random import LARGEST_KEY, LARGEST_SEED
-from pftrack.runs.recipe import Recipe
+from pftrack.model.parameters import ParameterError, Value, revise
+from pftrack.model.recipe import Recipe
+from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED
 from pftrack.runs.run import LONGEST_RUN, Change, Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, checked, declared, value_of
 from pftrack.sweep.errors import SweepError

@@ -3,7 +3,7 @@
 import sys
 from multiprocessing.connection import Connection
 
-from pftrack.elementary import exponential
+from pftrack.numerics.elementary import exponential
 from pftrack.process.fork_server import serve
 from pftrack.sweep.pool import work
 

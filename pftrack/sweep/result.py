@@ -14,7 +14,7 @@ import pyarrow.compute as pc
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.journal import chunk_files, partial_of, plan_of
 from pftrack.sweep.plan import Plan

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from pftrack.drawing import Drawing
 from pftrack.experiment import Experiment, Step
+from pftrack.model.drawing import Drawing
 from pftrack.runs.run import Change, Run
 
 __all__ = ["FRAMES", "Check", "CheckError", "Straight", "begun", "demand", "each_tracker", "named", "straight"]

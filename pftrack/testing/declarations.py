@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import NAME, find
-from pftrack.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
-from pftrack.plot import Plot
+from pftrack.model.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
+from pftrack.model.plot import Plot
+from pftrack.model.series import SeriesShape
 from pftrack.runs.run import Change, Run
-from pftrack.series import SeriesShape
 from pftrack.sweep import Axis, Plan, SweepError
 from pftrack.sweep.quantities import COMMON
 from pftrack.sweep.table import FIXED

@@ -6,12 +6,12 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawing
 from pftrack.experiment import Experiment
-from pftrack.faults import faults
+from pftrack.model.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawing
+from pftrack.model.faults import faults
+from pftrack.model.world import World
 from pftrack.rendering import render, render_beside
 from pftrack.testing.check import FRAMES, Check, CheckError, demand, each_tracker, straight
-from pftrack.world import World
 
 __all__ = ["checks"]
 

@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from pftrack.drawing import Drawing
 from pftrack.experiment import Experiment
-from pftrack.marks import Editor, Mark
-from pftrack.parameters import ParameterError
+from pftrack.model.drawing import Drawing
+from pftrack.model.marks import Editor, Mark
+from pftrack.model.parameters import ParameterError
 from pftrack.rendering import render
 from pftrack.testing.check import Check, CheckError, demand, named
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from pftrack.experiment import Experiment, Step
+from pftrack.model.series import check_value, columns
 from pftrack.runs.scoring import course_of
-from pftrack.series import check_value, columns
 from pftrack.testing.check import Check, CheckError, begun, demand, each_tracker, straight
 
 __all__ = ["checks"]

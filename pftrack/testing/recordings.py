@@ -15,18 +15,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Picture
 from pftrack.experiment import PICTURES, Experiment, Setup, Step
-from pftrack.faults import faults
-from pftrack.film import FilmWriter
-from pftrack.frame import Target
-from pftrack.marks import Mark
-from pftrack.parameters import ParameterError
+from pftrack.model.drawing import Picture
+from pftrack.model.faults import faults
+from pftrack.model.frame import Target
+from pftrack.model.marks import Mark
+from pftrack.model.parameters import ParameterError
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import Suitability
+from pftrack.rendering.film import FilmWriter
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
-from pftrack.sources.sequence import FrameSequence, open_sequence
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import written
-from pftrack.suitability import Suitability
 from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, named
 from pftrack.testing.marks import at_first
 from pftrack.testing.repeatability import demand_equal

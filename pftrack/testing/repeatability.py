@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from pftrack.experiment import Experiment
-from pftrack.frame import Frame
-from pftrack.parameters import Value, declarations, flat
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import Value, declarations, flat
+from pftrack.model.source import History
 from pftrack.runs import batch
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import reductions
-from pftrack.sources.source import History
 from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, each_tracker, named, straight
 from pftrack.testing.other_process import hashes_elsewhere
 

@@ -13,7 +13,3 @@ beyond that, such as particles, hypotheses or mixing ratios, it declares as seri
 - `sampling`: the loop that draws by prediction and by observation, which `ball` shares with others;
 - `reports`, `parameters`: the series and the parameters that several families declare alike.
 """
-
-from pftrack.trackers.tracker import Fold, Tracker, TrackState
-
-__all__ = ["Fold", "TrackState", "Tracker"]

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from pftrack.parameters import parameter
+from pftrack.model.parameters import parameter
 
 __all__ = [
     "correlated_changes",

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.fixed_lag import Lineage
-from pftrack.gaussian import Gaussian
 from pftrack.learning.online_em import Learner
+from pftrack.numerics.gaussian import Gaussian
 from pftrack.particles import ParticleSet
 
 __all__ = ["PointState"]

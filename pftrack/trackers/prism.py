@@ -8,9 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from pftrack.frame import Frame, Measurements, Target
 from pftrack.likelihoods import points
-from pftrack.random import Stream
+from pftrack.model.frame import Frame, Measurements, Target
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.random import Stream
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
@@ -19,7 +20,6 @@ from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_pe
 from pftrack.trackers.pose.reports import measurement, reported
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "TrackedPrismParameters"]
 

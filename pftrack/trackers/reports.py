@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
+from pftrack.model.series import Reduction, Series, SeriesValue
 from pftrack.particles import ParticleSet
-from pftrack.series import Reduction, Series, SeriesValue
 
 __all__ = ["ALERT", "CLOUD", "SAMPLERS", "cloud"]
 

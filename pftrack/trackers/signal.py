@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.filters import bootstrap, kalman
-from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.series import Series, SeriesValue
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet
-from pftrack.random import Generator
 from pftrack.resampling import systematic
-from pftrack.series import Series, SeriesValue
 from pftrack.trackers import reports
 from pftrack.trackers.parameters import particle_count, resampling_threshold
 from pftrack.trackers.point_state import PointState
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "SignalTrackerParameters"]
 

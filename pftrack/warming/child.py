@@ -12,8 +12,8 @@ import sys
 from collections.abc import Callable
 from typing import TypeAlias
 
-from pftrack.compiled import FUNCTIONS
 from pftrack.experiments import EXPERIMENTS
+from pftrack.numerics.compiled import FUNCTIONS
 from pftrack.process import follow_parent, leave_interrupts_to_parent
 from pftrack.warming.coverage import cases, run_case
 from pftrack.warming.watch import name_of, watched

@@ -5,9 +5,9 @@ Otherwise a class would wait for the compiler in the moment in which somebody fi
 
 from collections.abc import Iterator, Mapping
 
-from pftrack.drawing import Drawing
 from pftrack.experiment import Experiment
-from pftrack.parameters import Value, declarations
+from pftrack.model.drawing import Drawing
+from pftrack.model.parameters import Value, declarations
 from pftrack.runs.run import Change, Run
 
 __all__ = ["cases", "run_case"]

@@ -19,8 +19,8 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from pftrack import machine
 from pftrack.files import write_whole
+from pftrack.numerics import machine
 
 __all__ = ["cache_folder", "existing", "loading_cases", "ready", "remember", "source_hash", "writable"]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from numba.core import event
 
-from pftrack.compiled import FUNCTIONS
+from pftrack.numerics.compiled import FUNCTIONS
 
 __all__ = ["loaded", "name_of", "watched"]
 

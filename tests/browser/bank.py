@@ -10,18 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Drawing, Polyline
 from pftrack.experiment import Experiment, Setup, Step
-from pftrack.frame import Frame, Target
-from pftrack.layer import Layer
-from pftrack.parameters import parameter
-from pftrack.plot import SAMPLE_SIZE, SAMPLERS, SIGMA, STEP_TIME, Plot, Reading
-from pftrack.random import Generator
-from pftrack.references import Citation, Reference
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.series import Hypotheses, Interval, Series, SeriesValue
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import Drawing, Polyline
+from pftrack.model.frame import Frame, Target
+from pftrack.model.layer import Layer
+from pftrack.model.parameters import parameter
+from pftrack.model.plot import SAMPLE_SIZE, SAMPLERS, SIGMA, STEP_TIME, Plot, Reading
+from pftrack.model.references import Citation, Reference
+from pftrack.model.series import Hypotheses, Interval, Series, SeriesValue
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.random import Generator
 from pftrack.sources.signal import SignalParameters, SignalSource
-from pftrack.trackers import Tracker
 
 GAIN = 0.4
 

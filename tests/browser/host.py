@@ -37,7 +37,7 @@ class Server:
             limits=httpx.Limits(max_keepalive_connections=0),
             headers={"Authorization": f"Bearer {token}"} if token else {},
         )
-        self.log = data / "server.log"
+        self.log = data / "pftrack_server.log"
         self.start()
 
     @property

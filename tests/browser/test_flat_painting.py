@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.drawing import (
+from pftrack.model.drawing import (
     COLOURS,
     Arrows,
     Axes,
@@ -27,10 +27,10 @@ from pftrack.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.projection import looked_at
+from pftrack.model.world import Viewpoint, World
 from pftrack.rendering import render
-from pftrack.world import Viewpoint, World
-from server.flat.codec import DrawingEncoder
+from pftrack.rendering.projection import looked_at
+from pftrack_server.flat.codec import DrawingEncoder
 from tests.browser.host import Server
 
 Image: TypeAlias = NDArray[np.uint8]

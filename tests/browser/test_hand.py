@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.film import FilmWriter
+from pftrack.model.source import History
+from pftrack.rendering.film import FilmWriter
 from pftrack.sources.hand import HandSceneParameters, HandSource
-from pftrack.sources.source import History
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 

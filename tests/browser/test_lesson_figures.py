@@ -6,7 +6,7 @@ from typing import Any, get_args
 import pytest
 
 from pftrack.lessons.figure import Figure, Panel, Trace
-from pftrack.palette import COLOURS, VIRIDIS
+from pftrack.model.palette import COLOURS, VIRIDIS
 from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT, RED, SCENE, cloud

@@ -7,7 +7,7 @@ import av
 import numpy as np
 import pytest
 
-from pftrack.film import FilmWriter
+from pftrack.rendering.film import FilmWriter
 from pftrack.sources.tracks.table import written
 from tests.arm import FRAMES, film, joints
 from tests.browser.host import Server

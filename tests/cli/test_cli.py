@@ -64,7 +64,7 @@ def test_show_names_the_presets(call: Call) -> None:
 
 def test_a_command_that_cannot_be_loaded_does_not_hide_the_others(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """With a broken server the library's commands still work, and `serve` says why it does not."""
-    monkeypatch.setitem(sys.modules, "server.command", None)
+    monkeypatch.setitem(sys.modules, "pftrack_server.command", None)
     assert call("--help")[0] == 0
     assert call("list")[0] == 0
     refused(call("serve"), 1, "the command serve cannot be loaded")

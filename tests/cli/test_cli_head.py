@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.film import FilmWriter
 from pftrack.geometry.face_model import FEATURES
 from pftrack.geometry.rotation import rotation
+from pftrack.rendering.film import FilmWriter
 from tests.cli.commands import Call, refused
 from tests.experiments.heads import empty, pictures, simulated
 

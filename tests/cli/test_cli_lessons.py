@@ -8,7 +8,7 @@ import pytest
 
 from pftrack.lessons import LESSONS, Demonstration, Figure, Outcome, Scenario
 from pftrack.lessons.course import probability
-from pftrack.runs.recipe import Recipe
+from pftrack.model.recipe import Recipe
 from tests.cli.commands import Call, refused
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.drawing import Drawing, Text
 from pftrack.experiments import EXPERIMENTS, find
+from pftrack.model.drawing import Drawing, Text
 from tests.cli.commands import FRAMES, Call, on_clip, refused
 
 KEYS = {

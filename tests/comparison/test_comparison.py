@@ -8,7 +8,7 @@ import pytest
 
 from pftrack.comparison import Comparison, ComparisonError, align
 from pftrack.experiments import find
-from pftrack.marks import Box
+from pftrack.model.marks import Box
 from pftrack.runs.run import Change, Run
 from tests.experiments.heads import Pictures
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.source import History
 
 
 def picture(index: int = 0, **values: object) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.detection.corners import Detector, DetectorParameters, find_corners
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
 
 DETECTORS: list[Detector] = ["eigenvalue", "orientation"]
 

@@ -6,17 +6,17 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.angles import wrapped
-from pftrack.compiled import read_only
 from pftrack.detection.hand_fit import FlatHand, disagreement, fitted, placed
 from pftrack.detection.open_hand import NoOpenHandError, OpenHand, opened
 from pftrack.detection.protrusions import HandFeatures, features_of
 from pftrack.detection.raised_fingers import proposed
 from pftrack.detection.silhouette import Finding, SilhouetteParameters, suggested
 from pftrack.geometry.hand_model import MODEL, joints, open_pose, silhouette
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
+from pftrack.numerics.angles import wrapped
+from pftrack.numerics.compiled import read_only
 from pftrack.sources.hand import HandSceneParameters, HandSource, HandTarget
-from pftrack.sources.source import History
 
 CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "hand_silhouette"
 SETTINGS = SilhouetteParameters().silhouette

@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 
 from pftrack.detection.protrusions import HandFeatures, features_in, features_of, resampled
 from pftrack.detection.silhouette import Finding, Silhouette, SilhouetteParameters
-from pftrack.frame import Frame
-from pftrack.parameters import revise
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.hand import HandSceneParameters, HandSource, HandTarget
-from pftrack.sources.source import History
 
 SETTINGS = SilhouetteParameters().silhouette
 

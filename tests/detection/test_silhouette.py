@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.compiled import read_only
 from pftrack.detection.silhouette import Finding, SilhouetteParameters, contacts, silhouette_of, suggested
 from pftrack.geometry.hand_model import MODEL, open_pose, silhouette
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
+from pftrack.numerics.compiled import read_only
 
 Picture = NDArray[np.uint8]
 SKIN, WALL = (224, 172, 138), (90, 110, 120)

@@ -10,9 +10,9 @@ import pytest
 
 import pftrack
 from pftrack.comparison import ComparisonError
-from pftrack.parameters import ParameterError
+from pftrack.displays.sparkline import sparkline, track
+from pftrack.model.parameters import ParameterError
 from pftrack.runs.record import RecordError
-from pftrack.sparkline import sparkline, track
 
 WIDE = {"occlusion_width_px": 70.0}
 

@@ -8,12 +8,12 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame
 from pftrack.geometry.face_model import FEATURES
-from pftrack.parameters import revise
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import revise
+from pftrack.model.sequence import FrameIndex
+from pftrack.model.source import History
 from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.sequence import FrameIndex
-from pftrack.sources.source import History
 
 Picture = NDArray[np.uint8]
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
 from pftrack.experiments import EXPERIMENTS, Experiment, find
+from pftrack.model.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
 from pftrack.rendering import render
 from pftrack.runs.run import Change, Run
 

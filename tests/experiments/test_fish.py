@@ -10,18 +10,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.drawing import Polyline
 from pftrack.experiment import Setup
 from pftrack.experiments import find
 from pftrack.experiments.fish.recording import FishBody, _told
-from pftrack.film import FilmWriter
-from pftrack.frame import Frame, Target
 from pftrack.geometry.fish_shape import FishShape, body_points, tail_corners, tail_line
-from pftrack.marks import Box, Mark
-from pftrack.parameters import ParameterError, revise
+from pftrack.model.drawing import Polyline
+from pftrack.model.frame import Frame, Target
+from pftrack.model.marks import Box, Mark
+from pftrack.model.parameters import ParameterError, revise
+from pftrack.model.sequence import FrameSequence
+from pftrack.rendering.film import FilmWriter
 from pftrack.runs.run import Change, Run
 from pftrack.sources.fish import FishTarget
-from pftrack.sources.sequence import FrameSequence, open_sequence
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
 from pftrack.trackers.fish.learned import GUIDANCE
 from pftrack.trackers.fish.step import begun

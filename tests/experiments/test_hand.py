@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.beam import Beam
 from pftrack.experiments import find
 from pftrack.experiments.hand.solids import capsules, plate, ribbon
 from pftrack.experiments.hand.truth import Errors, report
-from pftrack.frame import Target
+from pftrack.filters.beam import Beam
 from pftrack.geometry.hand_model import MODEL, joints, open_pose
-from pftrack.parameters import revise
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.frame import Target
+from pftrack.model.parameters import revise
+from pftrack.model.series import Hypotheses
 from pftrack.runs.run import Run
-from pftrack.series import Hypotheses
 from pftrack.sources.hand import HandTarget
 
 HAND = find("hand")

@@ -8,19 +8,20 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS
 from pftrack.experiment import Setup
 from pftrack.experiments import find
 from pftrack.experiments.hand.marks import HandTips
-from pftrack.film import FilmWriter
-from pftrack.finder import Sighting
-from pftrack.marks import Box
-from pftrack.parameters import ParameterError
+from pftrack.model.drawing import COLOURS
+from pftrack.model.finder import Sighting
+from pftrack.model.marks import Box
+from pftrack.model.parameters import ParameterError
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.source import History
+from pftrack.rendering.film import FilmWriter
 from pftrack.runs.run import Run
 from pftrack.sources.formats import SourceError
 from pftrack.sources.hand import HandSceneParameters, HandSource
-from pftrack.sources.sequence import FrameSequence, open_sequence
-from pftrack.sources.source import History
+from pftrack.sources.sequence import open_sequence
 
 HAND = find("hand")
 FRAMES = 5

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.drawing import Ellipsoids, Links, Mesh, Primitive
 from pftrack.experiments import find
 from pftrack.experiments.head.exports import points_of, surface_of
 from pftrack.experiments.head.own_face import MEAN_FACE, UNCERTAINTY
 from pftrack.experiments.head.sketch import front
 from pftrack.geometry.face_model import FEATURES, mean_model
-from pftrack.legend import drawn_keys
+from pftrack.model.drawing import Ellipsoids, Links, Mesh, Primitive
+from pftrack.model.legend import drawn_keys
 from pftrack.runs.run import Change, Run
 
 HEAD = find("head")

@@ -8,9 +8,9 @@ from pftrack.experiments import find
 from pftrack.experiments.head.marks import FaceBox
 from pftrack.experiments.head.start import FINDER, MOST_SEARCHED, first_face, frames_to_search
 from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.source import History
 from tests.experiments.heads import Picture, Pictures, empty, marked, pictures
 
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS, Arrows, Ellipsoids, Mesh, Points, Primitive
 from pftrack.experiments import find
 from pftrack.experiments.head.world import HEAD_WORLD, head_world
 from pftrack.geometry.rotation import rotation
+from pftrack.model.drawing import COLOURS, Arrows, Ellipsoids, Mesh, Points, Primitive
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.pose.state import PoseState
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.marks import Box
-from pftrack.parameters import ParameterError
+from pftrack.model.marks import Box
+from pftrack.model.parameters import ParameterError
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence

@@ -8,12 +8,12 @@ import pytest
 from typer.testing import CliRunner
 
 from pftrack.cli.app import app
-from pftrack.drawing import Points
 from pftrack.experiment import Setup
 from pftrack.experiments import find
 from pftrack.experiments.linkage.truth import direction_error
-from pftrack.parameters import ParameterError, Value, revise
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import Points
+from pftrack.model.parameters import ParameterError, Value, revise
 from pftrack.runs.run import Change, Run
 
 LINKAGE = find("linkage")

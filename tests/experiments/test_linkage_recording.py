@@ -8,14 +8,15 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters, on_video
-from pftrack.frame import Measurements
-from pftrack.marks import Box
-from pftrack.parameters import ParameterError
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Measurements
+from pftrack.model.marks import Box
+from pftrack.model.parameters import ParameterError
+from pftrack.model.sequence import FrameSequence
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.sources.linkage.recorded import guessed
 from pftrack.sources.linkage.truth import NAMES, places
-from pftrack.sources.sequence import FrameSequence, open_sequence
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import written
 from tests.arm import FRAMES, film, joints
 

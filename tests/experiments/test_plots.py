@@ -3,8 +3,8 @@
 import pytest
 
 from pftrack.experiments import EXPERIMENTS, Experiment, find
-from pftrack.plot import STANDARD_PLOTS, Plot
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.plot import STANDARD_PLOTS, Plot
 from pftrack.runs.run import Run
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
 from pftrack.experiments import find
 from pftrack.experiments.head.sketch import front
 from pftrack.experiments.pose.placing import heights, placed
@@ -14,6 +13,7 @@ from pftrack.experiments.pose.sketch import beside, dashes
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.face_model import FEATURES, TITLES, FaceModel, mean_model
 from pftrack.geometry.rotation import rotation
+from pftrack.model.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
 from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import NAMES, VERTICES_MM
 from tests.experiments.heads import Pictures, empty, pictures

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.parameters import Value, declarations
+from pftrack.model.parameters import Value, declarations
 from pftrack.runs.run import Change, Run
 
 HEAD, PRISM = find("head"), find("prism")

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.drawing import Ellipse, Ellipsoids
 from pftrack.experiment import Preset
 from pftrack.experiments import find
 from pftrack.experiments.structure.truth import shape_errors
 from pftrack.experiments.structure.world import shape_world
-from pftrack.export import export_named
 from pftrack.geometry.face_model import FEATURES, fit_similarity, mean_model, person
+from pftrack.model.drawing import Ellipse, Ellipsoids
+from pftrack.model.export import export_named
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import read_tracks

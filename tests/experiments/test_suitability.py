@@ -11,14 +11,15 @@ import pytest
 from pftrack.experiment import Setup
 from pftrack.experiments import find
 from pftrack.experiments.head.marks import FacePoints
-from pftrack.marks import Box
-from pftrack.parameters import revise
+from pftrack.model.marks import Box
+from pftrack.model.parameters import revise
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.source import History
+from pftrack.model.suitability import NOT_AT_ALL, WELL, Suitability, graded
 from pftrack.runs.run import Run
 from pftrack.sources.ball import BallSceneParameters, BallSource
-from pftrack.sources.sequence import FrameSequence, open_sequence
-from pftrack.sources.source import History
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable, read_truth
-from pftrack.suitability import NOT_AT_ALL, WELL, Suitability, graded
 from tests.experiments.heads import Picture, Pictures, pictures
 
 BALL, HEAD = find("ball"), find("head")

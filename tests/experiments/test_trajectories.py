@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.drawing import Links, Mesh, Points
 from pftrack.experiments import find
 from pftrack.experiments.trajectories import exports
-from pftrack.frame import Frame, Measurements
-from pftrack.parameters import ParameterError
-from pftrack.random import Purpose, Stream
+from pftrack.model.drawing import Links, Mesh, Points
+from pftrack.model.frame import Frame, Measurements
+from pftrack.model.parameters import ParameterError
+from pftrack.model.series import Interval
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
-from pftrack.series import Interval
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.trajectories.reference import REFERENCE_PX
 from pftrack.sources.trajectories.scene import TRUE_PATH

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.drawing import Drawing, Mesh, Text, WorldDrawing
 from pftrack.experiments import find
-from pftrack.marks import Box
-from pftrack.parameters import ParameterError
+from pftrack.model.drawing import Drawing, Mesh, Text, WorldDrawing
+from pftrack.model.marks import Box
+from pftrack.model.parameters import ParameterError
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
 

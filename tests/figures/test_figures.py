@@ -7,10 +7,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.export import ExportError
 from pftrack.figures import drawable, figure_of, sheet
 from pftrack.figures.kinds import KINDS
-from pftrack.plot import PlotKind
+from pftrack.model.export import ExportError
+from pftrack.model.plot import PlotKind
 from pftrack.runs.run import Change, Run
 
 

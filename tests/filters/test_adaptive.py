@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from pftrack.dynamics import autoregression
 from pftrack.filters import adaptive, kalman
 from pftrack.filters.layers import Projection
-from pftrack.gaussian import Gaussian
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Purpose, Stream
 
 PLACES = np.array([[10.0, 20.0], [-30.0, 5.0], [100.0, -100.0]])
 SPREAD = np.array([[4.0, 3.0], [3.0, 9.0]])

@@ -6,10 +6,10 @@ import pytest
 from pftrack.dynamics import autoregression
 from pftrack.filters import kalman
 from pftrack.filters.affine import AffineBelief, AffineLayer
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import affine_projection
 from pftrack.geometry.rotation import rotation
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 
 POINTS = np.random.default_rng(1).normal(size=(9, 3)) * 15
 CAMERA = np.array([[5.0, 0.1, -0.2, 12.0], [0.3, 4.9, 0.2, -7.0]])

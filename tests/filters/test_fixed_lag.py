@@ -3,7 +3,7 @@ import pytest
 
 from pftrack.dynamics import autoregression, random_walk
 from pftrack.filters import bootstrap, fixed_lag, kalman
-from pftrack.gaussian import Gaussian, log_density
+from pftrack.numerics.gaussian import Gaussian, log_density
 from pftrack.particles import ParticleSet
 
 LAG = 3

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from pftrack.dynamics import autoregression, constant_velocity
 from pftrack.filters import extended, kalman, unscented
-from pftrack.gaussian import Gaussian, log_density
+from pftrack.numerics.gaussian import Gaussian, log_density
 
 MODEL = constant_velocity(2, 1.0, 0.5)
 OBSERVE = np.eye(2, 4)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pftrack.dynamics import LinearDynamics, autoregression, random_walk
 from pftrack.filters import auxiliary, bootstrap, kalman, unscented_particle
 from pftrack.filters.posterior import LogLikelihood, Posterior
-from pftrack.gaussian import Gaussian, log_density
+from pftrack.numerics.gaussian import Gaussian, log_density
 from pftrack.particles import ParticleSet
 
 MODEL = random_walk(2, 0.7)

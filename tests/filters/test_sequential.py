@@ -6,7 +6,7 @@ import pytest
 from pftrack.dynamics import autoregression
 from pftrack.filters import kalman
 from pftrack.filters.sequential import condition, decorrelated, predict_second_order
-from pftrack.gaussian import Gaussian
+from pftrack.numerics.gaussian import Gaussian
 
 RNG = np.random.default_rng(0)
 

@@ -12,7 +12,7 @@ from pftrack.filters.trajectories import cloud, gaussian
 from pftrack.filters.trajectories.cloud import MOST_PARTICLES, Cloud
 from pftrack.filters.trajectories.modes import located, logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, beginnings, follow, likelihood_surface, track_error
-from pftrack.gaussian import Gaussian
+from pftrack.numerics.gaussian import Gaussian
 from pftrack.sources.trajectories.reference import REFERENCE_PX
 from pftrack.sources.trajectories.scene import TRUE_PATH
 

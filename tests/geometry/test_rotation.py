@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.angles import wrapped
 from pftrack.geometry.rotation import angles, derivatives, rotation
+from pftrack.numerics.angles import wrapped
 
 ANGLE = st.floats(-np.pi, np.pi)
 TILT = st.floats(-1.5, 1.5)

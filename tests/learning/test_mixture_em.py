@@ -3,10 +3,10 @@ import pytest
 
 from pftrack.filters import adaptive
 from pftrack.filters.layers import Projection
-from pftrack.gaussian import log_density
 from pftrack.learning import mixture_em
 from pftrack.learning.mixture_em import Mixture, Settings
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.gaussian import log_density
+from pftrack.numerics.random import Purpose, Stream
 
 RNG = np.random.default_rng(0)
 ABOVE = (np.array([[2.0, 1.0]]), np.array([[4.0, 9.0]]))

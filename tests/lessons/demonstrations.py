@@ -7,7 +7,7 @@ import numpy as np
 
 from pftrack.lessons import LESSONS, Demonstration, Figure, Lesson, Shown
 from pftrack.lessons.figure import Panel
-from pftrack.parameters import Declaration, Parameters, Value, declarations, revise
+from pftrack.model.parameters import Declaration, Parameters, Value, declarations, revise
 
 DEMONSTRATIONS = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
 

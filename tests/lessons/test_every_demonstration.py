@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.lessons import LESSONS, Lesson, Number
-from pftrack.parameters import declarations
+from pftrack.model.parameters import declarations
 from tests.lessons.demonstrations import DEMONSTRATIONS, asked_at, assert_sound, corners, demonstration, shown
 
 SEEDS = 1, 2, 3, 4, 5

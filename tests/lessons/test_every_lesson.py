@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.lessons import LESSONS, Lesson, judge
 from pftrack.lessons.lesson import Answer, Demonstration, Mistake
-from pftrack.parameters import ParameterError
+from pftrack.model.parameters import ParameterError
 
 CHECKS = [(name, check.name) for name, lesson in LESSONS.items() for check in lesson.checks]
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")

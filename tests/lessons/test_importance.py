@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.lessons.course.densities import normal
 from pftrack.lessons.course.importance import MEAN, SD, ImportanceParameters, Proposal, show
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.random import Purpose, Stream
 
 PROPOSALS = [Proposal(0.0, 1.0), Proposal(0.0, 2.0), Proposal(-1.0, 0.8), Proposal(MEAN, SD)]
 

@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.lessons.judging import judge
 from pftrack.lessons.lesson import Answer, Mistake, Question
-from pftrack.parameters import ParameterError
+from pftrack.model.parameters import ParameterError
 
 HALVED = Question(
     "By what factor does the error fall?",

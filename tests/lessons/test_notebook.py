@@ -6,14 +6,14 @@ from typing import Any
 
 import pytest
 
+from pftrack.exports.notebook import code, markdown, notebook
 from pftrack.lessons import LESSONS, Scenario
 from pftrack.lessons.cells import found
 from pftrack.lessons.lecturers import read_lessons
 from pftrack.lessons.notebook import demonstration_notebook, lesson_notebook
 from pftrack.lessons.running import answer_of, asked
-from pftrack.notebook import code, markdown, notebook
-from pftrack.parameters import revise
-from pftrack.runs.recipe import Recipe
+from pftrack.model.parameters import revise
+from pftrack.model.recipe import Recipe
 from pftrack.runs.record import make
 from tests.lessons.demonstrations import DEMONSTRATIONS, demonstration
 from tests.notebooks import executed
@@ -97,7 +97,7 @@ def test_every_scenario_is_found_and_asked_about_in_its_cells(name: str) -> None
     sources = cells(content, "code")
     for source in sources:
         compile(source, name, "exec")
-    for source in (sources[0], *(source for source in sources if source.startswith("from pftrack.runs.recipe"))):
+    for source in (sources[0], *(source for source in sources if source.startswith("from pftrack.model.recipe"))):
         exec(source, known)  # noqa: S102 - see above
     assert known["lesson"].question.text == lesson.question.text
     assert make(known["recipe"]).parameters_at(0) == make(asked(lesson)).parameters_at(0)

@@ -31,7 +31,7 @@ from pftrack.lessons.figure import (
 )
 from pftrack.lessons.plotting import SUFFIXES, draw, encoded
 from pftrack.lessons.traces import DRAWERS
-from pftrack.palette import COLOURS, hexadecimal
+from pftrack.model.palette import COLOURS, hexadecimal
 from tests.lessons.demonstrations import DEMONSTRATIONS, shown
 
 UNIT = Axis(title="x", low=0.0, high=4.0, unit="m")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pftrack.lessons.course.recursion import LESSON
 from pftrack.lessons.course.rounds import GRID, MEASURED, Moment, RecursionParameters, moments, spread
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from tests.lessons.demonstrations import asked_at, shown
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.lessons import LESSONS, Scenario
-from pftrack.parameters import declarations
+from pftrack.model.parameters import declarations
 from pftrack.runs.record import make
 
 SCENARIOS = [

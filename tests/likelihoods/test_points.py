@@ -1,7 +1,7 @@
 import numpy as np
 
-from pftrack.gaussian import log_density
 from pftrack.likelihoods import points
+from pftrack.numerics.gaussian import log_density
 
 
 def test_each_point_has_its_own_noise() -> None:

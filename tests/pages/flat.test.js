@@ -8,7 +8,7 @@ import { css, placed } from "../../frontend_static/session/flat/pixels.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };
 
-/** A message as `server/flat/codec.py` describes it. */
+/** A message as `server/pftrack_server/flat/codec.py` describes it. */
 function message(primitives, { arrays = [], pictures = [], version = 1, magic = "pfd", worlds = [] } = {}) {
   const body = new Uint8Array(arrays.flatMap((array) => [...new Uint8Array(array.buffer)]));
   let text = JSON.stringify({ ...HEAD, arrays: body.length, primitives, worlds });

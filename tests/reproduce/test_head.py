@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.parameters import Value, revise
+from pftrack.model.parameters import Value, revise
 from pftrack.reproduce.head import curves as head_curves
 from pftrack.reproduce.head.course import Course, Drive, Model, Trial, distance_mm, drive
 from pftrack.reproduce.head.figures import draw

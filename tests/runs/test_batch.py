@@ -7,9 +7,9 @@ import pytest
 
 from pftrack.experiment import Setup
 from pftrack.experiments import find
-from pftrack.frame import Frame
-from pftrack.marks import Box
-from pftrack.parameters import ParameterError, Value
+from pftrack.model.frame import Frame
+from pftrack.model.marks import Box
+from pftrack.model.parameters import ParameterError, Value
 from pftrack.runs import batch, scoring
 from pftrack.runs.run import Change, Run
 from tests.experiments.heads import Pictures, pictures

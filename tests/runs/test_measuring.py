@@ -12,10 +12,10 @@ import pytest
 from pftrack import once
 from pftrack.experiment import Experiment
 from pftrack.experiments import find
-from pftrack.measures import Measure
-from pftrack.runs.diagnostics import diagnose
+from pftrack.model.diagnostics import diagnose
+from pftrack.model.measures import Measure
+from pftrack.model.series import Series
 from pftrack.runs.run import Run
-from pftrack.series import Series
 
 SINE = find("sine")
 BALL = find("ball")

@@ -7,15 +7,15 @@ from typing import Any
 import pytest
 
 from pftrack.experiments import find
-from pftrack.parameters import ParameterError
-from pftrack.random import LARGEST_KEY, LARGEST_SEED
+from pftrack.model.parameters import ParameterError
+from pftrack.model.recipe import EARLIER, Footage, Recipe
+from pftrack.model.sequence import FrameSequence
+from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED
 from pftrack.runs import migrate
-from pftrack.runs.recipe import EARLIER, Footage, Recipe
 from pftrack.runs.record import load, make, read, save
 from pftrack.runs.run import Change
-from pftrack.sources.sequence import FrameSequence
-from server.schemas.sessions import SessionCreate
-from server.schemas.spec import BranchSpec, SessionSpec
+from pftrack_server.schemas.sessions import SessionCreate
+from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from tests.experiments.heads import Pictures, pictures
 
 FULL = Recipe(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.marks import Box
+from pftrack.model.marks import Box
 from pftrack.runs import record
 from pftrack.runs.record import RecordError, load, read, read_saved, save
 from pftrack.runs.run import Change, Run

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pftrack.experiment import Step
 from pftrack.experiments import find
-from pftrack.parameters import ParameterError
+from pftrack.model.parameters import ParameterError
 from pftrack.runs.keyframes import Keyframes
 from pftrack.runs.run import Change, EndOfRun, PastError, Run
 

@@ -14,8 +14,8 @@ ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import os
 from pathlib import Path
-from server.command import serve
-from server.worker import forkserver
+from pftrack_server.command import serve
+from pftrack_server.worker import forkserver
 forkserver.PRELOAD = "tests.server.few_ready"
 {}
 serve({})
@@ -25,7 +25,7 @@ REFUSING = """
 import json, os, signal, sys
 from pathlib import Path
 from server import serving
-from server.command import serve
+from pftrack_server.command import serve
 for arguments, first, _ in json.load(sys.stdin):
     ours, theirs = os.pipe()
     child = os.fork()

@@ -7,10 +7,10 @@ from typing import Any
 
 import psutil
 
-from server.tasks.child_tasks import ChildTasks
-from server.tasks.queue import Queues
-from server.uploads.probe import BUDGET
-from server.worker.protocol import Reply
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.queue import Queues
+from pftrack_server.uploads.probe import BUDGET
+from pftrack_server.worker.protocol import Reply
 from tests.server.apart import run
 
 

@@ -11,9 +11,9 @@ import pytest
 import structlog
 from PIL import Image
 
-from server.settings import Settings
-from server.tasks.child_tasks import ChildTasks
-from server.tasks.queue import Queues
+from pftrack_server.settings import Settings
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.queue import Queues
 from tests.browser.host import Server as ServerProcess
 from tests.installing import install
 from tests.server.apart import run
@@ -41,7 +41,7 @@ def _compiled(compiled: None) -> None:
 @pytest.fixture(autouse=True)
 def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that is brought in is answered for when it has been computed, however slow the machine is."""
-    monkeypatch.setattr("server.api.runs.IMPORT_S", 60.0)
+    monkeypatch.setattr("pftrack_server.api.runs.IMPORT_S", 60.0)
 
 
 @pytest.fixture(scope="session")

@@ -1,11 +1,11 @@
 """What a forkserver has ready that is asked for the ball: warming every experiment takes 4 s of processor time.
 
-A server imports this in the place of `server.worker.preload` where what workers have ready is not the matter of a test.
-An experiment that fails where it is warmed is among the few.
+A server imports this in the place of `pftrack_server.worker.preload` where what workers have ready is not the matter of
+a test. An experiment that fails where it is warmed is among the few.
 """
 
 from pftrack import warming
 
 warming.ready = lambda names: frozenset(names) & {"ball", "failing"}  # type: ignore[assignment]
 
-import server.worker.preload  # noqa: E402, F401 - warms what is ready
+import pftrack_server.worker.preload  # noqa: E402, F401 - warms what is ready

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.files import write_whole
-from server.schemas.spec import Goal
-from server.worker import checkpoints, worker
-from server.worker.protocol import WorkerConfig
-from server.worker.run_tree import RunTree
+from pftrack_server.schemas.spec import Goal
+from pftrack_server.worker import checkpoints, worker
+from pftrack_server.worker.protocol import WorkerConfig
+from pftrack_server.worker.run_tree import RunTree
 
 __all__ = ["allow", "held_worker", "held_worker_that_keeps_all"]
 

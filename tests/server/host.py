@@ -13,9 +13,9 @@ from typing import Any
 import httpx
 import uvicorn
 
-from server.app import create_app
-from server.connections import configuration
-from server.settings import Settings
+from pftrack_server.app import create_app
+from pftrack_server.connections import configuration
+from pftrack_server.settings import Settings
 
 
 class _Uvicorn(uvicorn.Server):

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.sources.sequence import DEFAULT_LIMITS
-from server.tasks.functions import survey
+from pftrack_server.tasks.functions import survey
 
 HARM = Path(tempfile.gettempdir(), f"harm-of-{os.getuid()}")
 NAMES = ("AS", "CPU", "FSIZE", "NOFILE", "CORE")

@@ -15,8 +15,8 @@ from pftrack.files import write_whole
 from pftrack.sweep import driver as driving
 from pftrack.sweep.journal import partial_of
 from pftrack.sweep.work import computed
-from server.sweeps import driver
-from server.sweeps.task import Resume, Task
+from pftrack_server.sweeps import driver
+from pftrack_server.sweeps.task import Resume, Task
 from tests.waiting import wait_for
 
 SMALL: dict[str, Any] = {

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.tasks.answers import pack, unpack
-from server.worker.protocol import Event, Failed, Heartbeat, Mistake, Reply, Step
+from pftrack_server.tasks.answers import pack, unpack
+from pftrack_server.worker.protocol import Event, Failed, Heartbeat, Mistake, Reply, Step
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text() | st.binary(),

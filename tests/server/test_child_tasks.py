@@ -14,13 +14,13 @@ import psutil
 import pytest
 
 from pftrack.process import Ending, environment
-from server.errors import ClientGoneError, RefusedError
-from server.log import Seldom
-from server.tasks.child import GRACE_S, OPEN_FILES, Budget
-from server.tasks.child_tasks import ChildTasks
-from server.tasks.queue import Queues
-from server.uploads.probe import BUDGET
-from server.worker.protocol import Reply
+from pftrack_server.errors import ClientGoneError, RefusedError
+from pftrack_server.log import Seldom
+from pftrack_server.tasks.child import GRACE_S, OPEN_FILES, Budget
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.queue import Queues
+from pftrack_server.uploads.probe import BUDGET
+from pftrack_server.worker.protocol import Reply
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.confined import ask, ended
@@ -127,7 +127,7 @@ def test_a_mistake_of_ours_is_in_the_log(
     mistake: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Who asks for a task that fails is told little, the log where."""
-    monkeypatch.setattr("server.tasks.child_tasks.seldom", Seldom("tasks"))
+    monkeypatch.setattr("pftrack_server.tasks.child_tasks.seldom", Seldom("tasks"))
     with pytest.raises(RefusedError, match="cannot be read safely"):
         run(ChildTasks(Queues()).run(mistake))
     assert "on purpose" in capsys.readouterr().out
@@ -135,8 +135,8 @@ def test_a_mistake_of_ours_is_in_the_log(
 
 TASK = """
 import asyncio, sys
-from server.tasks.child_tasks import ChildTasks
-from server.tasks.queue import Queues
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.queue import Queues
 from tests.server import hostile
 task = getattr(hostile, sys.argv[1])
 print(asyncio.run(ChildTasks(Queues()).answer(task, sys.argv[2])), flush=True)

@@ -12,8 +12,8 @@ import httpx
 import pytest
 import uvicorn
 
-from server import connections
-from server.middleware.body_limit import BodyLimit
+from pftrack_server import connections
+from pftrack_server.middleware.body_limit import BodyLimit
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.holding import allow, held_worker
@@ -235,8 +235,8 @@ def test_a_client_that_hangs_up_leaves_no_session(
     start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A session whose client is gone before it was told its name is ended: nobody else could."""
-    monkeypatch.setattr("server.sessions.worker_handle.main", held_worker)
-    monkeypatch.setattr("server.sessions.manager.OPENING_S", 100.0)
+    monkeypatch.setattr("pftrack_server.sessions.worker_handle.main", held_worker)
+    monkeypatch.setattr("pftrack_server.sessions.manager.OPENING_S", 100.0)
     body = json.dumps({"recipe": {"experiment": "ball"}, "position": 20}).encode()
     head = (
         "POST /api/v1/sessions HTTP/1.1",
@@ -258,7 +258,7 @@ def test_a_client_that_hangs_up_leaves_no_session_of_a_saved_run(
     """Nor does one that is gone while the run that it opened is compared with what was saved."""
     run = client.post("/api/v1/runs", json={"session": session["id"]}).json()["id"]
     record = server.app.state.services.store.files.record(run)
-    monkeypatch.setattr("server.runs.service.compare_record", hostile.wait_for_ever)
+    monkeypatch.setattr("pftrack_server.runs.service.compare_record", hostile.wait_for_ever)
     with socket.create_connection(("127.0.0.1", server.port)) as raw:
         raw.sendall(f"POST /api/v1/runs/{run}/open HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n".encode())
         wait_for(lambda: record.read_bytes().isdigit(), what="a child is asked to compare, and writes its number there")

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from pftrack.parameters import Declaration
-from server.schemas.controls import control_of, controls_of, working_range
+from pftrack.model.parameters import Declaration
+from pftrack_server.schemas.controls import control_of, controls_of, working_range
 
 
 def declare(kind: str, **more: Any) -> Declaration:

@@ -12,8 +12,8 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
-from server.schemas.spec import Goal
-from server.worker.protocol import Activate, Request
+from pftrack_server.schemas.spec import Goal
+from pftrack_server.worker.protocol import Activate, Request
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_stream import hear, until
 from tests.waiting import wait_for

@@ -9,8 +9,8 @@ import httpx
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from server.settings import Settings
-from server.store import Store
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
 from tests.server.host import begin, error_of, steer
 from tests.server.test_full_disk import save
 from tests.server.test_uploads import png, send, video

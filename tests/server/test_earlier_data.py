@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pftrack.runs.record import read_saved
-from server.settings import Settings
+from pftrack_server.settings import Settings
 from tests.server.host import running, steer
 
 FORMAT_1 = Path(__file__).parents[1] / "data" / "format_1"

@@ -8,8 +8,8 @@ import pytest
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.failures import gallery
-from server.failures import Courses, failure_named
-from server.tasks.kept import Kept
+from pftrack_server.failures import Courses, failure_named
+from pftrack_server.tasks.kept import Kept
 from tests.server.host import Server
 
 

@@ -31,7 +31,7 @@ def heavy(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have the server answer before a run is computed, on fast machines, too."""
-    monkeypatch.setattr("server.api.runs.IMPORT_S", 0.1)
+    monkeypatch.setattr("pftrack_server.api.runs.IMPORT_S", 0.1)
 
 
 def send(client: httpx.Client, content: bytes) -> dict[str, Any]:
@@ -87,8 +87,8 @@ def test_it_goes_on_while_somebody_asks(
     server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An import that nobody asks for any more is dropped, and says so to whoever comes later; one asked for arrives."""
-    monkeypatch.setattr("server.tasks.jobs.LOOK_S", 0.5)
-    monkeypatch.setattr("server.tasks.jobs.MOST_LOOKS", 2)
+    monkeypatch.setattr("pftrack_server.tasks.jobs.LOOK_S", 0.5)
+    monkeypatch.setattr("pftrack_server.tasks.jobs.MOST_LOOKS", 2)
     saved = client.get("/api/v1/runs").json()
     imports: Any = server.app.state.services.imports
     left, wanted = send(client, heavy)["id"], send(client, heavy)
@@ -115,10 +115,10 @@ def test_short_work_does_not_wait_for_it(client: httpx.Client, heavy: bytes) -> 
 
 def test_why_it_failed_can_be_asked(client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is no run is refused at once; whoever did not wait can ask why, for a while."""
-    monkeypatch.setattr("server.api.runs.IMPORT_S", 0.0)
+    monkeypatch.setattr("pftrack_server.api.runs.IMPORT_S", 0.0)
     begun = send(client, b"no run")
     wait_for(lambda: asked(client, begun)["state"] == "failed")
     assert "is no saved run" in asked(client, begun)["message"]
-    monkeypatch.setattr("server.tasks.jobs.KEPT_S", 0.0)
+    monkeypatch.setattr("pftrack_server.tasks.jobs.KEPT_S", 0.0)
     error_of(client.get(f"/api/v1/runs/imports/{begun['id']}"), 404)
     assert begun["id"] not in [each["id"] for each in client.get("/api/v1/runs/imports").json()]

@@ -7,10 +7,10 @@ import time
 import psutil
 import pytest
 
-from pftrack.parameters import ParameterError
-from server.errors import RefusedError, UnavailableError
-from server.lessons import pool as pools
-from server.lessons.pool import Pool
+from pftrack.model.parameters import ParameterError
+from pftrack_server.errors import RefusedError, UnavailableError
+from pftrack_server.lessons import pool as pools
+from pftrack_server.lessons.pool import Pool
 from tests.server.apart import run
 
 pytestmark = pytest.mark.usefixtures("nothing_is_left")

@@ -4,7 +4,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from server.lessons.text import inline, paragraphs
+from pftrack_server.lessons.text import inline, paragraphs
 
 
 def test_formulas_become_mathml() -> None:

@@ -8,9 +8,9 @@ import httpx
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.parameters import declarations
-from server import pages
-from server.middleware.metrics import METHODS
+from pftrack.model.parameters import declarations
+from pftrack_server import pages
+from pftrack_server.middleware.metrics import METHODS
 from tests.server.host import Server, begin, steer
 
 

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS, Drawing, Picture, Polyline
-from server import pictures
-from server.flat.codec import DrawingEncoder
-from server.pictures import PictureEncoder
+from pftrack.model.drawing import COLOURS, Drawing, Picture, Polyline
+from pftrack_server import pictures
+from pftrack_server.flat.codec import DrawingEncoder
+from pftrack_server.pictures import PictureEncoder
 
 
 @pytest.fixture

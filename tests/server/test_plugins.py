@@ -6,7 +6,7 @@ import httpx
 import pytest
 from websockets.sync.client import connect
 
-from server.flat.codec import decode
+from pftrack_server.flat.codec import decode
 from tests.browser.host import Server
 from tests.waiting import wait_for
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import psutil
 
-from pftrack.compiled import FUNCTIONS
 from pftrack.experiments import EXPERIMENTS
+from pftrack.numerics.compiled import FUNCTIONS
 from pftrack.warming.coverage import cases, run_case
-from server.tasks.child_tasks import ChildTasks
-from server.tasks.queue import Queues
-from server.worker.worker import NICENESS
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.queue import Queues
+from pftrack_server.worker.worker import NICENESS
 from tests.server.apart import run
 from tests.server.host import Server
 

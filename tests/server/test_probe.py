@@ -10,12 +10,13 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from pftrack.sources.sequence import DEFAULT_LIMITS, FrameIndex, Limits, SourceError, open_sequence
-from server.tasks.child import Budget
-from server.tasks.child_tasks import ChildTasks
-from server.tasks.queue import Queues
-from server.uploads import probe as module
-from server.uploads.probe import BUDGET
+from pftrack.model.sequence import FrameIndex
+from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError, open_sequence
+from pftrack_server.tasks.child import Budget
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.queue import Queues
+from pftrack_server.uploads import probe as module
+from pftrack_server.uploads.probe import BUDGET
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.confined import ask
@@ -75,7 +76,7 @@ def test_folders_animations_and_tables_are_probed_too(tmp_path: Path) -> None:
 
 def test_no_file_is_decoded_here(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The process that asks could not even open a file."""
-    monkeypatch.setattr("server.tasks.functions.open_sequence", None)
+    monkeypatch.setattr("pftrack_server.tasks.functions.open_sequence", None)
     assert probe(clip).frame_count == 24
 
 
@@ -182,7 +183,7 @@ def test_a_process_that_goes_wrong_becomes_a_sentence(
 ) -> None:
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
     monkeypatch.setattr(module, "survey", harm)
-    monkeypatch.setattr("server.tasks.child_tasks.LAST_WORDS_S", 0.3)
+    monkeypatch.setattr("pftrack_server.tasks.child_tasks.LAST_WORDS_S", 0.3)
     with pytest.raises(SourceError, match=sentence):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
     assert not hostile.HARM.exists()

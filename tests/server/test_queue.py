@@ -11,10 +11,10 @@ from typing import Any
 import httpx
 import pytest
 
-from server.errors import ClientGoneError
-from server.tasks.child_tasks import ChildTasks
-from server.tasks.functions import nothing
-from server.tasks.queue import Queue, unless_gone
+from pftrack_server.errors import ClientGoneError
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.functions import nothing
+from pftrack_server.tasks.queue import Queue, unless_gone
 from tests.server.apart import run
 from tests.server.host import Server
 from tests.server.test_uploads import png, send

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from server.settings import Settings
-from server.store import Store
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
 from tests.server.command import Wish, refused
 
 
@@ -68,7 +68,7 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
             "no port": Wish("port=70000", status=2),
             "few files": Wish(place, "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200))"),
             "long folder": Wish(
-                place, f"{long} from server.worker import forkserver; forkserver.SHORT_FOLDERS = ('/nowhere',)"
+                place, f"{long} from pftrack_server.worker import forkserver; forkserver.SHORT_FOLDERS = ('/nowhere',)"
             ),
             "no address": Wish(place, "import os; os.environ['PFTRACK_DATABASE_URL'] = 'no such thing'"),
             **{name: Wish(f"port=0, data_dir=Path({str(folder)!r})") for name, folder in databases(below).items()},

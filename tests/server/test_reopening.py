@@ -13,9 +13,9 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
-from server.worker.checkpoints import KEEP_AFTER_S, Checkpoints
-from server.worker.protocol import WorkerConfig
-from server.worker.run_tree import RunTree
+from pftrack_server.worker.checkpoints import KEEP_AFTER_S, Checkpoints
+from pftrack_server.worker.protocol import WorkerConfig
+from pftrack_server.worker.run_tree import RunTree
 from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
 from tests.server.host import Server, begin, steer
 from tests.server.test_crashes import diagnostics, state
@@ -116,7 +116,7 @@ class TestResuming:
         self, start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """What took long is kept on the disk while it is computed, and is not computed again."""
-        monkeypatch.setattr("server.sessions.worker_handle.main", held_worker_that_keeps_all)
+        monkeypatch.setattr("pftrack_server.sessions.worker_handle.main", held_worker_that_keeps_all)
         with start_server() as (server, client):
             session = begin(client)
             steer(client, session["id"], "seek", frame=FAR)
@@ -135,13 +135,13 @@ class TestResuming:
 @pytest.fixture
 def held(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have workers stand still where a test says."""
-    monkeypatch.setattr("server.sessions.worker_handle.main", held_worker)
+    monkeypatch.setattr("pftrack_server.sessions.worker_handle.main", held_worker)
 
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have the server answer before a session is where it was, on fast machines, too."""
-    monkeypatch.setattr("server.sessions.manager.OPENING_S", 0.1)
+    monkeypatch.setattr("pftrack_server.sessions.manager.OPENING_S", 0.1)
 
 
 class TestCheckpoints:

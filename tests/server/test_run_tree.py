@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.drawing import Text
 from pftrack.experiments import EXPERIMENTS
-from pftrack.parameters import ParameterError
-from pftrack.runs.recipe import Recipe
+from pftrack.model.drawing import Text
+from pftrack.model.parameters import ParameterError
+from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Change
-from server.schemas.spec import BranchSpec, SessionSpec
-from server.sessions.view import view
-from server.worker.pipe import WebEnd, WorkerEnd, pair
-from server.worker.protocol import Credit, Heartbeat, Picture, Reply, Request, SessionInfo, WorkerConfig
-from server.worker.run_tree import RunTree
+from pftrack_server.schemas.spec import BranchSpec, SessionSpec
+from pftrack_server.sessions.view import view
+from pftrack_server.worker.pipe import WebEnd, WorkerEnd, pair
+from pftrack_server.worker.protocol import Credit, Heartbeat, Picture, Reply, Request, SessionInfo, WorkerConfig
+from pftrack_server.worker.run_tree import RunTree
 from tests.server.apart import run
 
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-import server.viewer
-from pftrack.drawing import Drawing
-from server.pictures import SceneDrawing
-from server.schemas.panel import InForce, PanelDescription
-from server.sessions.scene_feed import SceneFeed
-from server.viewer import Endpoint
-from server.worker.protocol import SessionInfo
+import pftrack_server.viewer
+from pftrack.model.drawing import Drawing
+from pftrack_server.pictures import SceneDrawing
+from pftrack_server.schemas.panel import InForce, PanelDescription
+from pftrack_server.sessions.scene_feed import SceneFeed
+from pftrack_server.viewer import Endpoint
+from pftrack_server.worker.protocol import SessionInfo
 from tests.server.apart import run
 
 CARD = SessionInfo("ball", "Ball", [], {"apf": "APF"}, [], 320, 240, 30.0, 100)
@@ -73,7 +73,7 @@ class Theatre:
 @pytest.fixture
 def act(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Theatre], Coroutine[Any, Any, None]]], None]:
     """Play a scene with puppets."""
-    monkeypatch.setattr(server.viewer, "Viewer", Puppet)
+    monkeypatch.setattr(pftrack_server.viewer, "Viewer", Puppet)
 
     def play(scene: Callable[[Theatre], Coroutine[Any, Any, None]]) -> None:
         async def whole() -> None:
@@ -158,7 +158,7 @@ def test_what_changes_while_the_viewer_is_made_is_shown(act: Any, monkeypatch: p
             made.wait(5)
             super().__init__(*arguments, **requests)
 
-    monkeypatch.setattr(server.viewer, "Viewer", Late)
+    monkeypatch.setattr(pftrack_server.viewer, "Viewer", Late)
 
     async def scene(theatre: Theatre) -> None:
         opening = asyncio.create_task(theatre.open())

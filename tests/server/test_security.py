@@ -10,8 +10,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
-from server.middleware.security import Guard
-from server.settings import Settings
+from pftrack_server.middleware.security import Guard
+from pftrack_server.settings import Settings
 from tests.server.apart import run
 from tests.server.host import Server, begin, error_of
 from tests.server.test_stream import hear

@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 
 from pftrack.experiments import find
+from pftrack.model.recipe import Recipe
 from pftrack.runs.loss import approach
-from pftrack.runs.recipe import Recipe
 from pftrack.runs.run import Change
-from server.schemas.spec import BranchSpec, SessionSpec
-from server.sessions.history import History
-from server.sessions.state import SessionState
-from server.worker.protocol import Ready, RunStatus, SessionInfo
+from pftrack_server.schemas.spec import BranchSpec, SessionSpec
+from pftrack_server.sessions.history import History
+from pftrack_server.sessions.state import SessionState
+from pftrack_server.worker.protocol import Ready, RunStatus, SessionInfo
 
 CARD = SessionInfo("ball", "Ball", [], {"apf": "APF", "kalman": "Kalman"}, [], 320, 240, 30.0, 100)
 RECIPE = Recipe(experiment="ball", tracker="apf")

@@ -6,12 +6,12 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
-from server.errors import NotFoundError
-from server.settings import Settings
-from server.store import Store
-from server.store.database import connect
-from server.store.files import DataDirectory, is_name, new_name
-from server.store.tables import Base, UploadRow
+from pftrack_server.errors import NotFoundError
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.store.database import connect
+from pftrack_server.store.files import DataDirectory, is_name, new_name
+from pftrack_server.store.tables import Base, UploadRow
 
 
 def test_migrations_make_the_tables(tmp_path: Path) -> None:

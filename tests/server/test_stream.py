@@ -12,8 +12,8 @@ from starlette.datastructures import URL
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from server.schemas.messages import Frame
-from server.stream import duplex, listeners
+from pftrack_server.schemas.messages import Frame
+from pftrack_server.stream import duplex, listeners
 from tests.server.apart import run
 from tests.server.host import Server, steer
 from tests.waiting import wait_for

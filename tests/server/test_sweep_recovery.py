@@ -14,9 +14,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from pftrack.sweep import read_result
-from server.settings import Settings
-from server.sweeps import driver
-from server.sweeps import sweep as sweep_of_the_server
+from pftrack_server.settings import Settings
+from pftrack_server.sweeps import driver
+from pftrack_server.sweeps import sweep as sweep_of_the_server
 from tests.server.host import Server, error_of
 from tests.server.sweeping import (
     RUNS,

@@ -16,7 +16,7 @@ from websockets.sync.client import connect
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import cells, compare, quantity_named, read_result, samples, significance
-from server.settings import Settings
+from pftrack_server.settings import Settings
 from tests.server.host import Server, error_of, running, steer
 from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, show, until_state
 from tests.server.test_stream import hear

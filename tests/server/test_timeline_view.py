@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from pftrack.runs.recipe import Recipe
+from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Change
-from server.schemas.spec import BranchSpec
-from server.sessions.timeline_view import threshold_views, timeline_view
+from pftrack_server.schemas.spec import BranchSpec
+from pftrack_server.sessions.timeline_view import threshold_views, timeline_view
 
 DECLARATIONS: list[dict[str, Any]] = [
     {"name": "gate", "default": 5.0, "role": "threshold", "threshold_of": "sigma", "trackers": ["hard"]},

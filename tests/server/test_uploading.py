@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from starlette.requests import Request
 
-from server.errors import ApiError, RefusedError, TooLargeError
-from server.store.room import Room
-from server.uploads.multipart import Received, receive
+from pftrack_server.errors import ApiError, RefusedError, TooLargeError
+from pftrack_server.store.room import Room
+from pftrack_server.uploads.multipart import Received, receive
 from tests.server.apart import run
 
 BOUNDARY = b"----a boundary"

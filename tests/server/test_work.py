@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta, timezone
 import httpx
 import pytest
 
-from server.search import Words, dated
+from pftrack_server.search import Words, dated
 from tests.server.host import begin
 
 

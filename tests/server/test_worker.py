@@ -6,9 +6,9 @@ import threading
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
-from server.worker.pipe import WebEnd, WorkerEnd, pair
-from server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
-from server.worker.worker import Worker
+from pftrack_server.worker.pipe import WebEnd, WorkerEnd, pair
+from pftrack_server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
+from pftrack_server.worker.worker import Worker
 from tests.server.apart import run
 from tests.server.test_run_tree import config
 

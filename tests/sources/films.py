@@ -7,7 +7,8 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.sources.sequence import FrameIndex, Limits, open_sequence
+from pftrack.model.sequence import FrameIndex
+from pftrack.sources.sequence import Limits, open_sequence
 from pftrack.sources.video import VideoSequence
 
 Film = Callable[..., Path]

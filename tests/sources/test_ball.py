@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.ball.experiment import SimulatedBallParameters
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.ball import BallSource
 from pftrack.sources.overlay import LAYOUTS
-from pftrack.sources.source import History
 
 
 def scene(**values: object) -> SimulatedBallParameters:

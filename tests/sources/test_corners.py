@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.matching import cut, match
-from pftrack.parameters import revise
+from pftrack.detection.matching import cut, match
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.corners.motion import BOOK, BOX, CORNERS_PX, FRAMES, WALL, SceneMotion, shifts_px
 from pftrack.sources.corners.scene import CornerSceneParameters, CornerSource
 from pftrack.sources.corners.textures import LINE, SIZE_PX, book, wall
-from pftrack.sources.source import History
 
 PLAIN = CornerSceneParameters()
 CLEAN = revise(PLAIN, {"image_noise_sd": 0, "gain_jump": 0, "gain_jump_share": 0})

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from pftrack.frame import Frame
-from pftrack.parameters import ParameterError, revise
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import ParameterError, revise
+from pftrack.model.source import History
 from pftrack.sources.fish import FishSceneParameters, FishSource, FishTarget
 from pftrack.sources.fish.swimming import FRAMES, clip, has_sharp_turn
-from pftrack.sources.source import History
 
 DEFAULTS = FishSceneParameters()
 

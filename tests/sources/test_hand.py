@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from pftrack.frame import Frame
 from pftrack.geometry.hand_model import HIGH, LOW, MODEL, joints, silhouette
-from pftrack.parameters import revise
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.hand import HandSceneParameters, HandSource, HandTarget
 from pftrack.sources.hand.motion import FRAMES, folded_time, pose_at
 from pftrack.sources.hand.painting import with_noisy_edge
 from pftrack.sources.hand.source import hand_of
-from pftrack.sources.source import History
 
 DEFAULTS = HandSceneParameters()
 

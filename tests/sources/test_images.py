@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
+from pftrack.model.sequence import FrameIndex
 from pftrack.sources.images import ImageSequence
 from pftrack.sources.ordering import natural_order
-from pftrack.sources.sequence import FrameIndex, Limits, SourceError, open_sequence
+from pftrack.sources.sequence import Limits, SourceError, open_sequence
 
 Draw = Callable[..., NDArray[np.uint8]]
 

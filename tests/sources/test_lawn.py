@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.lawn import LawnSceneParameters, LawnSource, visible_share
-from pftrack.sources.source import History
 
 STILL = {"image_noise_sd": 0, "lighting_amplitude": 0}
 

@@ -5,12 +5,12 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from pftrack.frame import Frame, Measurements
+from pftrack.model.frame import Frame, Measurements
+from pftrack.model.source import History
 from pftrack.sources.linkage.parameters import LinkageSceneParameters
 from pftrack.sources.linkage.paths import LENGTH, PATHS, PathName, eased
 from pftrack.sources.linkage.source import LinkageSource
 from pftrack.sources.linkage.truth import LinkageTarget, attitude, in_radians, places
-from pftrack.sources.source import History
 
 
 def seen(seed: int, index: int, **values: object) -> tuple[Frame, LinkageTarget, Measurements]:

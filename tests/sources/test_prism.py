@@ -4,9 +4,9 @@ from scipy.spatial import ConvexHull
 
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.prism import FACES, FRAMES, REAR, VERTICES_MM, PrismParameters, PrismSource, Sight, sight
-from pftrack.sources.source import History
 
 SCENE = PrismParameters()
 

@@ -6,12 +6,13 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.experiments.ball.experiment import RecordedBallParameters
-from pftrack.marks import Box
-from pftrack.parameters import revise
+from pftrack.model.marks import Box
+from pftrack.model.parameters import revise
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.source import History
 from pftrack.runs.run import Change, Run
 from pftrack.sources.recording import RecordingSource
-from pftrack.sources.sequence import FrameSequence, open_sequence
-from pftrack.sources.source import History
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable, read_truth
 
 BALL = find("ball")

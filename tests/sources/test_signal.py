@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.signal import SignalSource
-from pftrack.sources.source import History
 
 
 @pytest.mark.parametrize(("waveform", "function"), [("sine", np.sin), ("cosine", np.cos)])

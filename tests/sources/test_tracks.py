@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from pftrack.geometry.face_model import FEATURES, LINKS, mean_model
-from pftrack.parameters import Parameters
+from pftrack.model.parameters import Parameters
+from pftrack.model.source import History
 from pftrack.sources.formats import SourceError
 from pftrack.sources.sequence import Limits, open_sequence
-from pftrack.sources.source import History
 from pftrack.sources.tracks.bodies import named, normalised
 from pftrack.sources.tracks.recorded import RecordedTracks, body_of
 from pftrack.sources.tracks.sequence import TrackSequence

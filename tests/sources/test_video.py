@@ -11,8 +11,9 @@ import av
 import numpy as np
 import pytest
 
+from pftrack.model.sequence import FrameIndex
 from pftrack.sources.decoder import Decoder
-from pftrack.sources.sequence import FrameIndex, Limits, SourceError, open_sequence
+from pftrack.sources.sequence import Limits, SourceError, open_sequence
 from pftrack.sources.video import VideoSequence
 from tests.sources.films import Draw, Film, Read, decoded, opened
 

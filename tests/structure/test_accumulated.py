@@ -1,9 +1,9 @@
 import numpy as np
 
+from pftrack.reproduce.structure.scenes import prism_tracks
 from pftrack.structure.accumulated import accumulate, nothing_seen, principal_shape
 from pftrack.structure.alignment import shape_error
 from pftrack.structure.factorization import factorize
-from pftrack.structure.scenes import prism_tracks
 
 
 def test_it_is_the_factorization_of_all_frames() -> None:

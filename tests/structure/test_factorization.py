@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.matrices import product
+from pftrack.numerics.matrices import product
 from pftrack.structure.alignment import shape_error
 from pftrack.structure.factorization import Camera, factorize, metric_upgrade
 from tests.structure.bodies import body, cameras, seen

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.structure import variational
 from pftrack.structure.alignment import shape_error
 from pftrack.structure.factorization import factorize

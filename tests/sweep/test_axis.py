@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.experiments import find
-from pftrack.parameters import Declaration, declarations
+from pftrack.model.parameters import Declaration, declarations
 from pftrack.sweep import Axis, SweepError, parse_axis
 from pftrack.sweep.axis import value_of
 

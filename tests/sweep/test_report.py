@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.export import ExportError
+from pftrack.model.export import ExportError
 from pftrack.sweep import (
     Axis,
     Plan,

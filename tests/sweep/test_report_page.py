@@ -17,7 +17,7 @@ from pftrack.sweep.report.frame import Frame
 from pftrack.sweep.report.labels import number
 from pftrack.sweep.report.page import STYLE
 from pftrack.sweep.report.study import Study
-from server.sweeps.results import Results
+from pftrack_server.sweeps.results import Results
 
 AXES = "occlusion_width_px", "distracter_radius_px"
 

@@ -9,17 +9,17 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import field_validator
 
-from pftrack.drawing import Points, Primitive, WorldDrawing
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
 from pftrack.experiments import find
 from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.failure import Cure
-from pftrack.frame import Frame
-from pftrack.marks import Editor, Handle, Mark
-from pftrack.measures import PICTURE_MEASURES
-from pftrack.parameters import parameter
+from pftrack.model.drawing import Points, Primitive, WorldDrawing
+from pftrack.model.failure import Cure
+from pftrack.model.frame import Frame
+from pftrack.model.marks import Editor, Handle, Mark
+from pftrack.model.measures import PICTURE_MEASURES
+from pftrack.model.parameters import parameter
+from pftrack.model.world import World
 from pftrack.sources.signal import SignalSource
-from pftrack.world import World
 
 TRACKERS = find("sine").trackers
 KALMAN = TRACKERS["kalman"]

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.drawing import Ellipsoids
 from pftrack.experiment import Experiment, Preset
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.measures import PICTURE_MEASURES
-from pftrack.parameters import parameter
-from pftrack.suitability import Suitability
+from pftrack.model.drawing import Ellipsoids
+from pftrack.model.measures import PICTURE_MEASURES
+from pftrack.model.parameters import parameter
+from pftrack.model.suitability import Suitability
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
 from tests.installing import environment, install
 from tests.testing.broken import (

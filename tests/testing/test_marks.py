@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pydantic import Field
 
-from pftrack.drawing import Ellipse, Primitive
 from pftrack.experiments import find
-from pftrack.marks import Box, Editor, Handle, Mark, MarkNumber
-from pftrack.parameters import ParameterError
+from pftrack.model.drawing import Ellipse, Primitive
+from pftrack.model.marks import Box, Editor, Handle, Mark, MarkNumber
+from pftrack.model.parameters import ParameterError
 from pftrack.testing import CheckError, marks
 
 BALL = find("ball")

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.drawing import Picture
 from pftrack.experiment import Experiment
 from pftrack.experiments import find
-from pftrack.marks import Mark
-from pftrack.parameters import ParameterError
+from pftrack.model.drawing import Picture
+from pftrack.model.marks import Mark
+from pftrack.model.parameters import ParameterError
 from pftrack.sources.recording import RecordingSource
 from pftrack.testing import CheckError, recordings
 from tests.testing.test_marks import Disc

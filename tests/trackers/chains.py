@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Measurements
-from pftrack.parameters import Value
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Measurements
+from pftrack.model.parameters import Value
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.linkage.parameters import LinkageSceneParameters
 from pftrack.sources.linkage.paths import LENGTH, PathName
 from pftrack.sources.linkage.source import LinkageSource

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Landmarks, Target
 from pftrack.geometry.face_model import FEATURES, fit_similarity, mean_model
 from pftrack.geometry.rotation import rotation
-from pftrack.parameters import Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Landmarks, Target
+from pftrack.model.parameters import Value, revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.head.parameters import HeadTrackerParameters

@@ -13,10 +13,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from pftrack.frame import Frame, Target
 from pftrack.likelihoods import chromaticity
-from pftrack.parameters import Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import Value, revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.overlay import paint_disc
 from pftrack.trackers.ball.likelihood import colour_model
 from pftrack.trackers.ball.parameters import BallTrackerParameters

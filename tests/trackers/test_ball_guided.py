@@ -3,12 +3,12 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.frame import Frame
-from pftrack.gaussian import Gaussian
 from pftrack.learning.diffusion import learn
-from pftrack.parameters import ParameterError, Value, revise
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import ParameterError, Value, revise
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.ball.guided import GUIDED
 from pftrack.trackers.ball.learned import GUIDANCE

@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
-from pftrack.frame import Frame, Target
-from pftrack.parameters import revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.trackers.ball.parameters import BallTrackerParameters
 from pftrack.trackers.ball.step import TRACKERS
 from pftrack.trackers.point_state import PointState

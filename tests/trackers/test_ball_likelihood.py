@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.filters import auxiliary, bootstrap
-from pftrack.frame import Frame, Target
-from pftrack.parameters import revise
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import revise
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.process import environment
-from pftrack.random import Purpose, Stream
 from pftrack.trackers.ball.motion import dynamics
 from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.ball.step import loop_trackers

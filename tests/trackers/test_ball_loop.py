@@ -3,11 +3,11 @@ import pytest
 
 from pftrack.filters import auxiliary, bootstrap, switching
 from pftrack.filters.posterior import Posterior
-from pftrack.frame import Frame, Target
 from pftrack.likelihoods import chromaticity
-from pftrack.parameters import revise
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Purpose, Stream
 from pftrack.resampling import RESAMPLERS
 from pftrack.sources.overlay import paint_disc
 from pftrack.trackers.ball.likelihood import CHROMATICITY, colour_model

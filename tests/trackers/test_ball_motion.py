@@ -7,13 +7,13 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.filters import fixed_lag, kalman
-from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
 from pftrack.learning import online_em
 from pftrack.likelihoods import chromaticity
-from pftrack.parameters import ParameterError, Value, revise
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import ParameterError, Value, revise
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import normalise
-from pftrack.random import Purpose, Stream
 from pftrack.resampling import RESAMPLERS
 from pftrack.sources.overlay import paint_disc
 from pftrack.trackers.ball import common, motion

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.parameters import revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.parameters import revise
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import NAMES, VERTICES_MM
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.beliefs import AffineLayers, Belief, JointParticles, PerspectiveLayers

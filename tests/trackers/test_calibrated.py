@@ -7,7 +7,7 @@ from scipy import stats
 from pftrack.experiments import find
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import VERTICES_MM
 from pftrack.trackers.pose.calibrated import depth_slopes, nearness, pinned

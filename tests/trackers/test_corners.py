@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
 from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 from pftrack.trackers.trajectories.corners import GONE_FRAMES, begin, follow
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from pftrack.experiments import find
 from pftrack.learning.charts import body_velocity
 from pftrack.likelihoods.edge_distance import Edges
-from pftrack.parameters import ParameterError, revise
+from pftrack.model.parameters import ParameterError, revise
+from pftrack.model.source import History
 from pftrack.particles import ParticleSet
 from pftrack.sources.fish import FishSource, FishTarget
-from pftrack.sources.source import History
 from pftrack.trackers.fish.learned import GUIDANCE
 from pftrack.trackers.fish.motion import drawn
 from pftrack.trackers.fish.state import FishState

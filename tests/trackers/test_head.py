@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.gaussian import Gaussian
-from pftrack.parameters import Value, revise
+from pftrack.model.parameters import Value, revise
+from pftrack.numerics.gaussian import Gaussian
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import HeadMemory, around, eye_distance, widened

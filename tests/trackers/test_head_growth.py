@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.frame import Target
 from pftrack.geometry.face_model import FEATURES, fit_similarity, mean_model, person, spread_mm2
 from pftrack.geometry.rotation import rotation
+from pftrack.model.frame import Target
+from pftrack.model.parameters import ParameterError, Value, revise
 from pftrack.model_files.points import as_json
-from pftrack.parameters import ParameterError, Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.structure.alignment import residuals
 from pftrack.structure.growing import Growing

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.detection.face import DetectedFace
-from pftrack.parameters import Value, revise
+from pftrack.model.parameters import Value, revise
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import SEARCH_EVERY, around
 from pftrack.trackers.head.parameters import HeadTrackerParameters

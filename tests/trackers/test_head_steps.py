@@ -10,8 +10,8 @@ from pftrack.geometry.camera import pinhole
 from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.likelihoods import template
-from pftrack.parameters import revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.parameters import revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.first_sight import posed, solid_of
 from pftrack.trackers.head.memory import FirstSight, Form, around, eye_distance

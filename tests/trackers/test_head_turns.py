@@ -7,8 +7,8 @@ import pytest
 
 from pftrack.experiments.head.recording import defaults
 from pftrack.likelihoods import relief
-from pftrack.parameters import Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.parameters import Value, revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.head.turns import RELIEF, Clip, filmed, watched
 from pftrack.trackers.head import reliefs
 from pftrack.trackers.head import step as head

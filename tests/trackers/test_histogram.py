@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.frame import Frame, Target
 from pftrack.likelihoods.histogram import Window, fit, similarity
-from pftrack.parameters import revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.histogram.likelihood import HISTOGRAM, packed

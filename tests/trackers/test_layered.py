@@ -5,7 +5,7 @@ from pftrack.filters import adaptive
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.likelihoods import points
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import VERTICES_MM, PrismParameters, Sight, sight
 from pftrack.trackers.pose import layered
 from pftrack.trackers.pose.layered import FeatureLikelihood, Layered, Settings

@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.experiment import Setup
 from pftrack.experiments import find
-from pftrack.parameters import Value, revise
+from pftrack.model.parameters import Value, revise
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.linkage.regions import begun
 

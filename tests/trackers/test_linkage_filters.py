@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.filters import kalman
-from pftrack.frame import Frame, Measurements
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation_vector import quaternion, quaternion_matrix
-from pftrack.parameters import ParameterError, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Measurements
+from pftrack.model.parameters import ParameterError, revise
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.linkage.course import Condition, course
 from pftrack.reproduce.linkage.kalman import CROSS
 from pftrack.sources.linkage.truth import REFERENCE_RAD, LinkageTarget

@@ -5,10 +5,10 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.frame import Frame, Measurements
-from pftrack.parameters import revise
+from pftrack.model.frame import Frame, Measurements
+from pftrack.model.parameters import revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Purpose, Stream
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage import particles as filtering
 from pftrack.trackers.linkage.gaussians import constraints, noise

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.frame import Measurements, Target
 from pftrack.geometry.linkage import directions
+from pftrack.model.frame import Measurements, Target
 from pftrack.set_membership.regions import HIGH, LOW, SHAPE
 from pftrack.set_membership.regions import contains as in_region
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters

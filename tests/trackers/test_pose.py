@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.pose.placing import placed
-from pftrack.frame import Frame, Landmarks, Target
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.face_model import FEATURES, mean_model
 from pftrack.geometry.rotation import rotation
-from pftrack.parameters import revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Landmarks, Target
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import VERTICES_MM, PrismSource
-from pftrack.sources.source import History
 from pftrack.trackers import prism
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.parameters import HeadTrackerParameters

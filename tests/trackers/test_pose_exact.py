@@ -16,10 +16,10 @@ from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import Projection
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.filters.rao_blackwell import SCATTER_PX
-from pftrack.gaussian import Gaussian
 from pftrack.learning import mixture_em
-from pftrack.parameters import Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.parameters import Value, revise
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import NAMES, VERTICES_MM
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.beliefs import JointParticles, Layers

@@ -7,14 +7,14 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.frame import Frame, Measurements
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.parameters import ParameterError, Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Measurements
+from pftrack.model.parameters import ParameterError, Value, revise
+from pftrack.model.source import History
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismSource
-from pftrack.sources.source import History
 from pftrack.trackers import prism
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.state import PoseState

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.experiments.structure.truth import shape_errors
-from pftrack.frame import Frame, Measurements
 from pftrack.geometry.rotation import rotation
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Measurements
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.sources.tracks.bodies import body_of, normalised, unnamed
 from pftrack.sources.tracks.target import BodyTarget

@@ -15,13 +15,13 @@ from fastapi import FastAPI, Response, WebSocket
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from pftrack.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
-from pftrack.layer import Key, Layer
-from pftrack.parameters import Declaration, Value
-from pftrack.world import World
-from server.pictures import PictureEncoder
-from server.schemas.panel import InForce, PanelDescription
-from server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
+from pftrack.model.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
+from pftrack.model.layer import Key, Layer
+from pftrack.model.parameters import Declaration, Value
+from pftrack.model.world import World
+from pftrack_server.pictures import PictureEncoder
+from pftrack_server.schemas.panel import InForce, PanelDescription
+from pftrack_server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 from tests.waiting import wait_for
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")

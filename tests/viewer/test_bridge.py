@@ -14,8 +14,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from server.viewer.bridge import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
-from server.viewer.viser_adapter import is_welcome
+from pftrack_server.viewer.bridge import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
+from pftrack_server.viewer.viser_adapter import is_welcome
 from tests.server.apart import run
 from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing
 from tests.waiting import wait_for

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.drawing import Mesh
-from server.schemas.panel import InForce
+from pftrack.model.drawing import Mesh
+from pftrack_server.schemas.panel import InForce
 from tests.conftest import FRUGAL
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS, Drawing, Frustum
-from server.viewer.camera import PRESETS, Box, View, fit
+from pftrack.model.drawing import COLOURS, Drawing, Frustum
+from pftrack_server.viewer.camera import PRESETS, Box, View, fit
 from tests.viewer.host import Peer, Session, drawing
 from tests.waiting import wait_for
 

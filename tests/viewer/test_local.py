@@ -8,11 +8,11 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from pftrack import viewers
-from pftrack.runs.recipe import Recipe
+from pftrack.exports import viewers
+from pftrack.model.recipe import Recipe
 from pftrack.runs.record import make
 from pftrack.runs.run import Run
-from server.viewer.player import Player
+from pftrack_server.viewer.player import Player
 from tests.conftest import FRUGAL
 from tests.waiting import wait_for
 

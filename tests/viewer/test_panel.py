@@ -3,8 +3,8 @@
 import threading
 import time
 
-from pftrack.parameters import Value
-from server.schemas.panel import InForce
+from pftrack.model.parameters import Value
+from pftrack_server.schemas.panel import InForce
 from tests.viewer.host import DECLARATIONS, Peer, Session, Site, drawing
 from tests.waiting import wait_for
 

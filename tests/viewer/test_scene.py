@@ -8,11 +8,23 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Picture, Points, Polyline, Primitive, Text
-from server.log import Seldom
-from server.pictures import PictureEncoder, SceneDrawing
-from server.viewer.scene import Scene
-from server.viewer.viewer import UNWATCHED_S
+from pftrack.model.drawing import (
+    COLOURS,
+    Axes,
+    Drawing,
+    Frustum,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+)
+from pftrack_server.log import Seldom
+from pftrack_server.pictures import PictureEncoder, SceneDrawing
+from pftrack_server.viewer.scene import Scene
+from pftrack_server.viewer.viewer import UNWATCHED_S
 from tests.viewer.host import Peer, Session, drawing
 from tests.waiting import wait_for
 
@@ -94,7 +106,7 @@ def test_names_that_do_not_come_back_are_forgotten(
     session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A scene whose primitives have a new name in each frame does not grow."""
-    monkeypatch.setattr("server.viewer.scene.STALE_NODES", 2)
+    monkeypatch.setattr("pftrack_server.viewer.scene.STALE_NODES", 2)
     line = Polyline(np.array(((0, 0, 0), (5, 5, 5)), dtype=np.float32), COLOURS["truth"], 1.0, "estimate")
     for frame in range(6):
         session.show(with_item(drawing(frame, 50), f"line {frame}", line), frame)
@@ -176,7 +188,7 @@ def test_a_failure_beside_the_drawing_ends_nothing(
     session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The panel that fails is written down, and the scene goes on."""
-    monkeypatch.setattr("server.viewer.viewer.seldom", Seldom("viewer"))
+    monkeypatch.setattr("pftrack_server.viewer.viewer.seldom", Seldom("viewer"))
     failed: list[int] = []
 
     def fail() -> None:

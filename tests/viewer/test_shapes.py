@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pftrack.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Text
-from server.viewer import shapes
-from server.viewer.shapes import Stance
+from pftrack.model.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Text
+from pftrack_server.viewer import shapes
+from pftrack_server.viewer.shapes import Stance
 
 
 def f32(*rows: object) -> np.ndarray:

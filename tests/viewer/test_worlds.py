@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Arrows, Drawing, Ellipsoids, Links, Points, Text, WorldDrawing
-from pftrack.world import Viewpoint, World
-from server.viewer import bodies, worlds
-from server.viewer.camera import Box
-from server.viewer.shapes import FREE, Stance
+from pftrack.model.drawing import COLOURS, Arrows, Drawing, Ellipsoids, Links, Points, Text, WorldDrawing
+from pftrack.model.world import Viewpoint, World
+from pftrack_server.viewer import bodies, worlds
+from pftrack_server.viewer.camera import Box
+from pftrack_server.viewer.shapes import FREE, Stance
 from tests.viewer.host import Peer, Session, drawing
 from tests.waiting import wait_for
 

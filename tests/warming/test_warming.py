@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.trackers.sampling.loop import loop_with
 from pftrack.warming import Progress, Warming, memory
 from pftrack.warming.schedule import Schedule
@@ -212,7 +212,7 @@ CASES = "".join(f'["sine", {number}]\n' for number in range(2))
 LITTLE = """
 import os
 import numpy as np
-from pftrack.elementary import exponentials, logarithms
+from pftrack.numerics.elementary import exponentials, logarithms
 from pftrack.warming import child
 def run_case(*_):
     print("by Python", flush=True)
@@ -231,7 +231,7 @@ def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
     (first, printed), (second, _) = (news_of(LITTLE, tmp_path) for _ in range(2))
     assert "by Python" in printed
     assert "below Python" in printed
-    names = {"pftrack.elementary.exponentials", "pftrack.elementary.logarithms"}
+    names = {"pftrack.numerics.elementary.exponentials", "pftrack.numerics.elementary.logarithms"}
     loaded = {it["function"]: it for it in first if "function" in it}
     assert loaded.keys() == names
     assert {"begun": "sine", "cases": 3} in first

@@ -5,20 +5,20 @@ from functools import partial
 
 import numpy as np
 
-from pftrack.drawing import COLOURS, Drawing, Mesh, Picture
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import SECOND_RUN, at_height, circle
-from pftrack.layer import Key, Layer
-from pftrack.marks import Mark
-from pftrack.parameters import ParameterError
-from pftrack.plot import ERROR, Plot, Reading
-from pftrack.references import Citation, Reference
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.recipe import Footage
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS, Drawing, Mesh, Picture
+from pftrack.model.layer import Key, Layer
+from pftrack.model.marks import Mark
+from pftrack.model.parameters import ParameterError
+from pftrack.model.plot import ERROR, Plot, Reading
+from pftrack.model.recipe import Footage
+from pftrack.model.references import Citation, Reference
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.tracker import Tracker
+from pftrack.model.truth import Truth
 from pftrack.sources.recording import RecordingSource
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import Truth
-from pftrack.trackers import Tracker
 from pftrack_turning.mark import Circle
 from pftrack_turning.scene import Scene
 from pftrack_turning.tracker import SERIES, Bank, BankParameters, measure, start, step

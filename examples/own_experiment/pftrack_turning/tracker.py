@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
 from pftrack.filters import kalman
-from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
-from pftrack.parameters import parameter
-from pftrack.random import Stream
-from pftrack.series import Hypotheses, Interval, Series, SeriesValue
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import parameter
+from pftrack.model.series import Hypotheses, Interval, Series, SeriesValue
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Stream
 from pftrack.sources.recording import RecordingParameters
 
 Array = NDArray[np.float64]

@@ -10,25 +10,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.ball.failures import FAILURES
 from pftrack.experiments.ball.suitability import suits
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
 from pftrack.filters.fixed_lag import smoothed
-from pftrack.layer import Key, Layer
 from pftrack.likelihoods import chromaticity
-from pftrack.marks import Box, Mark
-from pftrack.measures import PICTURE_MEASURES
-from pftrack.parameters import ParameterError, revise
-from pftrack.references import BANDO, BANDO_2006, Citation
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.recipe import Footage
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
+from pftrack.model.layer import Key, Layer
+from pftrack.model.marks import Box, Mark
+from pftrack.model.measures import PICTURE_MEASURES
+from pftrack.model.parameters import ParameterError, revise
+from pftrack.model.recipe import Footage
+from pftrack.model.references import BANDO, BANDO_2006, Citation
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.tour import Tour
+from pftrack.model.truth import Truth
 from pftrack.sources.ball import BallSceneParameters, BallSource
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import Truth
-from pftrack.tour import Tour
 from pftrack.trackers.ball.guided import GUIDED
 from pftrack.trackers.ball.learned import GUIDANCE
 from pftrack.trackers.ball.parameters import SCORING, BallTrackerParameters

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from pftrack.failure import Cure, Failure, Finding
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.failure import Cure, Failure, Finding
 
 __all__ = ["FAILURES"]
 

@@ -12,10 +12,10 @@ from pftrack.likelihoods import chromaticity
 from pftrack.likelihoods.chromaticity import ColourModel
 from pftrack.likelihoods.separation import Box as Place
 from pftrack.likelihoods.separation import Separation, contrast, separation, surroundings
-from pftrack.marks import Box
-from pftrack.runs.recipe import Footage
-from pftrack.sources.sequence import FrameSequence
-from pftrack.suitability import NOT_AT_ALL, WELL, Suitability
+from pftrack.model.marks import Box
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import NOT_AT_ALL, WELL, Suitability
 from pftrack.trackers.ball.likelihood import colour_model
 
 __all__ = ["suits"]

@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.fish.recording import FishBody, on_video, suits
 from pftrack.experiments.fish.sketch import edges_drawn, fish, particles_drawn, path_drawn, truth_drawn
 from pftrack.experiments.fish.world import CHANGES_WORLD, MODES_WORLD, changes_world, modes_world
 from pftrack.experiments.sketch import SECOND_RUN
-from pftrack.frame import Frame, Target
-from pftrack.layer import Key, Layer
-from pftrack.measures import PICTURE_MEASURES
-from pftrack.plot import ERROR, PARTICLES, SAMPLE_SIZE, SIGMA, STEP_TIME, Plot, Reading
-from pftrack.references import MITSUGAMI, Citation
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.series import Series, SeriesValue
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS, Drawing, Picture, Primitive
+from pftrack.model.frame import Frame, Target
+from pftrack.model.layer import Key, Layer
+from pftrack.model.measures import PICTURE_MEASURES
+from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, SIGMA, STEP_TIME, Plot, Reading
+from pftrack.model.references import MITSUGAMI, Citation
+from pftrack.model.series import Series, SeriesValue
 from pftrack.sources.fish import FishSceneParameters, FishSource, FishTarget
 from pftrack.sources.fish.swimming import FRAMES
 from pftrack.trackers.fish.learned import GUIDANCE

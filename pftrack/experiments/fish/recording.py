@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Setup
-from pftrack.frame import Target
 from pftrack.geometry.fish_shape import FishShape
 from pftrack.likelihoods.edge_distance import CAP_PX, Edges, edges_of, largest_distances
-from pftrack.marks import LongBody, Mark
-from pftrack.parameters import ParameterError, revise
-from pftrack.runs.recipe import Footage
+from pftrack.model.frame import Target
+from pftrack.model.marks import LongBody, Mark
+from pftrack.model.parameters import ParameterError, revise
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import Suitability, graded
+from pftrack.model.truth import Truth
 from pftrack.sources.fish import FishTarget
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import Truth
-from pftrack.suitability import Suitability, graded
 from pftrack.trackers.fish.learned import LEARNED_HALF_LENGTH_PX
 from pftrack.trackers.fish.motion import foreground, shape
 from pftrack.trackers.fish.parameters import FishTrackerParameters

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Colour, Ellipse, Links, Picture, Points, Polyline, Primitive
 from pftrack.experiments.sketch import at_height, circle, particle_clouds
-from pftrack.frame import Target
 from pftrack.geometry.fish_shape import FishShape, body_points, tail_line
 from pftrack.likelihoods.edge_distance import CAP_PX, QUARTERS, Edges
-from pftrack.palette import VIRIDIS
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS, Colour, Ellipse, Links, Picture, Points, Polyline, Primitive
+from pftrack.model.frame import Target
+from pftrack.model.palette import VIRIDIS
 from pftrack.sources.fish import FishTarget
 from pftrack.trackers.fish.state import FishState
 

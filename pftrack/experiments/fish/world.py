@@ -11,17 +11,28 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Arrows, Colour, Ellipsoids, Links, Points, Polyline, Primitive, Text, WorldDrawing
 from pftrack.experiments.fish.sketch import OUTLINE_POINTS, outlines
 from pftrack.geometry.fish_shape import GOLDFISH, body_points, tail_line
 from pftrack.learning.charts import changes
 from pftrack.learning.diffusion import Diffusion
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import (
+    COLOURS,
+    Arrows,
+    Colour,
+    Ellipsoids,
+    Links,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+    WorldDrawing,
+)
+from pftrack.model.world import Viewpoint, World
 from pftrack.trackers.fish.learned import FISH, GUIDANCE
 from pftrack.trackers.fish.motion import shape
 from pftrack.trackers.fish.parameters import FishTrackerParameters
 from pftrack.trackers.fish.state import FishState
-from pftrack.world import Viewpoint, World
 
 __all__ = ["CHANGES_WORLD", "MODES_WORLD", "changes_world", "modes_world"]
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Drawing, Picture, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.hand import findings, sketch, truth
 from pftrack.experiments.hand.marks import HandTips
@@ -19,12 +18,13 @@ from pftrack.experiments.hand.presets import PRESETS
 from pftrack.experiments.hand.recording import FINDER, on_video, suits
 from pftrack.experiments.hand.world import HAND_WORLD, hand_world
 from pftrack.experiments.sketch import SECOND_RUN
-from pftrack.frame import Frame, Target
-from pftrack.layer import Key, Layer
-from pftrack.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
-from pftrack.references import SHIMADA, Citation
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.series import SeriesValue
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import Drawing, Picture, Primitive
+from pftrack.model.frame import Frame, Target
+from pftrack.model.layer import Key, Layer
+from pftrack.model.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
+from pftrack.model.references import SHIMADA, Citation
+from pftrack.model.series import SeriesValue
 from pftrack.sources.hand import HandSceneParameters, HandSource, HandTarget
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.state import HandState

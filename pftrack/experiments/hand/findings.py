@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from pftrack.detection.silhouette import Finding
-from pftrack.series import Series, SeriesValue
+from pftrack.model.series import Series, SeriesValue
 from pftrack.trackers.hand.state import HandState
 
 __all__ = ["SERIES", "said", "told"]

@@ -6,8 +6,8 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Target
-from pftrack.marks import FeaturePoints
+from pftrack.model.frame import Target
+from pftrack.model.marks import FeaturePoints
 from pftrack.sources.hand import HandTarget
 
 __all__ = ["TIPS", "HandTips"]

@@ -12,15 +12,15 @@ from pftrack.detection.raised_fingers import proposed
 from pftrack.detection.silhouette import suggested
 from pftrack.experiment import Setup
 from pftrack.experiments.hand.marks import TIPS, HandTips
-from pftrack.finder import Finder, Sighting
-from pftrack.marks import Mark
-from pftrack.parameters import ParameterError, revise
-from pftrack.runs.recipe import Footage
+from pftrack.model.finder import Finder, Sighting
+from pftrack.model.marks import Mark
+from pftrack.model.parameters import ParameterError, revise
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import Suitability, graded
+from pftrack.model.truth import Truth
 from pftrack.sources.hand import HandTarget
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import Truth
-from pftrack.suitability import Suitability, graded
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 
 __all__ = ["FINDER", "RecordedHandParameters", "on_video", "suits"]

@@ -5,12 +5,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.protrusions import HandFeatures
-from pftrack.drawing import COLOURS, Colour, Links, Mesh, Points, Primitive
 from pftrack.experiments.hand.solids import ribbon
 from pftrack.experiments.pose.sketch import rimmed
 from pftrack.experiments.sketch import at_height
 from pftrack.geometry.hand_model import HandShape, joints, parts
 from pftrack.geometry.polygons import fill
+from pftrack.model.drawing import COLOURS, Colour, Links, Mesh, Points, Primitive
 from pftrack.sources.hand import HandTarget
 from pftrack.trackers.hand.state import HandState
 

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import backtracked
-from pftrack.frame import Frame
+from pftrack.filters.beam import backtracked
 from pftrack.geometry.hand_model import finger_slice
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.series import Reduction, Series, SeriesValue
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.frame import Frame
+from pftrack.model.series import Reduction, Series, SeriesValue
 from pftrack.sources.hand import HandTarget
 from pftrack.trackers.hand.state import HandState
 

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import wrapped
-from pftrack.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.head.exports import EXPORTS
 from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, SHAPE_ERROR, head_measure
@@ -39,13 +37,15 @@ from pftrack.experiments.pose.sketch import (
     true_marks,
 )
 from pftrack.experiments.sketch import SECOND_RUN
-from pftrack.frame import Target
 from pftrack.geometry.face_model import FEATURES, TITLES
 from pftrack.geometry.gaze import gaze
-from pftrack.layer import Key, Layer
-from pftrack.measures import POSE_MEASURES
-from pftrack.references import BANDO, Citation
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS, Drawing, Picture, Primitive
+from pftrack.model.frame import Target
+from pftrack.model.layer import Key, Layer
+from pftrack.model.measures import POSE_MEASURES
+from pftrack.model.references import BANDO, Citation
+from pftrack.numerics.angles import wrapped
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.head.parameters import HeadTrackerParameters

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS
 from pftrack.experiments.head.own_face import surface_colours
 from pftrack.experiments.head.sketch import front
-from pftrack.export import Export, Make
 from pftrack.geometry.face_model import FEATURES
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS
+from pftrack.model.export import Export, Make
 from pftrack.model_files.points import as_json
 from pftrack.model_files.surface import Surface, as_glb, as_obj, as_ply, upright
-from pftrack.runs.diagnostics import Diagnostics
 from pftrack.sources.tracks.table import written
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.state import PoseState

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from pftrack.experiments.pose.series import pose_measure
-from pftrack.frame import Frame
-from pftrack.plot import Plot, Reading
-from pftrack.series import Series, SeriesValue
+from pftrack.model.frame import Frame
+from pftrack.model.plot import Plot, Reading
+from pftrack.model.series import Series, SeriesValue
 from pftrack.structure.alignment import residuals
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.state import PoseState

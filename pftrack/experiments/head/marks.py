@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import ClassVar, Self
 
-from pftrack.frame import Target
 from pftrack.geometry.face_model import LINKS, TITLES
-from pftrack.marks import Box, FeaturePoints
+from pftrack.model.frame import Target
+from pftrack.model.marks import Box, FeaturePoints
 from pftrack.trackers.head.memory import around
 
 __all__ = ["FaceBox", "FacePoints"]

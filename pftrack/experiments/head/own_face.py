@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Ellipsoids, Links, Mesh, Primitive
 from pftrack.experiments.head.sketch import front
 from pftrack.geometry.face_model import FaceModel
 from pftrack.geometry.head_surface import CORRECTION_SD_MM
-from pftrack.heat import viridis
-from pftrack.layer import Key, Layer
+from pftrack.model.drawing import COLOURS, Ellipsoids, Links, Mesh, Primitive
+from pftrack.model.layer import Key, Layer
+from pftrack.rendering.heat import viridis
 from pftrack.structure.growing import Growing
 
 __all__ = ["MASK_OPACITY", "MEAN_FACE", "UNCERTAINTY", "grown_face", "surface_colours"]

@@ -17,15 +17,15 @@ from pftrack.experiment import Setup
 from pftrack.experiments.head.marks import FacePoints
 from pftrack.experiments.head.start import first_face
 from pftrack.experiments.head.truth import PoseTable
-from pftrack.frame import Landmarks, Target
 from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
 from pftrack.likelihoods.template import luma
-from pftrack.marks import Box, Mark
-from pftrack.parameters import revise
-from pftrack.runs.recipe import Footage
+from pftrack.model.frame import Landmarks, Target
+from pftrack.model.marks import Box, Mark
+from pftrack.model.parameters import revise
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.truth import Truth
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import Truth
 from pftrack.trackers.head.first_sight import camera_of
 from pftrack.trackers.head.memory import around, eye_distance
 from pftrack.trackers.head.parameters import HeadTrackerParameters

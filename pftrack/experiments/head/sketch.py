@@ -6,12 +6,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Colour, Links, Mesh
 from pftrack.experiments.pose.placing import placed
 from pftrack.experiments.pose.sketch import dashes
 from pftrack.geometry.face_model import FaceModel
 from pftrack.geometry.head_surface import grid_triangles, head_mesh
 from pftrack.geometry.rotation import rotation
+from pftrack.model.drawing import Colour, Links, Mesh
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.state import PoseState
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from pftrack.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
 from pftrack.experiments.head.marks import FaceBox, FacePoints
-from pftrack.finder import Finder, Sighting
 from pftrack.geometry.face_model import FEATURES
 from pftrack.likelihoods.template import luma
-from pftrack.marks import Box, Mark
-from pftrack.parameters import ParameterError
-from pftrack.sources.sequence import FrameSequence
+from pftrack.model.finder import Finder, Sighting
+from pftrack.model.marks import Box, Mark
+from pftrack.model.parameters import ParameterError
+from pftrack.model.sequence import FrameSequence
 
 __all__ = ["FINDER", "first_face"]
 

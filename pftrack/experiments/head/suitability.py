@@ -13,9 +13,9 @@ from pftrack.detection.face import DetectedFace, FaceError, in_box
 from pftrack.experiments.head.marks import FacePoints
 from pftrack.geometry.face_model import FEATURES
 from pftrack.likelihoods.template import luma
-from pftrack.runs.recipe import Footage
-from pftrack.sources.sequence import FrameSequence
-from pftrack.suitability import WELL, Suitability, graded
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import WELL, Suitability, graded
 from pftrack.trackers.head.memory import around, eye_distance
 
 __all__ = ["suits"]

@@ -10,9 +10,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from pftrack.angles import wrapped
-from pftrack.frame import Target
 from pftrack.geometry.gaze import theta_of
+from pftrack.model.frame import Target
+from pftrack.numerics.angles import wrapped
 from pftrack.sources.truth import Form, TruthKind, read_table
 
 __all__ = ["POSES", "PoseTable", "read_poses"]

@@ -8,7 +8,11 @@ camera, at the depth of the model's point.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import (
+from pftrack.experiments.head.own_face import grown_face
+from pftrack.experiments.head.sketch import front
+from pftrack.geometry.face_model import LINKS, FaceModel
+from pftrack.geometry.rotation import rotation
+from pftrack.model.drawing import (
     COLOURS,
     Arrows,
     Axes,
@@ -21,14 +25,10 @@ from pftrack.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.experiments.head.own_face import grown_face
-from pftrack.experiments.head.sketch import front
-from pftrack.frame import Target
-from pftrack.geometry.face_model import LINKS, FaceModel
-from pftrack.geometry.rotation import rotation
+from pftrack.model.frame import Target
+from pftrack.model.world import Viewpoint, World
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.state import PoseState
-from pftrack.world import Viewpoint, World
 
 __all__ = ["HEAD_WORLD", "head_world"]
 

@@ -18,16 +18,16 @@ from pftrack.experiments.histogram.sketch import LAYERS, draw
 from pftrack.experiments.histogram.suitability import suits
 from pftrack.experiments.histogram.world import HISTOGRAM_WORLD
 from pftrack.likelihoods import chromaticity
-from pftrack.marks import Box, Mark
-from pftrack.measures import MEAN_IOU, PICTURE_MEASURES
-from pftrack.parameters import ParameterError, revise
-from pftrack.plot import ERROR, SAMPLE_SIZE, SAMPLERS, SIGMA, STANDARD_READINGS, Plot, Reading
-from pftrack.references import KAGAMI, PEREZ, Citation
-from pftrack.runs.recipe import Footage
+from pftrack.model.marks import Box, Mark
+from pftrack.model.measures import MEAN_IOU, PICTURE_MEASURES
+from pftrack.model.parameters import ParameterError, revise
+from pftrack.model.plot import ERROR, SAMPLE_SIZE, SAMPLERS, SIGMA, STANDARD_READINGS, Plot, Reading
+from pftrack.model.recipe import Footage
+from pftrack.model.references import KAGAMI, PEREZ, Citation
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.truth import Truth
 from pftrack.sources.lawn import LawnSceneParameters, LawnSource
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.truth import Truth
 from pftrack.trackers.histogram.parameters import SCORING, HistogramTrackerParameters
 from pftrack.trackers.histogram.step import TRACKERS
 from pftrack.trackers.parameters import miss_share

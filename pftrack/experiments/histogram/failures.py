@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 from statistics import fmean, median
 
-from pftrack.failure import Cure, Failure, Finding
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.failure import Cure, Failure, Finding
 
 __all__ = ["FAILURES"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.measures import Course, Measure
+from pftrack.model.measures import Course, Measure
 
 __all__ = ["HELD_AT_END"]
 

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack import heat
-from pftrack.drawing import COLOURS, Colour, Drawing, Mesh, Picture, Polyline, Primitive
 from pftrack.experiment import Step
 from pftrack.experiments.histogram.world import histogram_world
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
-from pftrack.layer import Key, Layer
 from pftrack.likelihoods.histogram import rho_map
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS, Colour, Drawing, Mesh, Picture, Polyline, Primitive
+from pftrack.model.layer import Key, Layer
+from pftrack.rendering import heat
 from pftrack.trackers.histogram.state import HistogramState
 
 __all__ = ["LAYERS", "draw"]

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential
 from pftrack.experiments.surroundings import BETTER_BY, frames_of_a_second, remark
 from pftrack.likelihoods.colour_bins import SPACES, Space
 from pftrack.likelihoods.histogram import Window, fit, rho_map
 from pftrack.likelihoods.separation import Separation, separation
-from pftrack.marks import Box
-from pftrack.runs.recipe import Footage
-from pftrack.sources.sequence import FrameSequence
-from pftrack.suitability import WELL, Suitability
+from pftrack.model.marks import Box
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import WELL, Suitability
+from pftrack.numerics.elementary import exponential
 
 __all__ = ["suits"]
 

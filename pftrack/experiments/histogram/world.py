@@ -9,11 +9,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Links, Mesh, Primitive, Text, WorldDrawing
 from pftrack.likelihoods.colour_bins import BINS, STEPS, Space, bin_table
 from pftrack.likelihoods.histogram import shares
+from pftrack.model.drawing import COLOURS, Links, Mesh, Primitive, Text, WorldDrawing
+from pftrack.model.world import Viewpoint, World
 from pftrack.trackers.histogram.state import HistogramState
-from pftrack.world import Viewpoint, World
 
 __all__ = ["HISTOGRAM_WORLD", "histogram_world"]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam
+from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import LINKS, joint_angles
 from pftrack.particles import ParticleSet
 from pftrack.set_membership.regions import CENTRE

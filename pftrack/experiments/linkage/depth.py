@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Arrows, Colour, Links, Mesh, Points, Polyline, Primitive, Text, WorldDrawing
 from pftrack.experiments.linkage.beliefs import Shown, chain_of, particles, shown, turn_of
 from pftrack.geometry.linkage import LINKS
+from pftrack.model.drawing import COLOURS, Arrows, Colour, Links, Mesh, Points, Polyline, Primitive, Text, WorldDrawing
+from pftrack.model.world import Viewpoint, World
 from pftrack.sources.linkage.truth import LinkageTarget, places
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.linkage.state import LinkageState
-from pftrack.world import Viewpoint, World
 
 __all__ = ["DEPTH_WORLD", "depth_world", "pale"]
 

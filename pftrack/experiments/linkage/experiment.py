@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.drawing import Drawing, Picture, Primitive
 from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.linkage.depth import DEPTH_WORLD, depth_world
 from pftrack.experiments.linkage.failures import FAILURES
@@ -23,10 +22,11 @@ from pftrack.experiments.linkage.recording import LinkagePoints, on_video
 from pftrack.experiments.linkage.sketch import believed, measured, second_run, truth
 from pftrack.experiments.linkage.truth import SERIES, direction_error, measure, missed, report
 from pftrack.experiments.sketch import SECOND_RUN
-from pftrack.frame import Frame
-from pftrack.layer import Key, Layer
-from pftrack.references import SHIMADA, Citation
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import Drawing, Picture, Primitive
+from pftrack.model.frame import Frame
+from pftrack.model.layer import Key, Layer
+from pftrack.model.references import SHIMADA, Citation
 from pftrack.sources.linkage.source import LinkageSource
 from pftrack.sources.linkage.truth import NAMES, LinkageTarget, in_radians
 from pftrack.trackers.linkage.step import TRACKERS

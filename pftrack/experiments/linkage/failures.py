@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from pftrack.experiments.linkage.presets import CROSS, STATIC
-from pftrack.failure import Cure, Failure, Finding
 from pftrack.geometry.linkage import LINKS
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.failure import Cure, Failure, Finding
 
 __all__ = ["FAILURES"]
 

@@ -1,6 +1,6 @@
 """What can be turned beside what trackers and scene declare: what counts as lost, and what is drawn."""
 
-from pftrack.parameters import parameter
+from pftrack.model.parameters import parameter
 from pftrack.sources.linkage.parameters import LinkageSceneParameters
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.parameters import loss_share

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.measures import Course, Measure
-from pftrack.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
+from pftrack.model.measures import Course, Measure
+from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 
 __all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS"]
 

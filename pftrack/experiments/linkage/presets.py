@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from pftrack.experiment import Preset
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.trackers.linkage.parameters import TABLE_4_1
 
 __all__ = ["CROSS", "FIRST", "MIRROR_2", "MIRROR_3", "PRESETS", "SECOND", "SPACE", "STATIC"]

@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 from pftrack.experiment import Setup
 from pftrack.experiments.linkage.parameters import LinkageParameters
 from pftrack.experiments.linkage.plots import KEPT
-from pftrack.frame import Target
-from pftrack.marks import Editor, FeaturePoints, Mark
-from pftrack.parameters import ParameterError, Value, revise
-from pftrack.runs.recipe import Footage
+from pftrack.model.frame import Target
+from pftrack.model.marks import Editor, FeaturePoints, Mark
+from pftrack.model.parameters import ParameterError, Value, revise
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.truth import Truth
 from pftrack.sources.linkage.recorded import Followed, FollowingParameters, RecordedLinkage, guessed, tracked
 from pftrack.sources.linkage.truth import NAMES
 from pftrack.sources.recording import check_start
-from pftrack.sources.sequence import FrameSequence
 from pftrack.sources.tracks.sequence import TrackSequence
-from pftrack.sources.truth import Truth
 
 __all__ = ["LinkagePoints", "RecordedLinkageParameters", "on_video"]
 

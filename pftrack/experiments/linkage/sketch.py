@@ -7,10 +7,10 @@ neither hides what was seen; in space all is drawn where it is.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Colour, Links, Points, Primitive, Text
 from pftrack.experiments.linkage.beliefs import chain_of, shown
 from pftrack.experiments.sketch import at_height, circle
-from pftrack.frame import Frame
+from pftrack.model.drawing import COLOURS, Colour, Links, Points, Primitive, Text
+from pftrack.model.frame import Frame
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.state import LinkageState
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam
-from pftrack.frame import Frame, Target
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.series import Series, SeriesValue
+from pftrack.filters.beam import Beam
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.frame import Frame, Target
+from pftrack.model.series import Series, SeriesValue
 from pftrack.sources.linkage.truth import LinkageTarget, in_radians
 from pftrack.trackers.linkage.regions import Region, contains
 from pftrack.trackers.linkage.state import LinkageState

@@ -11,11 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import wrapped
-from pftrack.frame import Frame
 from pftrack.geometry.gaze import gaze
-from pftrack.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
-from pftrack.series import Series, SeriesValue
+from pftrack.model.frame import Frame
+from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
+from pftrack.model.series import Series, SeriesValue
+from pftrack.numerics.angles import wrapped
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["POSE_PLOTS", "POSE_READINGS", "mean_error_deg", "pose_measure", "pose_series"]

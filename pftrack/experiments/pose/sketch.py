@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Axes, Colour, Frustum, Links, Points, Primitive, Text
 from pftrack.experiments.pose.placing import placed
 from pftrack.experiments.sketch import at_height, uncertainty
-from pftrack.frame import Landmarks
-from pftrack.layer import Key
+from pftrack.model.drawing import COLOURS, Axes, Colour, Frustum, Links, Points, Primitive, Text
+from pftrack.model.frame import Landmarks
+from pftrack.model.layer import Key
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = [

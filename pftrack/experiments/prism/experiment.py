@@ -11,7 +11,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.pose.placing import heights, placed
 from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_measure, pose_series
@@ -30,10 +29,11 @@ from pftrack.experiments.pose.sketch import (
 from pftrack.experiments.sketch import SECOND_RUN, at_height
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.layer import Key, Layer
-from pftrack.measures import POSE_MEASURES
-from pftrack.references import BANDO, Citation
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
+from pftrack.model.layer import Key, Layer
+from pftrack.model.measures import POSE_MEASURES
+from pftrack.model.references import BANDO, Citation
 from pftrack.sources.prism import (
     FACES,
     FRAMES,

@@ -12,12 +12,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
-from pftrack.layer import Key, Layer
-from pftrack.references import BANDO, Citation
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
+from pftrack.model.layer import Key, Layer
+from pftrack.model.references import BANDO, Citation
 from pftrack.sources.signal import SignalParameters, SignalSource
 from pftrack.trackers.signal import TRACKERS, SignalTrackerParameters
 

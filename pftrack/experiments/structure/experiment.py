@@ -10,26 +10,26 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Drawing, Picture, Primitive
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.experiments.structure.sketch import measured, paper, second_in_picture, shape_in_picture, true_in_picture
 from pftrack.experiments.structure.truth import SERIES, SHARE, measure, shape_errors
 from pftrack.experiments.structure.world import SHAPE_WORLD, shape_world
-from pftrack.layer import Key, Layer
-from pftrack.marks import Mark
-from pftrack.measures import Course, Measure
-from pftrack.parameters import ParameterError
-from pftrack.plot import ERROR, STEP_TIME, Plot, Reading
-from pftrack.references import BANDO, TOMASI, Citation
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.recipe import Footage
-from pftrack.sources.sequence import FrameSequence
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import Drawing, Picture, Primitive
+from pftrack.model.layer import Key, Layer
+from pftrack.model.marks import Mark
+from pftrack.model.measures import Course, Measure
+from pftrack.model.parameters import ParameterError
+from pftrack.model.plot import ERROR, STEP_TIME, Plot, Reading
+from pftrack.model.recipe import Footage
+from pftrack.model.references import BANDO, TOMASI, Citation
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.truth import Truth
 from pftrack.sources.tracks.recorded import RecordedTracks, body_of
 from pftrack.sources.tracks.scene import FRAMES, TracksSceneParameters, TracksSource
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.target import BodyTarget
-from pftrack.sources.truth import Truth
 from pftrack.structure.tracks import FEWEST_POINTS
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.state import StructureState

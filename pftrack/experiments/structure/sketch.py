@@ -5,11 +5,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Colour, Ellipse, Links, Points, Primitive
 from pftrack.experiments.pose.sketch import dashes
 from pftrack.experiments.sketch import at_height, circle
 from pftrack.experiments.structure.truth import laid_on
 from pftrack.geometry.camera import pinhole
+from pftrack.model.drawing import COLOURS, Colour, Ellipse, Links, Points, Primitive
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.trackers.structure.state import StructureState
 

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame
 from pftrack.geometry.face_model import Similarity, fit_similarity
-from pftrack.series import Series, SeriesValue
+from pftrack.model.frame import Frame
+from pftrack.model.series import Series, SeriesValue
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.trackers.structure.placing import MIRROR
 from pftrack.trackers.structure.state import StructureState

@@ -12,7 +12,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import Drawing, Picture, Primitive
 from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.experiments.trajectories import sketch
@@ -22,19 +21,20 @@ from pftrack.experiments.trajectories.presets import PRESETS
 from pftrack.experiments.trajectories.scales import SCALES_WORLD, scales_world
 from pftrack.experiments.trajectories.search import SEARCH_WORLD, Sought, in_picture, nothing_sought, search_world
 from pftrack.experiments.trajectories.truth import SERIES, measure, report
-from pftrack.layer import Key, Layer
-from pftrack.marks import Mark
-from pftrack.parameters import ParameterError, parameter, revise
-from pftrack.references import ICHIMURA, KITAGAWA, Citation
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.runs.recipe import Footage
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import Drawing, Picture, Primitive
+from pftrack.model.layer import Key, Layer
+from pftrack.model.marks import Mark
+from pftrack.model.parameters import ParameterError, parameter, revise
+from pftrack.model.recipe import Footage
+from pftrack.model.references import ICHIMURA, KITAGAWA, Citation
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.source import Source
+from pftrack.model.truth import Truth
 from pftrack.sources.corners.scene import CornerSceneParameters, CornerSource
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.source import Source
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.trajectories.recorded import RecordedPictures, tracks_from
 from pftrack.sources.trajectories.scene import FRAMES, TracksSceneParameters, TracksSource
-from pftrack.sources.truth import Truth
 from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 from pftrack.trackers.trajectories.corners import begin
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters

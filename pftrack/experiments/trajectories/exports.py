@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pftrack.export import Export
-from pftrack.runs.diagnostics import Diagnostics
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.export import Export
 from pftrack.trackers.trajectories.state import TrajectoriesState
 
 __all__ = ["EXPORTS"]

@@ -10,14 +10,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack import heat
-from pftrack.drawing import COLOURS, Colour, Links, Mesh, Points, Primitive, Text, WorldDrawing
+from pftrack.detection.matching import APART_PX, cost_map, cut
 from pftrack.experiments.sketch import at_height
 from pftrack.likelihoods.template import luma
-from pftrack.matching import APART_PX, cost_map, cut
+from pftrack.model.drawing import COLOURS, Colour, Links, Mesh, Points, Primitive, Text, WorldDrawing
+from pftrack.model.world import Viewpoint, World
+from pftrack.rendering import heat
 from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 from pftrack.trackers.trajectories.corners import Corners
-from pftrack.world import Viewpoint, World
 
 __all__ = ["SEARCH_WORLD", "Sought", "in_picture", "nothing_sought", "search_world"]
 

@@ -5,10 +5,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.drawing import COLOURS, Colour, Links, Points, Primitive
 from pftrack.experiments.sketch import at_height, circle
 from pftrack.experiments.trajectories.truth import true_positions
 from pftrack.filters.trajectories.cloud import Cloud
+from pftrack.model.drawing import COLOURS, Colour, Links, Points, Primitive
 from pftrack.trackers.trajectories.state import TrajectoriesState
 
 __all__ = ["paper", "second_estimate", "selected", "trails", "true_trails"]

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame
-from pftrack.runs.diagnostics import Diagnostics
-from pftrack.series import Reduction, Series, SeriesValue
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.frame import Frame
+from pftrack.model.series import Reduction, Series, SeriesValue
 from pftrack.sources.trajectories.target import TrajectoriesTarget
 from pftrack.trackers.trajectories.state import TrajectoriesState
 

@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials, logarithms
 from pftrack.filters.trajectories.modes import located
 from pftrack.filters.trajectories.tree import came_from, copied, grown, placed, positions_of, sprouted
-from pftrack.random import standard_normals, uniforms
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials, logarithms
+from pftrack.numerics.random import standard_normals, uniforms
+from pftrack.numerics.sums import inner_product, total
 from pftrack.resampling import systematic_parents
-from pftrack.sums import inner_product, total
 
 __all__ = ["MOST_PARTICLES", "Cloud", "Law", "Moments", "nothing", "step", "without"]
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import logarithms
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import logarithms
 
 __all__ = ["Gaussians", "begun", "log_likelihoods", "nothing", "smoothed", "step", "without"]
 

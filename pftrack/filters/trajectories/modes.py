@@ -7,7 +7,7 @@ fullest. A jump of the measurement makes the distribution bimodal, where a mean 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["LOG_BIN", "located", "logs_mode"]
 

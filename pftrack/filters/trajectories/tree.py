@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 from pftrack.resampling import systematic_parents
 
 __all__ = ["Tree", "came_from", "copied", "grown", "placed", "positions_of", "sprouted"]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.trajectories import cloud, gaussian
-from pftrack.random import Purpose
+from pftrack.numerics.random import Purpose
 
 __all__ = ["GRID", "Method", "Settings", "Smoothed", "follow", "likelihood_surface", "track_error"]
 

@@ -28,8 +28,8 @@ from pftrack.lessons.lesson import (
     Shown,
     Use,
 )
-from pftrack.parameters import Parameters, Value, parameter
-from pftrack.runs.recipe import Recipe
+from pftrack.model.parameters import Parameters, Value, parameter
+from pftrack.model.recipe import Recipe
 
 __all__ = ["LESSON", "BayesParameters"]
 

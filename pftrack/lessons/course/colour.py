@@ -8,9 +8,9 @@ import numpy as np
 
 from pftrack.lessons.lesson import Answer, Check, Lesson, Mistake, Outcome, Question, Scenario, Use
 from pftrack.lessons.running import Columns
-from pftrack.parameters import Value
-from pftrack.runs.recipe import Recipe
-from pftrack.runs.timeline import Change
+from pftrack.model.parameters import Value
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change
 
 if TYPE_CHECKING:
     from pftrack.reproduce.histogram.likeness import Likenesses

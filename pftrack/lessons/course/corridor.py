@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters import bootstrap
+from pftrack.numerics.random import Generator, Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Generator, Purpose, Stream
 from pftrack.resampling import Resampler, systematic
 
 __all__ = [

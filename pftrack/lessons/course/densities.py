@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtr
 
-from pftrack.random import Generator
+from pftrack.numerics.random import Generator
 
 __all__ = ["Mixture", "normal"]
 

@@ -21,9 +21,9 @@ from pftrack.lessons.lesson import (
     Shown,
     Use,
 )
-from pftrack.parameters import Parameters, parameter
-from pftrack.runs.recipe import Recipe
-from pftrack.runs.timeline import Change
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change
 
 __all__ = ["LESSON", "JointParameters"]
 

@@ -31,10 +31,10 @@ from pftrack.lessons.lesson import (
     Shown,
     Use,
 )
-from pftrack.matrices import root, solved
-from pftrack.parameters import Parameters, parameter
-from pftrack.runs.recipe import Recipe
-from pftrack.runs.timeline import Change
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change
+from pftrack.numerics.matrices import root, solved
 
 __all__ = ["LESSON", "KalmanParameters"]
 

@@ -21,10 +21,10 @@ from pftrack.lessons.lesson import (
     Shown,
     Use,
 )
-from pftrack.parameters import Parameters, parameter
-from pftrack.random import Purpose, Stream
-from pftrack.runs.recipe import Recipe
-from pftrack.runs.timeline import Change
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change
+from pftrack.numerics.random import Purpose, Stream
 
 __all__ = ["LESSON", "MonteCarloParameters", "sampled"]
 

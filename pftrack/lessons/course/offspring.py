@@ -5,7 +5,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.resampling import RESAMPLERS, systematic_parents
 
 __all__ = ["WEIGHTS", "Scheme", "copies", "exact_variance", "marks", "redrawn"]

@@ -30,9 +30,9 @@ from pftrack.lessons.lesson import (
     Shown,
     Use,
 )
-from pftrack.matrices import solved
-from pftrack.runs.recipe import Recipe
-from pftrack.runs.timeline import Change
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change
+from pftrack.numerics.matrices import solved
 
 __all__ = ["LESSON"]
 

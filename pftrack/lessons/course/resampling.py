@@ -23,10 +23,10 @@ from pftrack.lessons.lesson import (
     Shown,
     Use,
 )
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change
 from pftrack.resampling import RESAMPLERS
-from pftrack.runs.recipe import Recipe
-from pftrack.runs.timeline import Change
 
 __all__ = ["LESSON", "ResamplingParameters"]
 

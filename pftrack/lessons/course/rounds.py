@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from pftrack.dynamics import random_walk
 from pftrack.filters import kalman
-from pftrack.gaussian import Gaussian
 from pftrack.lessons.course.densities import normal
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.numerics.gaussian import Gaussian
 
 __all__ = ["GRID", "MEASURED", "PRIOR_VARIANCE", "Moment", "RecursionParameters", "moments", "spread"]
 

@@ -24,12 +24,12 @@ from pftrack.lessons.lesson import (
     Shown,
     Use,
 )
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Purpose, Stream
 from pftrack.resampling import systematic
-from pftrack.runs.recipe import Recipe
-from pftrack.runs.timeline import Change
 
 __all__ = ["LESSON", "SirParameters", "tolerated"]
 

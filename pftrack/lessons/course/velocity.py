@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
 from pftrack.filters import kalman
-from pftrack.gaussian import Gaussian
-from pftrack.matrices import root
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import root
+from pftrack.numerics.random import Purpose, Stream
 
 __all__ = ["OBSERVATION", "PRIOR", "Filtered", "Tracks", "errors", "filtered", "motion", "simulated"]
 

@@ -9,7 +9,7 @@ from pftrack.lessons.lecturers.findings import Findings
 from pftrack.lessons.lecturers.head import Head, near
 from pftrack.lessons.lesson import Answer, Demonstration, Mistake, Question, Scenario
 from pftrack.lessons.running import shown_numbers
-from pftrack.parameters import Parameters
+from pftrack.model.parameters import Parameters
 
 __all__ = ["check_expression", "check_question", "question_of"]
 

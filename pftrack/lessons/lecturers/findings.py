@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from pftrack.lessons.lecturers.document import Document, DocumentError, Place
 from pftrack.lessons.lecturers.expression import ExpressionError
-from pftrack.parameters import ParameterError
+from pftrack.model.parameters import ParameterError
 
 __all__ = ["Findings"]
 

@@ -14,7 +14,7 @@ from pftrack.lessons.lecturers.head import Head, ask
 from pftrack.lessons.lecturers.showing import body_of
 from pftrack.lessons.lesson import Answer, Check, Lesson, Outcome
 from pftrack.lessons.running import answer_of
-from pftrack.parameters import ParameterError
+from pftrack.model.parameters import ParameterError
 from pftrack.runs.record import RecordError
 
 __all__ = ["lesson_of"]

@@ -12,10 +12,10 @@ from pftrack.lessons.lecturers.head import Head, near
 from pftrack.lessons.lesson import Demonstration, Lesson, Scenario
 from pftrack.lessons.registry import find as find_lesson
 from pftrack.lessons.running import known_numbers, shown_numbers
-from pftrack.parameters import Parameters, declarations, revise
-from pftrack.random import LARGEST_SEED
-from pftrack.runs.recipe import Recipe
-from pftrack.runs.timeline import Change, Timeline
+from pftrack.model.parameters import Parameters, declarations, revise
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change, Timeline
+from pftrack.numerics.random import LARGEST_SEED
 
 __all__ = ["body_of"]
 

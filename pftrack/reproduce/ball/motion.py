@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.learning import online_em
-from pftrack.parameters import Value
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.batch import outcomes
-from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.run import Change, Run
 from pftrack.sources.ball import BallSource
 

@@ -8,10 +8,10 @@ simulation, because the sharpened auxiliary filter beats both of them (specifica
 import numpy as np
 import pyarrow as pa
 
+from pftrack.numerics.statistics import chi_square, rank_sum
 from pftrack.reproduce.ball.study import COARSE, Tally, cells, compare_cells, rows, tally
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
-from pftrack.statistics import chi_square, rank_sum
 
 __all__ = ["coarse_map"]
 

@@ -11,8 +11,8 @@ from pftrack.dynamics import autoregression
 from pftrack.filters import auxiliary, bootstrap
 from pftrack.filters.auxiliary import WeightRule
 from pftrack.likelihoods import chromaticity
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.overlay import paint_disc

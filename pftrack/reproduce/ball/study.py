@@ -8,7 +8,7 @@ from itertools import chain, product
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, share
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.overlay import LAYOUTS

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from pftrack.experiments import find
 from pftrack.learning.diffusion import Learned, learn
 from pftrack.likelihoods.edge_distance import Edges
-from pftrack.parameters import Value, revise
+from pftrack.model.parameters import Value, revise
+from pftrack.model.source import History
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.fish import FishSource, FishTarget
 from pftrack.sources.fish.swimming import FRAMES, TankName, clip
-from pftrack.sources.source import History
 from pftrack.trackers.fish.learned import FISH
 from pftrack.trackers.fish.step import MOTIONS, begun, seen_edges, stepped
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.model.palette import CURVES, NEUTRALS, hexadecimal
 from pftrack.rendering import render
 from pftrack.reproduce.fish.course import Successes
 from pftrack.runs.run import Change, Run

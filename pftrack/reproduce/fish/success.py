@@ -12,7 +12,7 @@ particle has a velocity at all, of a learned spread. These rows are the specific
 
 from typing import NamedTuple
 
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.rendering import png
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.fish.course import Condition, Successes, lessons, successes, taught_by_truth

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pftrack.experiments import find
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.runs.run import Change, Run
 
 __all__ = ["Case", "Condition", "Outcome", "followed", "mean"]

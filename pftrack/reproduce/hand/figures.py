@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
+from pftrack.model.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
 from pftrack.rendering import png, render_beside
 from pftrack.reproduce.hand.course import Outcome
 from pftrack.runs.run import Change, Run

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from itertools import product
 
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.hand.course import Case, Condition, Outcome, followed, mean
 from pftrack.reproduce.hand.figures import kept_figure, right_figure

@@ -12,14 +12,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import wrapped
-from pftrack.frame import Frame
 from pftrack.geometry.face_model import fit_similarity, mean_model, person
-from pftrack.parameters import revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
+from pftrack.numerics.angles import wrapped
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.sources.head.motion import SCRIPT_FRAMES
-from pftrack.sources.source import History
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import eye_distance
 from pftrack.trackers.head.parameters import HeadTrackerParameters

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pftrack.geometry.face_model import FEATURES, TITLES
-from pftrack.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
+from pftrack.model.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
 from pftrack.reproduce.head.course import Course, Model
 from pftrack.reproduce.head.curves import AXES, success_rates
 

@@ -14,20 +14,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import wrapped
 from pftrack.experiments import find
 from pftrack.geometry.gaze import theta_of
 from pftrack.geometry.rotation import rotation
-from pftrack.matrices import product
-from pftrack.parameters import Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.parameters import Value, revise
+from pftrack.model.sequence import FrameIndex
+from pftrack.numerics.angles import wrapped
+from pftrack.numerics.matrices import product
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.sources.head.sensor import exposed
 from pftrack.sources.head.source import focal_px
-from pftrack.sources.sequence import FrameIndex
 
 __all__ = ["RELIEF", "Clip", "Outcome", "filmed", "turns", "watched"]
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from pftrack.experiments import find
-from pftrack.parameters import Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.parameters import Value, revise
+from pftrack.model.source import History
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.lawn import LawnSource, visible_share
-from pftrack.sources.source import History
 
 __all__ = ["Case", "Outcome", "runs"]
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pftrack.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.model.palette import CURVES, NEUTRALS, hexadecimal
 from pftrack.reproduce.histogram.course import Outcome
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.histogram.course import Case, Outcome, runs
 from pftrack.reproduce.histogram.figures import draw

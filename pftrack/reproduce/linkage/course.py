@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.frame import Frame, Measurements
-from pftrack.parameters import Value, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Measurements
+from pftrack.model.parameters import Value, revise
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.state import LinkageState

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.palette import CURVES, NEUTRALS, hexadecimal
 from pftrack.rendering import render_beside
-from pftrack.runs.diagnostics import Diagnostics
 from pftrack.runs.run import Change, Run
 
 if TYPE_CHECKING:

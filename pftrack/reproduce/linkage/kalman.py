@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from pftrack.filters.truncation import truncate
 from pftrack.geometry.rotation_vector import matrix, right_jacobian
-from pftrack.matrices import solved
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
+from pftrack.numerics.matrices import solved
 from pftrack.reproduce.finding import Finding, claim, compare, share
 from pftrack.reproduce.linkage.course import Condition, Course, course, swung
 from pftrack.reproduce.pool import Pool

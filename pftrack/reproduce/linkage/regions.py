@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.rendering import png
 from pftrack.reproduce.finding import Finding, claim, compare, share
 from pftrack.reproduce.linkage.course import Condition, Course, course

@@ -12,14 +12,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import wrapped
 from pftrack.filters import rao_blackwell
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.learning import mixture_em
 from pftrack.likelihoods import points
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.angles import wrapped
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import FRAMES, REAR, VERTICES_MM, PrismParameters, Sight, sight
 from pftrack.trackers.pose import layered
 

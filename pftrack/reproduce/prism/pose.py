@@ -16,11 +16,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import wrapped
 from pftrack.filters import affine_pose
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import rotation
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.angles import wrapped
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism.course import Course, Method, Reading, Trial, course

@@ -6,16 +6,16 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import wrapped
 from pftrack.geometry.face_model import mean_model
 from pftrack.geometry.rotation import angles
+from pftrack.numerics.angles import wrapped
+from pftrack.reproduce.structure.scenes import SimulatedTracks, head_tracks, prism_tracks
 from pftrack.structure import growing, online_variational, recursive, variational
 from pftrack.structure.alignment import aligned, residuals, shape_error
 from pftrack.structure.cameras import frontal, settled
 from pftrack.structure.factorization import factorize
 from pftrack.structure.first_window import from_window
 from pftrack.structure.online_variational import Forgetting
-from pftrack.structure.scenes import SimulatedTracks, head_tracks, prism_tracks
 from pftrack.structure.tracks import Tracks, checked_view
 
 __all__ = ["Course", "Grown", "Online", "Trial", "course", "grown", "online"]

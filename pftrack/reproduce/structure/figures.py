@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.model.palette import CURVES, NEUTRALS, hexadecimal
 from pftrack.reproduce.structure.course import Course, Online
 
 if TYPE_CHECKING:

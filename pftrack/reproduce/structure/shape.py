@@ -15,14 +15,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.structure.course import Body, Course, Online, Trial, course, grown, online, tracks_of
 from pftrack.reproduce.structure.figures import draw
+from pftrack.reproduce.structure.scenes.prism import CENTRES
 from pftrack.structure import variational
 from pftrack.structure.alignment import shape_error
-from pftrack.structure.scenes.prism import CENTRES
 
 __all__ = ["faces", "prism"]
 

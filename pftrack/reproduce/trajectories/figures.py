@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.trajectories.whole import GRID, Smoothed, track_error
-from pftrack.palette import COLOURS, CURVES, NEUTRALS, VIRIDIS, hexadecimal
+from pftrack.model.palette import COLOURS, CURVES, NEUTRALS, VIRIDIS, hexadecimal
 from pftrack.sources.trajectories.reference import REFERENCE_PX
 from pftrack.sources.trajectories.scene import TRUE_PATH
 

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.filters.trajectories.whole import Method, Settings, follow
+from pftrack.model.source import History
 from pftrack.rendering import png, render_beside
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
 from pftrack.sources.corners.motion import FRAMES
 from pftrack.sources.corners.scene import CornerSceneParameters, CornerSource
-from pftrack.sources.source import History
 from pftrack.trackers.trajectories import corners
 from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 

@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.corners import DetectorParameters, find_corners
-from pftrack.frame import Frame, Target
-from pftrack.parameters import parameter, revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import parameter, revise
+from pftrack.model.source import History
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.corners.motion import BOOK, BOX, CORNERS_PX, FRAMES, STEPS, WALL, SceneMotion, shifts_px
 from pftrack.sources.corners.textures import LEVEL, LINE, SIZE_PX, WALL_MARGIN_PX, book, box, wall
-from pftrack.sources.source import History
 from pftrack.sources.trajectories.target import SelectionParameters, TrajectoriesTarget
 
 __all__ = ["CornerSceneParameters", "CornerSource"]

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.random import Purpose, Stream
 
 __all__ = ["BOOK_PX", "BOX_PX", "LEVEL", "LINE", "SIZE_PX", "WALL_MARGIN_PX", "book", "box", "wall"]
 

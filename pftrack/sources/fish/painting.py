@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled, read_only
 from pftrack.geometry.fish_shape import FishShape, body_points, tail_corners
-from pftrack.random import Purpose, Stream, uniforms
+from pftrack.numerics.compiled import compiled, read_only
+from pftrack.numerics.random import Purpose, Stream, uniforms
 
 __all__ = ["developed", "floor", "paint_fish"]
 

@@ -1,6 +1,6 @@
 """What can be turned in the simulated tank."""
 
-from pftrack.parameters import parameter
+from pftrack.model.parameters import parameter
 from pftrack.sources.fish.swimming import TankName
 from pftrack.sources.overlay import OverlayParameters
 

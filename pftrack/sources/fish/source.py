@@ -1,14 +1,14 @@
 """The simulated tank as a source: frames of one or two goldfish from above, with the truth."""
 
-from pftrack.frame import Frame, Target
 from pftrack.geometry.fish_shape import GOLDFISH, model_points
-from pftrack.parameters import ParameterError
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import ParameterError
+from pftrack.model.source import History
 from pftrack.sources.fish.painting import developed, floor, paint_fish
 from pftrack.sources.fish.parameters import FishSceneParameters
 from pftrack.sources.fish.swimming import FRAME_RATE_HZ, FRAMES, HEIGHT, WIDTH, clip
 from pftrack.sources.fish.truth import FishTarget
 from pftrack.sources.overlay import paint, strip
-from pftrack.sources.source import History
 
 __all__ = ["FishSource"]
 

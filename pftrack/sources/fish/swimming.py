@@ -15,8 +15,8 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled, read_only
-from pftrack.random import standard_normals, uniforms
+from pftrack.numerics.compiled import compiled, read_only
+from pftrack.numerics.random import standard_normals, uniforms
 
 __all__ = ["FRAMES", "FRAME_RATE_HZ", "HEIGHT", "TANKS", "WIDTH", "Clip", "Tank", "TankName", "clip", "has_sharp_turn"]
 

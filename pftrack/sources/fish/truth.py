@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Target
 from pftrack.geometry.fish_shape import GOLDFISH, FishShape, inside
+from pftrack.model.frame import Target
 
 __all__ = ["FishTarget"]
 

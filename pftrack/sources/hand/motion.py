@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.hand_model import open_pose
-from pftrack.trigonometry import sines_cosines
+from pftrack.numerics.trigonometry import sines_cosines
 
 __all__ = ["FRAMES", "MotionName", "folded_time", "pose_at"]
 

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.elementary import exponential
+from pftrack.numerics.random import Purpose, Stream
 
 __all__ = ["painted", "with_noisy_edge"]
 

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from pftrack.parameters import parameter
+from pftrack.model.parameters import parameter
 from pftrack.sources.hand.motion import MotionName
 from pftrack.sources.overlay import OverlayParameters
 

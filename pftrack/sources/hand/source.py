@@ -5,17 +5,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import read_only
-from pftrack.frame import Frame, Target
 from pftrack.geometry.hand_model import MODEL, HandShape, silhouette
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.source import History
+from pftrack.numerics.compiled import read_only
+from pftrack.numerics.random import Purpose, Stream
+from pftrack.numerics.trigonometry import sines_cosines
 from pftrack.sources.hand.motion import FRAMES, folded_time, pose_at
 from pftrack.sources.hand.painting import painted, with_noisy_edge
 from pftrack.sources.hand.parameters import HandSceneParameters
 from pftrack.sources.hand.truth import HandTarget
 from pftrack.sources.overlay import paint, strip
-from pftrack.sources.source import History
-from pftrack.trigonometry import sines_cosines
 
 __all__ = ["HandSource", "hand_of"]
 

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import power
 from pftrack.geometry.face_model import FaceModel
 from pftrack.geometry.head_surface import HeadMesh, vertex_normals
+from pftrack.numerics.elementary import power
 from pftrack.sources.head.parameters import HeadSceneParameters
 from pftrack.sources.head.texture import LEFT_MM, STEP_MM, TOP_MM
 

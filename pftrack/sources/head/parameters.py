@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
 
 __all__ = ["HeadSceneParameters"]
 

@@ -11,7 +11,7 @@ Triangles that turn their back are left out, and nothing but the triangles' own 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["lit", "project", "rasterise"]
 

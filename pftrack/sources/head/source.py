@@ -10,12 +10,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Target
 from pftrack.geometry.face_model import FaceModel, mean_model, person
 from pftrack.geometry.head_surface import HeadMesh, head_mesh
 from pftrack.geometry.rotation import rotation
-from pftrack.matrices import product
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.source import History
+from pftrack.numerics.matrices import product
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.head.background import background
 from pftrack.sources.head.motion import angles_rad, eased_amplitude, script_time
 from pftrack.sources.head.occluders import cover, with_lenses, with_sunglasses
@@ -24,7 +25,6 @@ from pftrack.sources.head.rasteriser import lit, project, rasterise
 from pftrack.sources.head.sensor import exposed
 from pftrack.sources.head.texture import LEFT_MM, STEP_MM, TOP_MM, albedo
 from pftrack.sources.head.truth import HeadTarget
-from pftrack.sources.source import History
 
 __all__ = ["FRAME_RATE_HZ", "HeadSource", "face_of", "focal_px"]
 

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential, power
 from pftrack.geometry.face_model import FaceModel
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.elementary import exponential, power
+from pftrack.numerics.random import Purpose, Stream
 
 __all__ = ["LEFT_MM", "STEP_MM", "TOP_MM", "albedo"]
 

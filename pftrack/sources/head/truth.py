@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Landmarks, Target
 from pftrack.geometry.face_model import FEATURES, FaceModel
+from pftrack.model.frame import Landmarks, Target
 
 __all__ = ["HeadTarget"]
 

@@ -1,6 +1,6 @@
 """What can be turned in the simulated scene of a chain."""
 
-from pftrack.parameters import parameter
+from pftrack.model.parameters import parameter
 from pftrack.sources.linkage.paths import PathName
 from pftrack.sources.overlay import OccluderParameters
 

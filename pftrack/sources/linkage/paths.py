@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.trigonometry import sines_cosines
+from pftrack.numerics.trigonometry import sines_cosines
 
 __all__ = ["LENGTH", "PATHS", "PathName", "eased", "moved", "swinging", "turned"]
 

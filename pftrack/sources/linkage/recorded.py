@@ -12,16 +12,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import direction
-from pftrack.frame import Frame, Measurements, Target
-from pftrack.matching import LARGEST_TEMPLATE_PX, cut, match
-from pftrack.matrices import product
-from pftrack.parameters import parameter
+from pftrack.detection.matching import LARGEST_TEMPLATE_PX, cut, match
+from pftrack.model.frame import Frame, Measurements, Target
+from pftrack.model.parameters import parameter
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.source import History
+from pftrack.numerics.angles import direction
+from pftrack.numerics.matrices import product
 from pftrack.sources.linkage.truth import LinkageTarget, in_degrees
 from pftrack.sources.overlay import OccluderParameters, paint_strip, strip
 from pftrack.sources.recording import check_start
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.source import History
 from pftrack.sources.tracks.sequence import TrackSequence
 
 __all__ = ["Followed", "FollowingParameters", "RecordedLinkage", "guessed", "tracked"]

@@ -6,14 +6,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Landmarks, Measurements, Target
-from pftrack.random import Purpose, Stream, standard_normals, uniforms
+from pftrack.model.frame import Frame, Landmarks, Measurements, Target
+from pftrack.model.source import History
+from pftrack.numerics.random import Purpose, Stream, standard_normals, uniforms
 from pftrack.sources.linkage.painting import painted
 from pftrack.sources.linkage.parameters import LinkageSceneParameters
 from pftrack.sources.linkage.paths import LENGTH, PATHS, eased, moved, swinging, turned
 from pftrack.sources.linkage.truth import NAMES, REFERENCE_RAD, LinkageTarget, attitude, in_degrees, places
 from pftrack.sources.overlay import strip
-from pftrack.sources.source import History
 
 __all__ = ["FRAME_RATE_HZ", "PLANE_SIZE_PX", "SPACE_SIZE_PX", "LinkageSource"]
 

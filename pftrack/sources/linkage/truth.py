@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Target
-from pftrack.matrices import product
-from pftrack.trigonometry import sines_cosines
+from pftrack.model.frame import Target
+from pftrack.numerics.matrices import product
+from pftrack.numerics.trigonometry import sines_cosines
 
 __all__ = ["NAMES", "REFERENCE_RAD", "LinkageTarget", "attitude", "in_degrees", "in_radians", "places"]
 

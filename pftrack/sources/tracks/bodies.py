@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import FEATURES, LINKS, mean_model, person
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
 
 __all__ = ["Body", "Kind", "Shape", "body_of", "named", "normalised", "unnamed"]

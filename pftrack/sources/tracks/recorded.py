@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from pftrack.frame import Frame, Measurements, Target
-from pftrack.parameters import Parameters
+from pftrack.model.frame import Frame, Measurements, Target
+from pftrack.model.parameters import Parameters
+from pftrack.model.source import History
 from pftrack.sources.recording import check_start
-from pftrack.sources.source import History
 from pftrack.sources.tracks.bodies import named
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.target import BodyTarget

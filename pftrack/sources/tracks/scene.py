@@ -11,14 +11,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential
-from pftrack.frame import Frame, Landmarks, Measurements, Target
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.matrices import product
-from pftrack.parameters import Parameters, parameter
-from pftrack.random import Purpose, Stream
-from pftrack.sources.source import History
+from pftrack.model.frame import Frame, Landmarks, Measurements, Target
+from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.source import History
+from pftrack.numerics.elementary import exponential
+from pftrack.numerics.matrices import product
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.tracks.bodies import Body, body_of
 from pftrack.sources.tracks.target import BodyTarget
 

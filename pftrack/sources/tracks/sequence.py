@@ -11,8 +11,9 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.model.sequence import FrameIndex
 from pftrack.sources.overlay import paint_disc
-from pftrack.sources.sequence import FrameIndex, Limits, SourceError
+from pftrack.sources.sequence import Limits, SourceError
 from pftrack.sources.tracks.table import LARGEST_FILE_BYTES, read_tracks
 
 __all__ = ["TrackSequence"]

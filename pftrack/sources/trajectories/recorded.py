@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Target
-from pftrack.parameters import Parameters
+from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import Parameters
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.source import History
 from pftrack.sources.recording import check_start
-from pftrack.sources.sequence import FrameSequence
-from pftrack.sources.source import History
 from pftrack.sources.tracks.recorded import RecordedTracks
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.trajectories.target import Origin, TrajectoriesTarget

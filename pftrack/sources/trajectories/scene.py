@@ -9,10 +9,10 @@ the root of 50 it has it where the document has.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Measurements, Target
-from pftrack.parameters import parameter
-from pftrack.random import Purpose, standard_normals
-from pftrack.sources.source import History
+from pftrack.model.frame import Frame, Measurements, Target
+from pftrack.model.parameters import parameter
+from pftrack.model.source import History
+from pftrack.numerics.random import Purpose, standard_normals
 from pftrack.sources.trajectories.reference import REFERENCE_PX
 from pftrack.sources.trajectories.target import SelectionParameters, TrajectoriesTarget
 

@@ -6,8 +6,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Target
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.frame import Target
+from pftrack.model.parameters import Parameters, parameter
 
 __all__ = ["Motion", "Origin", "SelectionParameters", "TrajectoriesTarget"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.colors import Colormap, LinearSegmentedColormap
 from numpy.typing import NDArray
 
-from pftrack.palette import CURVES, DIVERGING, NEUTRALS, VERDICTS, hexadecimal
+from pftrack.model.palette import CURVES, DIVERGING, NEUTRALS, VERDICTS, hexadecimal
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import Quantity

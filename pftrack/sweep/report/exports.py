@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from pftrack import __version__
-from pftrack.export import ExportError
 from pftrack.figures.picture import PictureForm, encoded
 from pftrack.files import part_of, settle, write_whole
+from pftrack.model.export import ExportError
 from pftrack.runs.manifest import FORMAT
 from pftrack.sweep.report.figures import figures
 from pftrack.sweep.report.study import Study

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import ceil, isnan
 from typing import Literal
 
-from pftrack.parameters import Value
+from pftrack.model.parameters import Value
 from pftrack.sweep.axis import Axis, declared
 from pftrack.sweep.report.study import Study
 

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.colors import Colormap, Normalize, to_hex
 from numpy.typing import NDArray
 
-from pftrack.statistics import holm
+from pftrack.numerics.statistics import holm
 from pftrack.sweep.cells import CellMap, Code, Correction
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import COMMON, Quantity

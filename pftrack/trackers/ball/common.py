@@ -3,10 +3,10 @@
 import numpy as np
 
 from pftrack.filters import fixed_lag
-from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
+from pftrack.model.frame import Frame, Target
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet
-from pftrack.random import Generator
 from pftrack.trackers.ball.motion import TRACKED, begin_learning
 from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.point_state import PointState

@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from pftrack.filters import bootstrap
-from pftrack.frame import Frame
-from pftrack.gaussian import Gaussian
 from pftrack.learning.guided import GuidedDynamics
 from pftrack.likelihoods import chromaticity
-from pftrack.random import Stream
+from pftrack.model.frame import Frame
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Stream
 from pftrack.resampling import RESAMPLERS
 from pftrack.trackers import reports
 from pftrack.trackers.ball.common import lineage_of, start
@@ -25,7 +26,6 @@ from pftrack.trackers.ball.parameters import BallTrackerParameters
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.common import particles_of, picture_of
 from pftrack.trackers.sampling.samplers import measure_particles
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["GUIDED"]
 

@@ -8,8 +8,8 @@ It was learned from ten runs of the scene without a pillar, `pftrack learn ball`
 
 from pathlib import Path
 
-from pftrack.guidance import Guidance
 from pftrack.learning.charts import Chart
+from pftrack.learning.guidance import Guidance
 
 __all__ = ["GUIDANCE"]
 

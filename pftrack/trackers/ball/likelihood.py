@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.likelihoods.chromaticity import ColourModel, log_kernel
+from pftrack.numerics.compiled import compiled
 from pftrack.trackers.ball.parameters import ColourParameters
 from pftrack.trackers.sampling.likelihood import Likelihood
 

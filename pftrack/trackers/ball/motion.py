@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics, autoregression
-from pftrack.gaussian import Gaussian
 from pftrack.learning import online_em
+from pftrack.numerics.gaussian import Gaussian
 from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.point_state import PointState
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 from pydantic import field_validator
 
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
 from pftrack.trackers.ball.learned import GUIDANCE
 from pftrack.trackers.parameters import (
     LEARNED_MOTION,

@@ -11,9 +11,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import read_only
-from pftrack.frame import Frame
-from pftrack.random import Stream
+from pftrack.model.frame import Frame
+from pftrack.model.tracker import Fold, Tracker
+from pftrack.numerics.compiled import read_only
+from pftrack.numerics.random import Stream
 from pftrack.trackers.ball import motion
 from pftrack.trackers.ball.centroid import KALMAN, UNSCENTED
 from pftrack.trackers.ball.common import lineage_of, start
@@ -26,7 +27,6 @@ from pftrack.trackers.sampling.common import particles_of, picture_of, size_of
 from pftrack.trackers.sampling.likelihood import Likelihood
 from pftrack.trackers.sampling.loop import Loop, Motion, Rule
 from pftrack.trackers.sampling.samplers import SAMPLERS, advanced, folded, scheme
-from pftrack.trackers.tracker import Fold, Tracker
 
 __all__ = ["TRACKERS", "fold_loop", "loop_trackers", "step_loop"]
 

@@ -7,8 +7,8 @@ with the fish's motion, and that is meant: else there is no room for rare, viole
 
 from importlib.resources import files
 
-from pftrack.guidance import Guidance
 from pftrack.learning.charts import Chart
+from pftrack.learning.guidance import Guidance
 
 __all__ = ["FISH", "GUIDANCE", "LEARNED_HALF_LENGTH_PX"]
 

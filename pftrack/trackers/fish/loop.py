@@ -8,17 +8,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.angles import circular_mean, less_turns
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials
 from pftrack.geometry.fish_shape import FishShape
 from pftrack.learning.charts import HEADING, WORLD, advance
 from pftrack.likelihoods.edge_distance import largest_distances, log_likelihoods
+from pftrack.numerics.angles import circular_mean, less_turns
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.random import standard_normals
+from pftrack.numerics.sums import inner_product
+from pftrack.numerics.trigonometry import sines_cosines
 from pftrack.particles import normalise
-from pftrack.random import standard_normals
 from pftrack.resampling import parents
-from pftrack.sums import inner_product
-from pftrack.trigonometry import sines_cosines
 
 __all__ = ["ORDINARY", "VELOCITY", "Cloud", "Drawn", "Weighing", "frame_step"]
 

@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import field_validator
 
 from pftrack.likelihoods.edge_distance import Told
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
 from pftrack.trackers.fish.learned import GUIDANCE
 from pftrack.trackers.parameters import (
     correlated_changes,

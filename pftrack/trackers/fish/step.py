@@ -5,19 +5,19 @@ from functools import partial
 
 import numpy as np
 
-from pftrack.frame import Frame, Target
 from pftrack.learning.charts import body_velocity
 from pftrack.likelihoods.edge_distance import CAP_PX, Edges, edges_of
+from pftrack.model.frame import Frame, Target
+from pftrack.model.series import Series, SeriesValue
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Stream
-from pftrack.series import Series, SeriesValue
 from pftrack.sources.fish.truth import FishTarget
 from pftrack.trackers import reports
 from pftrack.trackers.fish.loop import ORDINARY, VELOCITY, frame_step
 from pftrack.trackers.fish.motion import drawn, foreground, weighing
 from pftrack.trackers.fish.parameters import FishTrackerParameters
 from pftrack.trackers.fish.state import FishState
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["MOTIONS", "SERIES", "TRACKERS", "begun", "seen_edges", "stepped"]
 

@@ -7,7 +7,7 @@ enough: a table over sets of protrusions that are taken already, finger by finge
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
+from pftrack.numerics.compiled import compiled
 
 __all__ = ["HIDDEN", "MOST_PROTRUSIONS", "assigned"]
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam, kept
+from pftrack.filters.beam import Beam, kept
 from pftrack.geometry.hand_model import HIGH, LOW, joints
 from pftrack.particles import normalise
 from pftrack.trackers.hand.assignment import HIDDEN

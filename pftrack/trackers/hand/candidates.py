@@ -9,9 +9,9 @@ which points at the camera's side, steps are large; where it shows much they are
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.geometry.hand_model import HIGH, LOW, HandShape, joints, palm_points
 from pftrack.geometry.polygons import convex_hull
+from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.settings import Task
 
 __all__ = [

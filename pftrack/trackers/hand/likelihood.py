@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.geometry.polygons import spans, sum_within
+from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.settings import Task
 
 __all__ = ["Seen", "finger_fit", "finger_fits", "unexplained_cost", "x_p"]

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from pftrack.detection.silhouette import SilhouetteParameters
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
 from pftrack.trackers.parameters import loss_share, particle_count
 
 __all__ = ["NOMINAL_SCALE_PX", "HandTrackerParameters"]

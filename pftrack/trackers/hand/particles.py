@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials, logarithms
 from pftrack.geometry.hand_model import ANGLES, joints, palm_points, parts
 from pftrack.geometry.polygons import convex_hull, fill
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials, logarithms
+from pftrack.numerics.random import standard_normals, uniforms
 from pftrack.particles import normalise
-from pftrack.random import standard_normals, uniforms
 from pftrack.resampling import parents
 from pftrack.trackers.hand.assignment import assigned
 from pftrack.trackers.hand.candidates import HIGHEST, LOWEST, flexion_limits

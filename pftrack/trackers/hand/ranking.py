@@ -9,9 +9,9 @@ parts stand still and are drawn just once.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.geometry.hand_model import capsule, joints, palm_points, parts
 from pftrack.geometry.polygons import convex_hull, fill, spans
+from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.candidates import HIGHEST, LOWEST
 from pftrack.trackers.hand.likelihood import Seen, finger_fit, x_p
 from pftrack.trackers.hand.settings import Task

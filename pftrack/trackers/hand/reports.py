@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pftrack.geometry.hand_model import FINGERS
-from pftrack.series import Hypotheses, Reduction, Series, SeriesValue
+from pftrack.model.series import Hypotheses, Reduction, Series, SeriesValue
 from pftrack.trackers import reports
 from pftrack.trackers.hand.state import HandState
 

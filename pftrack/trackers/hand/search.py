@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.geometry.hand_model import joints, palm_points
 from pftrack.geometry.polygons import convex_hull
+from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.assignment import HIDDEN, assigned
 from pftrack.trackers.hand.candidates import PALMS, finger_candidates, palm_candidates
 from pftrack.trackers.hand.likelihood import Seen, finger_fits, unexplained_cost, x_p

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam
+from pftrack.filters.beam import Beam
 from pftrack.geometry.hand_model import HandShape, joints
 from pftrack.particles import ParticleSet
 

@@ -7,14 +7,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pftrack.beam import Beam, kept
 from pftrack.detection.protrusions import HandFeatures, features_of
-from pftrack.elementary import exponential
-from pftrack.frame import Frame, Target
+from pftrack.filters.beam import Beam, kept
 from pftrack.geometry.hand_model import ANGLES
+from pftrack.model.frame import Frame, Target
+from pftrack.model.series import Series, SeriesValue
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.elementary import exponential
+from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Stream
-from pftrack.series import Series, SeriesValue
 from pftrack.sources.hand import HandTarget
 from pftrack.trackers.hand.beams import alike, followed, predictions
 from pftrack.trackers.hand.parameters import HandTrackerParameters
@@ -24,7 +25,6 @@ from pftrack.trackers.hand.reports import PARTICLES, SERIES, measure, measure_pa
 from pftrack.trackers.hand.state import HandState
 from pftrack.trackers.hand.view import View, fingers, wrist_offset
 from pftrack.trackers.hand.waiting import NO_FINGER, found_again, judged, waiting
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS", "features"]
 

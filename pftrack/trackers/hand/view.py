@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.protrusions import HandFeatures
+from pftrack.numerics.trigonometry import sines_cosines
 from pftrack.trackers.hand.likelihood import Seen
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.seen import seen_in
 from pftrack.trackers.hand.settings import Task, settings
 from pftrack.trackers.hand.state import HandState
-from pftrack.trigonometry import sines_cosines
 
 __all__ = ["View", "fingers", "wrist_offset"]
 

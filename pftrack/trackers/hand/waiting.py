@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pftrack.beam import Beam
 from pftrack.detection.open_hand import NoOpenHandError, opened
 from pftrack.detection.protrusions import HandFeatures
+from pftrack.filters.beam import Beam
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.state import HandState
 from pftrack.trackers.hand.view import wrist_offset

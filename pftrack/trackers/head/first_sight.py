@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.perspective import PerspectiveLayer
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import affine_fit, affine_projection, pinhole, pinhole_jacobian
 from pftrack.geometry.face_model import FaceModel, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.likelihoods.relief import Reliefs
-from pftrack.matrices import owned, product
-from pftrack.random import Purpose, Stream
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import owned, product
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head import growth as face_growth
 from pftrack.trackers.head import reliefs

@@ -20,8 +20,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential
 from pftrack.geometry.face_model import FaceModel, spread_mm2
+from pftrack.numerics.elementary import exponential
 from pftrack.structure import growing
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head.parameters import HeadTrackerParameters

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from pftrack.detection.cascades import Box
 from pftrack.filters.consensus import middle
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.likelihoods import template
 from pftrack.likelihoods.relief import Reliefs
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
+from pftrack.numerics.gaussian import Gaussian
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head.templates import template_sizes
 

@@ -5,8 +5,8 @@ from typing import Literal
 from pydantic import field_validator
 
 from pftrack.geometry.face_model import FEATURES as FEATURE_NAMES
+from pftrack.model.parameters import ParameterError, parameter
 from pftrack.model_files.points import as_json, read_points
-from pftrack.parameters import ParameterError, parameter
 from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose.parameters import (
     LAYERED,

@@ -17,11 +17,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponentials
 from pftrack.geometry.face_model import FEATURES, fit_similarity
 from pftrack.geometry.rotation import rotation
 from pftrack.likelihoods import template
-from pftrack.matrices import product
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.matrices import product
 from pftrack.trackers.head.memory import FirstSight
 from pftrack.trackers.pose.solid import Solid
 

@@ -8,7 +8,7 @@ from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.geometry.head_surface import HeadSurface
 from pftrack.likelihoods import relief
 from pftrack.likelihoods.relief import Part, Reliefs, Views
-from pftrack.matrices import owned, product, solved
+from pftrack.numerics.matrices import owned, product, solved
 from pftrack.trackers.head.memory import FirstSight
 from pftrack.trackers.head.templates import template_sizes
 from pftrack.trackers.pose.methods import slopes_at

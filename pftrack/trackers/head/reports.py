@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import FEATURES
-from pftrack.series import Series, SeriesValue
+from pftrack.model.series import Series, SeriesValue
 from pftrack.trackers.head.growth import position_variances
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.methods import Method

@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.face import find_again
-from pftrack.elementary import exponential, logarithm
-from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.face_model import FaceModel, fit_similarity
 from pftrack.likelihoods import relief, template
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
-from pftrack.random import Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.elementary import exponential, logarithm
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Stream
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head import growth as face_growth
 from pftrack.trackers.head import reliefs
@@ -38,7 +39,6 @@ from pftrack.trackers.pose.calibrated import pose_and_band
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS"]
 

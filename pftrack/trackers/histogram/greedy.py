@@ -8,18 +8,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from pftrack.compiled import read_only
-from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
 from pftrack.likelihoods.colour_bins import bin_table
 from pftrack.likelihoods.histogram import similarities
-from pftrack.random import Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.compiled import read_only
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Stream
 from pftrack.trackers.histogram.model import first_look, judged, model_of, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.reports import SERIES, measure
 from pftrack.trackers.histogram.state import SIZE, HistogramState
 from pftrack.trackers.sampling.common import picture_of
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["GREEDY"]
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials
 from pftrack.likelihoods.colour_bins import bin_table
 from pftrack.likelihoods.histogram import similarities
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials
 from pftrack.trackers.histogram.state import SIZE, HistogramState
 from pftrack.trackers.sampling.likelihood import Likelihood
 

@@ -1,7 +1,7 @@
 """The parameters of the trackers by colour histograms; each field names those that read it."""
 
 from pftrack.likelihoods.colour_bins import Space
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
 from pftrack.trackers.parameters import loss_share, particle_count
 from pftrack.trackers.sampling.parameters import (
     SAMPLING,

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pftrack.series import Series, SeriesValue
+from pftrack.model.series import Series, SeriesValue
 from pftrack.trackers.histogram.model import first_likeness
 from pftrack.trackers.histogram.state import VELOCITY, HistogramState
 

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import logarithm
-from pftrack.gaussian import Gaussian
 from pftrack.likelihoods.histogram import rho_map
+from pftrack.numerics.elementary import logarithm
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
-from pftrack.random import Stream
 from pftrack.resampling import systematic
 from pftrack.trackers.histogram.model import judged
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters

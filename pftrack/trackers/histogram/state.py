@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential
 from pftrack.likelihoods.colour_bins import BINS, Space
 from pftrack.likelihoods.histogram import Window
+from pftrack.numerics.elementary import exponential
 from pftrack.trackers.point_state import PointState
 
 __all__ = ["DIMENSION", "SIZE", "VELOCITY", "HistogramState", "Look"]

@@ -12,11 +12,12 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import read_only
-from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
+from pftrack.model.frame import Frame, Target
+from pftrack.model.tracker import Fold, Tracker
+from pftrack.numerics.compiled import read_only
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
-from pftrack.random import Stream
 from pftrack.trackers.histogram.greedy import GREEDY
 from pftrack.trackers.histogram.likelihood import HISTOGRAM, packed
 from pftrack.trackers.histogram.model import first_look, judged, model_of, with_model
@@ -27,7 +28,6 @@ from pftrack.trackers.histogram.state import DIMENSION, SIZE, HistogramState
 from pftrack.trackers.sampling.common import particles_of, picture_of
 from pftrack.trackers.sampling.loop import Loop, Motion, Rule
 from pftrack.trackers.sampling.samplers import SAMPLERS, advanced, folded, scheme
-from pftrack.trackers.tracker import Fold, Tracker
 
 __all__ = ["TRACKERS"]
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.geometry.linkage import (
     LINKS,
     Constraints,
@@ -31,7 +30,8 @@ from pftrack.geometry.rotation_vector import (
     right_jacobian,
     vector,
 )
-from pftrack.matrices import multiply, solve
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import multiply, solve
 
 __all__ = [
     "UPRIGHT",

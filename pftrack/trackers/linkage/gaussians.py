@@ -17,14 +17,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam, kept
 from pftrack.filters import unscented
+from pftrack.filters.beam import Beam, kept
 from pftrack.filters.truncation import truncate
-from pftrack.frame import Frame, Target
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.linkage import LINKS, Constraints
-from pftrack.matrices import owned, solved
-from pftrack.random import Stream
+from pftrack.model.frame import Frame, Target
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import owned, solved
+from pftrack.numerics.random import Stream
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.chain import (
     Chain,

@@ -8,9 +8,9 @@ those of the first frame, zero with their variances.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam
+from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import LINKS
-from pftrack.matrices import owned
+from pftrack.numerics.matrices import owned
 from pftrack.particles import ParticleSet
 from pftrack.trackers.linkage.chain import Chain, recentred, reference_attitude
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters

@@ -18,12 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.filters.kalman import conditioned
 from pftrack.filters.truncation import least_room, truncate
 from pftrack.geometry.linkage import LINKS, directions, joint_angles, mirrored, reversed_in_depth
 from pftrack.geometry.rotation_vector import composed, matrix_quaternion, quaternion, quaternion_matrix, vector
-from pftrack.matrices import factorise, multiply, substitute
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import factorise, multiply, substitute
 from pftrack.trackers.linkage.chain import PLANE_STATES, joints, observed, recentred, slopes
 
 __all__ = ["Candidates", "Filtering", "candidates", "linearisation_points", "predicted"]

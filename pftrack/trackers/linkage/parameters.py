@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from pftrack.geometry.linkage import Bounds
-from pftrack.parameters import ParameterError, Parameters, parameter
+from pftrack.model.parameters import ParameterError, Parameters, parameter
 from pftrack.trackers.parameters import particle_count
 
 __all__ = ["TABLE_4_1", "LinkageTrackerParameters"]

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam
-from pftrack.frame import Frame
+from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import Constraints
-from pftrack.matrices import owned, product, root
+from pftrack.model.frame import Frame
+from pftrack.numerics.matrices import owned, product, root
+from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
-from pftrack.random import Stream
 from pftrack.resampling import systematic
 from pftrack.trackers.linkage.chain import PLANE_STATES, Chain, reference_attitude
 from pftrack.trackers.linkage.gaussians import constraints, look, noise, state_of

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.linkage import LINKS, Bounds
-from pftrack.matrices import product
+from pftrack.numerics.matrices import product
 from pftrack.particles import ParticleSet
 from pftrack.set_membership.frame import Known
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, region_of

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from pftrack.geometry.linkage import LINKS
+from pftrack.model.series import Hypotheses, Interval, Reduction, Series, SeriesValue
 from pftrack.particles import ParticleSet
-from pftrack.series import Hypotheses, Interval, Reduction, Series, SeriesValue
 from pftrack.trackers import reports
 from pftrack.trackers.linkage.state import LinkageState
 

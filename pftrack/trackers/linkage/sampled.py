@@ -22,10 +22,10 @@ whole, with a stir after each (Musso, Oudjane and Le Gland 2001).
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.geometry.linkage import LINKS
 from pftrack.geometry.rotation_vector import composed, quaternion, vector
-from pftrack.matrices import factorise, multiply, substitute
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.matrices import factorise, multiply, substitute
 from pftrack.trackers.linkage.chain import PLANE_STATES, observed, slopes
 
 __all__ = ["forbid", "in_reference", "moved", "proposed"]

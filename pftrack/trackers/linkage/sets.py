@@ -14,11 +14,12 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam
-from pftrack.frame import Frame, Target
+from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import LINKS, Bounds
+from pftrack.model.frame import Frame, Target
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
-from pftrack.random import Stream
 from pftrack.set_membership.frame import Observe, frame_step
 from pftrack.set_membership.guides import circumscribe
 from pftrack.set_membership.observation import observed_in_plane
@@ -33,7 +34,6 @@ from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.linkage.regions import ROOT, Region, begun, box_of, known, union
 from pftrack.trackers.linkage.reports import SERIES, measure
 from pftrack.trackers.linkage.state import NOTHING, Events, LinkageState
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS"]
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.beam import Beam
+from pftrack.filters.beam import Beam
 from pftrack.particles import ParticleSet
 from pftrack.sources.linkage.truth import in_degrees
 

@@ -2,9 +2,9 @@
 
 from functools import partial
 
+from pftrack.model.tracker import Tracker
 from pftrack.trackers.linkage import gaussians, particles, sets
 from pftrack.trackers.linkage.reports import PARTICLE_SERIES, SERIES, measure
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS"]
 

@@ -13,13 +13,13 @@ from typing import ClassVar, Generic, Literal, Protocol, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponentials
 from pftrack.filters.affine import AffineBelief
 from pftrack.filters.rao_blackwell import RaoBlackwell
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import rotation
-from pftrack.matrices import product
-from pftrack.series import SeriesValue
+from pftrack.model.series import SeriesValue
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import product
 from pftrack.trackers.pose.layered import Layered
 from pftrack.trackers.pose.solid import Solid
 

@@ -33,13 +33,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
-from pftrack.elementary import exponentials
 from pftrack.filters import perspective
 from pftrack.filters.random_effects import excess_variance, fit_covariance, fit_gain
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.rotation import derivatives, rotation, turned
-from pftrack.matrices import multiply, owned, product
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import multiply, owned, product
 from pftrack.trackers.pose.beliefs import Belief
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import GAUSSIAN, Solid

@@ -17,14 +17,14 @@ from typing import Generic, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential
 from pftrack.filters import adaptive, consensus
 from pftrack.filters.adaptive import Draw, Features
 from pftrack.filters.layers import Projection, UpperLayer
-from pftrack.gaussian import Gaussian
 from pftrack.learning import mixture_em
 from pftrack.learning.mixture_em import Mixture
-from pftrack.random import Generator
+from pftrack.numerics.elementary import exponential
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Generator
 
 __all__ = ["FeatureLikelihood", "Layered", "Proposed", "Settings", "begin", "conclude", "propose", "step"]
 

@@ -16,12 +16,12 @@ from pftrack.filters import rao_blackwell
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import pinhole_jacobian
 from pftrack.geometry.rotation import rotation
 from pftrack.learning import mixture_em
-from pftrack.matrices import least_squares, product
-from pftrack.random import Generator
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import least_squares, product
+from pftrack.numerics.random import Generator
 from pftrack.trackers.pose import layered
 from pftrack.trackers.pose.beliefs import AffineLayers, Belief, JointParticles, Layers, PerspectiveLayers
 from pftrack.trackers.pose.layered import FeatureLikelihood, Layered

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import field_validator
 
-from pftrack.guidance import Guidance
 from pftrack.learning.charts import Chart
-from pftrack.parameters import Parameters, parameter
+from pftrack.learning.guidance import Guidance
+from pftrack.model.parameters import Parameters, parameter
 from pftrack.trackers.parameters import loss_share
 
 __all__ = ["PoseTrackerParameters", "joint_particles", "particles_per_feature", "pose_guidance"]

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from pftrack.series import Reduction, Series, SeriesValue
+from pftrack.model.series import Reduction, Series, SeriesValue
 from pftrack.trackers.pose.methods import Method
 from pftrack.trackers.pose.state import PoseState
 

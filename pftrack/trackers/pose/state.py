@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.gaussian import Gaussian
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.matrices import product
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import product
 from pftrack.trackers.pose.beliefs import Belief
 from pftrack.trackers.pose.calibrated import Calibration
 from pftrack.trackers.pose.solid import GAUSSIAN, Solid, Widths

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame
+from pftrack.model.frame import Frame
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.random import Purpose, Stream
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.parameters import SamplingParameters
 

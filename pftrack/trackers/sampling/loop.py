@@ -15,15 +15,15 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.compiled import compiled
 from pftrack.dynamics import diffuse, predict
-from pftrack.elementary import exponentials
 from pftrack.filters.auxiliary import correction
 from pftrack.filters.switching import exceeds, hard, soft
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.random import standard_normals
+from pftrack.numerics.sums import inner_product
 from pftrack.particles import moments, normalise
-from pftrack.random import standard_normals
 from pftrack.resampling import parents
-from pftrack.sums import inner_product
 
 __all__ = ["LogLikelihood", "Loop", "Motion", "Rule", "Scheme", "loop_with"]
 

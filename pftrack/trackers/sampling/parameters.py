@@ -5,7 +5,7 @@ from typing import Any, Literal, Self, TypeAlias
 from pydantic import model_validator
 
 from pftrack.filters.auxiliary import WeightRule
-from pftrack.parameters import ParameterError, Parameters, parameter
+from pftrack.model.parameters import ParameterError, Parameters, parameter
 from pftrack.trackers.parameters import particle_count, resampling_threshold
 
 __all__ = [

@@ -7,14 +7,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from pftrack.gaussian import Gaussian
+from pftrack.model.series import Series, SeriesValue
+from pftrack.model.tracker import Fold, Tracker, nothing
+from pftrack.numerics.gaussian import Gaussian
 from pftrack.particles import ParticleSet
 from pftrack.resampling import RESAMPLERS
-from pftrack.series import Series, SeriesValue
 from pftrack.trackers import reports
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.loop import Loop, Rule, Scheme
-from pftrack.trackers.tracker import Fold, Tracker, nothing
 
 __all__ = ["SAMPLERS", "Sampler", "advanced", "folded", "measure_particles", "scheme"]
 

@@ -11,8 +11,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.matrices import product, root, solved
-from pftrack.singular import eigenvalues, singular_values
+from pftrack.numerics.matrices import product, root, solved
+from pftrack.numerics.singular import eigenvalues, singular_values
 from pftrack.structure import growing, online_variational, recursive, variational
 from pftrack.structure.accumulated import principal_shape
 from pftrack.structure.cameras import fitted

@@ -1,6 +1,6 @@
 """What can be turned on the trackers of a body's shape."""
 
-from pftrack.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, parameter
 
 __all__ = ["StructureTrackerParameters"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.rotation import nearest_rotation
-from pftrack.matrices import product
+from pftrack.numerics.matrices import product
 from pftrack.structure.cameras import evidence, frontal, settled
 from pftrack.structure.variational import mapped
 from pftrack.trackers.structure.methods import Found

@@ -9,11 +9,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.frame import Frame, Target
 from pftrack.geometry.gaze import gaze
 from pftrack.geometry.rotation import angles
-from pftrack.random import Stream
-from pftrack.series import Series, SeriesValue
+from pftrack.model.frame import Frame, Target
+from pftrack.model.series import Series, SeriesValue
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.random import Stream
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.structure.growing import Growing
 from pftrack.structure.tracks import checked_view
@@ -22,7 +23,6 @@ from pftrack.trackers.structure.methods import Belief, Grown, Plain, Prior, Wind
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.placing import flat, placed, seen_again
 from pftrack.trackers.structure.state import StructureState
-from pftrack.trackers.tracker import Tracker
 
 __all__ = ["TRACKERS"]
 

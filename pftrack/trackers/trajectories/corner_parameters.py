@@ -1,8 +1,8 @@
 """What can be turned on how corners are found, and found again."""
 
 from pftrack.detection.corners import DetectorParameters
-from pftrack.matching import LARGEST_TEMPLATE_PX, Cost
-from pftrack.parameters import parameter
+from pftrack.detection.matching import LARGEST_TEMPLATE_PX, Cost
+from pftrack.model.parameters import parameter
 
 __all__ = ["CornerParameters"]
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.corners import find_corners
+from pftrack.detection.matching import cut, match
 from pftrack.likelihoods.template import luma
-from pftrack.matching import cut, match
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
 from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 
 __all__ = ["Corners", "begin", "follow"]

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from pftrack.filters.trajectories.cloud import MOST_PARTICLES
-from pftrack.parameters import parameter
+from pftrack.model.parameters import parameter
 from pftrack.sources.trajectories.target import SelectionParameters
 
 __all__ = ["LONGEST_LAG", "TrajectoriesTrackerParameters"]

@@ -8,17 +8,17 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.elementary import exponential
 from pftrack.filters.trajectories import cloud, gaussian
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.filters.trajectories.modes import logs_mode
 from pftrack.filters.trajectories.whole import beginnings
-from pftrack.frame import Frame, Target
-from pftrack.random import Stream
-from pftrack.series import Interval, Series, SeriesValue
+from pftrack.model.frame import Frame, Target
+from pftrack.model.series import Interval, Series, SeriesValue
+from pftrack.model.tracker import Tracker
+from pftrack.numerics.elementary import exponential
+from pftrack.numerics.random import Stream
 from pftrack.sources.trajectories.target import TrajectoriesTarget
-from pftrack.trackers.tracker import Tracker
 from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 from pftrack.trackers.trajectories.corners import Corners, begin, follow
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters

@@ -13,7 +13,7 @@ from pftrack.lessons.lecturers import Library, library, read_lessons
 from pftrack.lessons.lecturers.document import LARGEST_BYTES
 from pftrack.lessons.lesson import Demonstration, Scenario
 from pftrack.lessons.running import answer_of, asked
-from pftrack.parameters import declarations
+from pftrack.model.parameters import declarations
 from tests.lessons.demonstrations import DEMONSTRATIONS
 
 GOOD = """---

@@ -7,7 +7,7 @@ from pftrack.lessons import Lesson
 from pftrack.lessons.lecturers import read_lessons
 from pftrack.lessons.lesson import Scenario
 from pftrack.lessons.running import Columns, answer_of, asked, numbers_of
-from pftrack.runs.timeline import Change
+from pftrack.model.timeline import Change
 
 LIBRARY = read_lessons()
 SHIPPED = {name: lesson for name, lesson in LIBRARY.lessons.items() if not lesson.number}

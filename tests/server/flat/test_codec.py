@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from pftrack.drawing import (
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.model.drawing import (
     Arrows,
     Axes,
     Drawing,
@@ -27,10 +28,9 @@ from pftrack.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.experiments import EXPERIMENTS, find
+from pftrack.model.world import Viewpoint, World
 from pftrack.runs.run import Run
-from pftrack.world import Viewpoint, World
-from server.flat.codec import DrawingEncoder, DrawingError, decode
+from pftrack_server.flat.codec import DrawingEncoder, DrawingError, decode
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
 extent = st.floats(0, 1e3)

@@ -6,9 +6,9 @@ from collections.abc import AsyncIterator
 import numpy as np
 import pytest
 
-from pftrack.drawing import Drawing, Picture
-from server.flat.codec import DrawingEncoder, EncodedDrawing, decode
-from server.flat.feed import WINDOW, DrawingFeed, Watcher
+from pftrack.model.drawing import Drawing, Picture
+from pftrack_server.flat.codec import DrawingEncoder, EncodedDrawing, decode
+from pftrack_server.flat.feed import WINDOW, DrawingFeed, Watcher
 from tests.server.apart import run
 
 

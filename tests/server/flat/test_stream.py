@@ -10,8 +10,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from pftrack.drawing import Drawing, Picture, Points
-from server.flat.codec import decode
+from pftrack.model.drawing import Drawing, Picture, Points
+from pftrack_server.flat.codec import decode
 from tests.server.host import Server, begin, steer
 from tests.waiting import wait_for
 

@@ -6,10 +6,10 @@ from typing import Any
 import httpx
 import pytest
 
-from pftrack.runs.recipe import Recipe
-from server.sessions.create import new_spec
-from server.settings import Settings
-from server.store import Store
+from pftrack.model.recipe import Recipe
+from pftrack_server.sessions.create import new_spec
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
 from tests.server.follow.class_room import Follower, follower, lead
 from tests.server.host import Server, begin, running
 

@@ -12,7 +12,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
-from server.follow.places import MOST_SOCKETS
+from pftrack_server.follow.places import MOST_SOCKETS
 from tests.server.follow.class_room import Follower, change, farewell, follower, hear, lead
 from tests.server.host import Server, begin, error_of, steer
 from tests.viewer.host import Peer
@@ -190,7 +190,7 @@ def test_a_fork_is_its_followers_own(
         assert one.ask("DELETE", "follow/fork").status_code == 204
         wait_for(lambda: lecturer.get(f"/api/v1/{own}").status_code == 404)
         again = other.ask("POST", "follow/fork", session=session).json()["id"]
-        monkeypatch.setattr("server.follow.forks.UNUSED_S", 0.0)
+        monkeypatch.setattr("pftrack_server.follow.forks.UNUSED_S", 0.0)
         wait_for(lambda: lecturer.get(f"/api/v1/sessions/{again}").status_code == 404)
     assert lecturer.get(f"/api/v1/sessions/{session}").json()["parameters"]["sample_count"] == 321
 

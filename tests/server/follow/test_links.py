@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.follow.links import LETTERS, Claim, Links
+from pftrack_server.follow.links import LETTERS, Claim, Links
 
 
 @pytest.fixture(scope="module")

@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from server.errors import ApiError, ConflictError, CrowdedError, UnavailableError
-from server.follow import addresses as found
-from server.follow import places
-from server.follow.addresses import NOTICE, addresses
-from server.follow.forks import UNUSED_S, Forks
-from server.follow.places import LECTURER, MOST_SCENES, MOST_SOCKETS, Places
-from server.follow.poll import Poll
-from server.settings import Settings
+from pftrack_server.errors import ApiError, ConflictError, CrowdedError, UnavailableError
+from pftrack_server.follow import addresses as found
+from pftrack_server.follow import places
+from pftrack_server.follow.addresses import NOTICE, addresses
+from pftrack_server.follow.forks import UNUSED_S, Forks
+from pftrack_server.follow.places import LECTURER, MOST_SCENES, MOST_SOCKETS, Places
+from pftrack_server.follow.poll import Poll
+from pftrack_server.settings import Settings
 from tests.server.apart import run
 
 TOKEN = "sixteen characters"
@@ -171,7 +171,7 @@ class TestForks:
     def test_a_lesson_that_nobody_turns_is_given_back(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """It ends when it has not been used for a while, and not before."""
         now = 0.0
-        monkeypatch.setattr("server.follow.forks.time.monotonic", lambda: now)
+        monkeypatch.setattr("pftrack_server.follow.forks.time.monotonic", lambda: now)
         forks = Forks(1, lambda _: True, lambda: None)
         with forks.room("a") as fork:
             fork.lesson = "bayes"
@@ -188,7 +188,7 @@ class TestForks:
     def test_a_session_that_nobody_visits_is_given_back(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """It ends when its page has been left for a while."""
         now = 0.0
-        monkeypatch.setattr("server.follow.forks.time.monotonic", lambda: now)
+        monkeypatch.setattr("pftrack_server.follow.forks.time.monotonic", lambda: now)
         forks = Forks(2, lambda _: True, lambda: None)
         for seat, session in (("a", "x"), ("b", "y")):
             with forks.room(seat) as fork:

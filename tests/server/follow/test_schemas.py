@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from server.schemas.follows import FollowCreate, FollowUpdate, PollCreate
-from server.schemas.stream import Message, encode
+from pftrack_server.schemas.follows import FollowCreate, FollowUpdate, PollCreate
+from pftrack_server.schemas.stream import Message, encode
 
 
 class Told(Message):

@@ -7,8 +7,8 @@ from typing import Any
 import httpx
 import pytest
 
-from server.sessions.session import Session
-from server.sessions.worker_handle import WorkerLostError
+from pftrack_server.sessions.session import Session
+from pftrack_server.sessions.worker_handle import WorkerLostError
 from tests.server.host import Server, begin, error_of
 from tests.waiting import wait_for
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from pftrack.sources.sequence import SourceError
-from server.sessions.panel_commands import PanelCommands
+from pftrack_server.sessions.panel_commands import PanelCommands
 from tests.server.apart import run
 
 

@@ -3,8 +3,8 @@
 import asyncio
 from typing import Any
 
-from server.sessions.worker_handle import WorkerHandle
-from server.worker.protocol import Event, Heartbeat, Reply, Speed
+from pftrack_server.sessions.worker_handle import WorkerHandle
+from pftrack_server.worker.protocol import Event, Heartbeat, Reply, Speed
 from tests.server.apart import run
 
 

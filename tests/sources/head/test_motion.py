@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.parameters import revise
+from pftrack.model.parameters import revise
 from pftrack.sources.head.motion import SCRIPT_FRAMES, angles_rad, eased_amplitude, script_time
 from pftrack.sources.head.parameters import HeadSceneParameters
 

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from pftrack.frame import Frame
 from pftrack.geometry.face_model import FEATURES, mean_model, person
 from pftrack.geometry.rotation import rotation
-from pftrack.parameters import revise
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
 from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.source import History
 
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")
 TURNED_LEFT, TURNED_RIGHT = 75, 135

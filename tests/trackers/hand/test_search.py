@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.beam import Beam
+from pftrack.filters.beam import Beam
 from pftrack.geometry.hand_model import HIGH, LOW, MODEL, joints, open_pose, silhouette
 from pftrack.trackers.hand.assignment import HIDDEN
 from pftrack.trackers.hand.beams import NO_PALM_COST, alike, followed, predictions

@@ -5,12 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pftrack.frame import Frame
 from pftrack.geometry.hand_model import joints
-from pftrack.parameters import revise
-from pftrack.random import Purpose, Stream
+from pftrack.model.frame import Frame
+from pftrack.model.parameters import revise
+from pftrack.model.source import History
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.hand import HandSceneParameters, HandSource, HandTarget
-from pftrack.sources.source import History
 from pftrack.trackers.hand.beams import alike
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.state import HandState

@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from server.viewer.standalone.lines import Lines
-from server.viewer.standalone.packing import Packing
-from server.viewer.standalone.pictures import fitted
-from server.viewer.viser_adapter import NodeState
+from pftrack_server.viewer.standalone.lines import Lines
+from pftrack_server.viewer.standalone.packing import Packing
+from pftrack_server.viewer.standalone.pictures import fitted
+from pftrack_server.viewer.viser_adapter import NodeState
 
 
 def _unpacked(packed: bytes) -> tuple[dict, bytes]:

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.export import ExportError
-from pftrack.frame import Frame
-from pftrack.readings import said
-from pftrack.runs.recipe import Recipe
+from pftrack.displays.readings import said
+from pftrack.model.export import ExportError
+from pftrack.model.frame import Frame
+from pftrack.model.recipe import Recipe
+from pftrack.model.timeline import Change
 from pftrack.runs.record import make
 from pftrack.runs.run import Run
-from pftrack.runs.timeline import Change
 from tests.conftest import FRUGAL
 from tests.waiting import wait_for
 
@@ -138,7 +138,7 @@ def test_nothing_is_wider_than_a_phone(opened: tuple[Any, list[str]]) -> None:
 
 def test_a_page_that_is_given_up_leaves_nothing_behind(run: Run, tmp_path: Path) -> None:
     """Stopped between two frames, there is neither a file nor a server, and the run stands where it stood."""
-    from pftrack.runs.exports import export_at, exporting
+    from pftrack.exports.formats import export_at, exporting
 
     path, before = tmp_path / "run.html", run.position
     steps = exporting(run, path, export_at(run.experiment, path))

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import viser
 
-from server.viewer.viser_adapter.client_page import CLIENT
+from pftrack_server.viewer.viser_adapter.client_page import CLIENT
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing
 

@@ -5,9 +5,9 @@ import re
 
 import viser
 
-from server.viewer import CONTENT_SECURITY_POLICY, client_asset, client_page
-from server.viewer.viser_adapter.client_bundle import take_apart
-from server.viewer.viser_adapter.client_page import ASSETS
+from pftrack_server.viewer import CONTENT_SECURITY_POLICY, client_asset, client_page
+from pftrack_server.viewer.viser_adapter.client_bundle import take_apart
+from pftrack_server.viewer.viser_adapter.client_page import ASSETS
 
 
 def test_our_script_runs_before_visers() -> None:

@@ -17,14 +17,14 @@ import viser
 from viser import _messages
 from viser.infra import _infra
 
-from server.viewer import viser_adapter
-from server.viewer.viser_adapter import messages
-from server.viewer.viser_adapter.client_page import client_parts, original_page
+from pftrack_server.viewer import viser_adapter
+from pftrack_server.viewer.viser_adapter import messages
+from pftrack_server.viewer.viser_adapter.client_page import client_parts, original_page
 
 VERSION = f"viser {viser.__version__}"
 ROOT = Path(__file__).parents[3]
 ROOMS = ("pftrack", "server", "frontend_static")
-ADAPTER = ROOT / "server" / "viewer" / "viser_adapter"
+ADAPTER = ROOT / "server" / "pftrack_server" / "viewer" / "viser_adapter"
 PRIVATE = re.compile(r"\bviser\._|from viser import _|viser\.infra|__viser|mantine|_websock_server")
 
 HANDLED = {
@@ -81,7 +81,7 @@ def test_only_the_adapter_touches_what_is_private() -> None:
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1)
         if PRIVATE.search(line)
     ]
-    assert found == [], "only server/viewer/viser_adapter may know these"
+    assert found == [], "only server/pftrack_server/viewer/viser_adapter may know these"
 
 
 def test_the_clock_serves_nothing_but_the_times_of_messages() -> None:

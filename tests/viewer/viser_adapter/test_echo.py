@@ -8,7 +8,7 @@ import threading
 import viser
 from viser import _messages, _viser
 
-from server.viewer import viser_adapter
+from pftrack_server.viewer import viser_adapter
 from tests.viewer.host import Peer, Session, wait_for
 
 

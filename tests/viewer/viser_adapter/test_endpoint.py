@@ -11,8 +11,8 @@ import pytest
 import viser
 from viser.infra import _infra
 
-from server.viewer import viser_adapter
-from server.viewer.viser_adapter import Endpoint, endpoint
+from pftrack_server.viewer import viser_adapter
+from pftrack_server.viewer.viser_adapter import Endpoint, endpoint
 from tests.server.apart import run
 from tests.viewer.host import PROTOCOL
 

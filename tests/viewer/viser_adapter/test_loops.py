@@ -10,7 +10,7 @@ import pytest
 import viser
 from viser.infra import _infra
 
-from server.viewer import viser_adapter
+from pftrack_server.viewer import viser_adapter
 from tests.server.apart import run
 from tests.viewer.host import PROTOCOL
 from tests.waiting import wait_for

@@ -1,0 +1,120 @@
+"""Beams: a belief as a few hypotheses with weights, each of which knows from which of the frame before it comes.
+
+A beam keeps what a single estimate would have to decide at once. Which possibility was right may show only later; the
+links to the parents then lead back from the best one of now to what it means for the frames before.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.numerics.elementary import exponentials
+from pftrack.particles import normalise
+
+__all__ = ["Beam", "backtracked", "kept"]
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beam(Generic[T]):
+    """K hypotheses, the most probable first where `kept` has made it.
+
+    Attributes:
+        members: K of whatever a family believes in: poses, Gaussians, regions.
+        log_weights: (K,) logarithms of probabilities that sum to one.
+        parents: (K,) index of each member's parent among the members of the frame before; -1 for one without.
+    """
+
+    members: tuple[T, ...]
+    log_weights: NDArray[np.float64]
+    parents: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays of other lengths.
+
+        Raises:
+            ValueError: There is no member, or there are not as many weights or parents as members.
+        """
+        expected = (len(self.members),)
+        if not self.members or self.log_weights.shape != expected or self.parents.shape != expected:
+            raise ValueError(
+                f"a beam of {len(self.members)} members needs at least one, and as many weights and parents, got "
+                f"log_weights {self.log_weights.shape} and parents {self.parents.shape}"
+            )
+
+    @classmethod
+    def of(cls, member: T) -> "Beam[T]":
+        """Return the beam of one certain member that has no parent."""
+        return cls((member,), np.zeros(1), np.full(1, -1))
+
+    def __len__(self) -> int:
+        """Return the number of members K."""
+        return len(self.members)
+
+    @property
+    def weights(self) -> NDArray[np.float64]:
+        """(K,) probabilities that sum to one."""
+        return exponentials(self.log_weights)
+
+    @property
+    def best(self) -> int:
+        """Index of the most probable member; the first among equals."""
+        return int(np.argmax(self.log_weights))
+
+
+def kept(
+    members: Sequence[T],
+    scores: NDArray[np.float64],
+    parents: NDArray[np.int64],
+    width: int,
+    same: Callable[[T, T], bool],
+) -> Beam[T]:
+    """Return the best members that differ from one another, at most `width`, the best first.
+
+    Args:
+        members: N candidates, at least one.
+        scores: (N,) log probabilities up to a constant. What is not finite is impossible: such a member is kept only
+            where no member is possible, and then all are as probable as one another.
+        parents: (N,) index of each one's parent in the frame before, or -1.
+        width: Most members that are kept, at least 1.
+        same: Whether two members are one and the same hypothesis; the less probable of them is dropped.
+
+    Raises:
+        ValueError: There is nothing to keep, or no room for it.
+    """
+    if not members or width < 1:
+        raise ValueError(f"keeping the best needs a member and a width of at least 1, got {len(members)} and {width}")
+    ranks = np.where(np.isfinite(scores), scores, -np.inf)
+    possible = ranks > -np.inf
+    chosen: list[int] = []
+    for place in np.argsort(-ranks, kind="stable").tolist():
+        if len(chosen) == width or (chosen and possible[chosen[0]] and not possible[place]):
+            break
+        if not any(same(members[other], members[place]) for other in chosen):
+            chosen.append(place)
+    log_weights, _ = normalise(ranks[chosen])
+    return Beam(tuple(members[place] for place in chosen), log_weights, parents[chosen])
+
+
+def backtracked(parents: Sequence[NDArray[np.int64]], last: int) -> NDArray[np.int64]:
+    """Return which member of each frame a member of the last one comes from.
+
+    Args:
+        parents: Of T frames, the (K_t,) parents of the members of each; those of the first frame are not read.
+        last: Index of a member of the last frame.
+
+    Returns:
+        (T,) indices of members; -1 in the frames before one that has no parent.
+    """
+    path = np.full(len(parents), -1)
+    place = last
+    for frame in range(len(parents) - 1, -1, -1):
+        if place < 0:
+            break
+        path[frame] = place
+        place = int(parents[frame][place])
+    return path

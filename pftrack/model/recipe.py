@@ -1,0 +1,128 @@
+"""Recipes: the whole of what makes a run, one frozen value with one JSON form.
+
+A saved run, a request for a session, a stored session, a worker's configuration, a run of a sweep and a share link all
+hold a recipe rather than its parts. It is also a file that people write:
+
+    {"experiment": "ball", "seed": 3, "timeline": [{"frame": 0, "values": {"sample_count": 400}}]}
+
+Everything but the experiment may be left out. Of a recording it says in `footage` which file it is and what is marked
+in it; the file itself is found by whoever makes the run.
+"""
+
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+
+from pftrack.model.parameters import ParameterError
+from pftrack.model.timeline import LONGEST_RUN, Change
+from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED
+
+if TYPE_CHECKING:
+    from pftrack.model.marks import Mark
+    from pftrack.model.sequence import FrameSequence
+    from pftrack.model.truth import Truth
+
+__all__ = ["EARLIER", "Footage", "Recipe", "Seed"]
+
+EARLIER = {"earlier": True}
+"""Context of reading what an earlier version has stored, whose seeds had another bound."""
+
+Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+
+
+class Footage(BaseModel):
+    """A recording, and what is said of the target in it.
+
+    Attributes:
+        sha256: Of the file's content, in hexadecimal digits; None if any content will do.
+        name: What people call the file.
+        path: Where the file is, seen from the file that holds the recipe; None where it is found by its content.
+        start: Number of the first picture that is used, or from which on the target is looked for.
+        mark: The target in that picture, as its kind writes it; None to have it found.
+        truth: Numbers by number of the picture, as the experiment's kind of truth has them, where it is known.
+        square: Whether pixels that are not square were made square, so that mark and truth are in those; None for
+            whatever is done with a recording that is new.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
+    name: Annotated[str, Field(max_length=200)] = ""
+    path: Annotated[str, Field(max_length=4096)] | None = None
+    start: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN)] = 0
+    mark: dict[Annotated[str, Field(max_length=64)], Any] | None = None
+    truth: dict[int, tuple[Annotated[float, Field(allow_inf_nan=False)], ...]] | None = None
+    square: bool | None = None
+
+    @classmethod
+    def of(cls, sequence: "FrameSequence", mark: "Mark | None", start: int, truth: "Truth | None" = None) -> Self:
+        """Return the footage of a sequence from the picture `start` on, with the mark in it if there is one."""
+        rows = dict(truth.rows) if truth else None
+        return cls(
+            sha256=sequence.sha256,
+            name=sequence.name,
+            start=start,
+            mark=mark.model_dump(mode="json") if mark else None,
+            truth=rows,
+            square=sequence.square,
+        )
+
+
+class Recipe(BaseModel):
+    """What makes a run, to the bit.
+
+    Attributes:
+        experiment: Its name.
+        tracker: Name of the tracker at frame 0; None for the experiment's own choice.
+        seed: Of all randomness.
+        frames: Length; None for the recording's or the experiment's own.
+        timeline: Changes by ascending frame; those of frame 0 are the initial values.
+        footage: The recording; None for the experiment's simulated scene.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    experiment: Annotated[str, Field(max_length=64)]
+    tracker: Annotated[str, Field(max_length=64)] | None = None
+    seed: Annotated[int, Field(ge=0)] = 0
+    frames: Annotated[int, Field(ge=1, le=LONGEST_RUN)] | None = None
+    timeline: Annotated[tuple[Change, ...], Field(max_length=10_000)] = ()
+    footage: Footage | None = None
+
+    @field_validator("seed")
+    @classmethod
+    def _bounded(cls, seed: int, info: ValidationInfo) -> int:
+        largest = LARGEST_KEY if info.context and info.context.get("earlier") else LARGEST_SEED
+        if seed > largest:
+            raise ParameterError("seed", seed, f"a whole number between 0 and {LARGEST_SEED}")
+        return seed
+
+    @classmethod
+    def read(cls, raw: object) -> Self:
+        """Read a recipe from JSON values.
+
+        Raises:
+            ParameterError: They are none; it names the field.
+        """
+        try:
+            return cls.model_validate(raw)
+        except ValidationError as error:
+            first = error.errors()[0]
+            cause = first.get("ctx", {}).get("error")
+            if isinstance(cause, ParameterError):
+                raise cause from None
+            place = ".".join(str(part) for part in first["loc"]) or "recipe"
+            if first["type"] == "extra_forbidden":
+                raise ParameterError(place, first["input"], "left out: a recipe has no such field") from None
+            message = first["msg"][:1].lower() + first["msg"][1:]
+            raise ParameterError(place, first["input"], f"as a recipe has it ({message})") from None
+
+    def with_footage(self, **changes: Any) -> Self:  # noqa: ANN401 - fields of the footage
+        """Return the recipe with other fields of its footage; the same recipe if it has none."""
+        if self.footage is None:
+            return self
+        return self.model_copy(update={"footage": self.footage.model_copy(update=changes)})
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the JSON form, without what has its default value."""
+        return self.model_dump(mode="json", exclude_defaults=True)

@@ -1,0 +1,148 @@
+"""Timelines: which parameters and which tracker are in force in which frame of a run.
+
+A timeline is a value: a change makes another timeline, or is refused whole, and what two branches share is shared.
+"""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, revise
+from pftrack.model.source import History
+
+__all__ = ["LONGEST_RUN", "Change", "Timeline", "checked_tracker"]
+
+LONGEST_RUN = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Values that take effect in computing a frame.
+
+    Attributes:
+        frame: The first frame computed with them.
+        values: By parameter name; `tracker` names the tracker.
+    """
+
+    frame: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN)]
+    values: Mapping[Annotated[str, Field(max_length=64)], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Parameters and tracker in force from a frame on."""
+
+    start: int
+    parameters: Any
+    tracker: str
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """The changes of a run, and what they amount to.
+
+    Attributes:
+        changes: By ascending frame; those of frame 0 are the run's initial values.
+        segments: What is in force, by ascending frame; the first begins at frame 0.
+        trackers: Names of the trackers that there are.
+        history: The parameters alone, as a source looks at them.
+    """
+
+    changes: tuple[Change, ...]
+    segments: tuple[Segment, ...]
+    trackers: tuple[str, ...]
+    history: History[Any]
+
+    @classmethod
+    def begin(
+        cls, parameters: Parameters, tracker: str, trackers: Collection[str], changes: Iterable[Change] = ()
+    ) -> "Timeline":
+        """Return the timeline that begins with these parameters and this tracker and then has these changes.
+
+        Raises:
+            ParameterError: A name or a value is refused.
+        """
+        checked_tracker(trackers, tracker)
+        timeline = _timeline((), (Segment(0, parameters, tracker),), tuple(trackers))
+        for change in sorted(changes, key=lambda change: change.frame):
+            timeline = _appended(timeline, change)
+        return timeline
+
+    def parameters_at(self, frame: int) -> Any:  # noqa: ANN401 - the experiment's own model
+        """Return the parameters in force in a frame."""
+        return self._segment(frame).parameters
+
+    def tracker_at(self, frame: int) -> str:
+        """Return the name of the tracker that computes a frame."""
+        return self._segment(frame).tracker
+
+    def insert(self, change: Change) -> "Timeline":
+        """Return the timeline with a further change at its place; what is to change later stays.
+
+        Raises:
+            ParameterError: A name or a value is refused.
+        """
+        kept = [segment for segment in self.segments if segment.start <= change.frame]
+        before = _timeline(self.shared_with(change.frame), tuple(kept), self.trackers)
+        timeline = _appended(before, change)
+        for later in self.changes:
+            if later.frame > change.frame:
+                timeline = _appended(timeline, later)
+        return timeline
+
+    def shared_with(self, frame: int) -> tuple[Change, ...]:
+        """Return the changes up to a frame: those that a branch leaving there has as well."""
+        return tuple(change for change in self.changes if change.frame <= frame)
+
+    def _segment(self, frame: int) -> Segment:
+        for segment in reversed(self.segments):
+            if segment.start <= frame:
+                return segment
+        raise IndexError(f"a run begins at frame 0, got {frame}")
+
+
+def checked_tracker(trackers: Collection[str], name: object) -> str:
+    """Return the name of a tracker.
+
+    Raises:
+        ParameterError: There is none of that name.
+    """
+    if not isinstance(name, str) or name not in trackers:
+        raise ParameterError("tracker", name, f"one of {', '.join(trackers)}")
+    return name
+
+
+def _timeline(changes: tuple[Change, ...], segments: tuple[Segment, ...], trackers: tuple[str, ...]) -> Timeline:
+    history = History(tuple((segment.start, segment.parameters) for segment in segments))
+    return Timeline(changes, segments, trackers, history)
+
+
+def _appended(timeline: Timeline, change: Change) -> Timeline:
+    """Return the timeline with a change at its end."""
+    if change.frame < 0:
+        raise ParameterError("frame", change.frame, "a whole number, not negative")
+    newest = timeline.segments[-1]
+    given = dict(change.values)
+    tracker = checked_tracker(timeline.trackers, given.pop("tracker", newest.tracker))
+    revised = revise(newest.parameters, given)
+    if change.frame > 0:
+        _check_live(newest.parameters, given)
+    values = {name: value for name, value in flat(revised).items() if name in given}
+    if "tracker" in change.values:
+        values["tracker"] = tracker
+    segments, changes = timeline.segments, timeline.changes
+    if newest.start == change.frame:
+        segments = segments[:-1]
+    if changes and changes[-1].frame == change.frame:
+        values = {**changes[-1].values, **values}
+        changes = changes[:-1]
+    added = Segment(change.frame, revised, tracker)
+    return _timeline((*changes, Change(change.frame, values)), (*segments, added), timeline.trackers)
+
+
+def _check_live(parameters: Parameters, values: Mapping[str, object]) -> None:
+    for declaration in declarations(type(parameters)):
+        if declaration.name in values and not declaration.live:
+            raise ParameterError(declaration.name, values[declaration.name], "set before the run starts")

@@ -1,0 +1,92 @@
+"""What a tracker is, and what its states offer to whoever runs, records and watches it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.frame import Frame, Target
+from pftrack.model.series import Series, SeriesValue
+from pftrack.numerics.random import Stream
+
+__all__ = ["Fold", "TrackState", "Tracker", "nothing"]
+
+
+class TrackState(Protocol):
+    """The posterior of one frame, immutable; each family of trackers has its own.
+
+    Particles, one Gaussian, a mixture, a set of ellipsoids or a beam of poses: general code needs no more of a belief
+    than this. What a kind of belief has beyond it, its trackers declare and report as series.
+    """
+
+    @property
+    def estimate(self) -> NDArray[np.float64]:
+        """(d,) posterior mean of what the target's `position` is."""
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        """(d,) posterior standard deviations; NaN of a number in another unit than the experiment's."""
+
+    @property
+    def log_evidence(self) -> float:
+        """Log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out."""
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Return the belief's arrays by name, for a file; empty if mean and covariance are all there is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fold:
+    """What comes of L frames taken at once.
+
+    Attributes:
+        state: Of the last frame.
+        estimates: (L, tracked) posterior means.
+        series: (L,) numbers or (L, d) vectors of the tracker's series, by name; all that have a reduction, or the role
+            "extent", are there.
+    """
+
+    state: TrackState
+    estimates: NDArray[np.float64]
+    series: Mapping[str, NDArray[np.float64]]
+
+
+def nothing(state: Any) -> Mapping[str, SeriesValue]:  # noqa: ANN401 - the state of any family
+    """Measure nothing beyond what every state offers."""
+    del state
+    return {}
+
+
+@dataclass(frozen=True)
+class Tracker:
+    """A named way of tracking.
+
+    Attributes:
+        id: Name in commands, addresses and files.
+        title: Name on the screen.
+        description: One sentence on how it works.
+        start: (target, frame 0, parameters, rng) -> state of frame 0.
+        step: (state, frame, parameters, rng) -> state of that frame.
+        fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> what comes of them, the
+            same as of L steps but faster; None if these parameters do not allow it.
+        series: What it reports of its states.
+        measure: (state) -> the values of these series, by name; those that a state does not have are left out.
+        searching: (state) -> whether it has lost the target by its own account and looks for it; None for a tracker
+            that always follows, rightly or wrongly.
+    """
+
+    id: str
+    title: str
+    description: str
+    start: Callable[[Target, Frame, Any, Stream], TrackState]
+    step: Callable[[Any, Frame, Any, Stream], TrackState]
+    fold: Callable[[Any, NDArray[np.uint8], Any, int, int], Fold | None] | None = None
+    series: tuple[Series, ...] = ()
+    measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
+    searching: Callable[[Any], bool] | None = None

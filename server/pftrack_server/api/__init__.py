@@ -1,0 +1,35 @@
+"""The REST interface and the stream: handlers of a few lines over typed dependencies.
+
+Each handler asks for what it needs, makes one call, and returns a model. Everything that can go wrong is an exception
+that `pftrack_server.errors` turns into the one error shape.
+"""
+
+from fastapi import APIRouter
+
+from pftrack_server.api import (
+    comparisons,
+    compilation,
+    experiments,
+    exports,
+    failures,
+    follow,
+    follows,
+    lessons,
+    queue,
+    runs,
+    sessions,
+    stream,
+    sweep_files,
+    sweep_stream,
+    sweeps,
+    uploads,
+    work,
+)
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/api/v1")
+router.include_router(experiments.plugins)
+computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons, follows, follow
+for part in (experiments, uploads, *computing, sweeps, sweep_files, sweep_stream):
+    router.include_router(part.router)

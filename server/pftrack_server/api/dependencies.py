@@ -1,0 +1,202 @@
+"""Dependencies: what a handler may ask for."""
+
+from dataclasses import replace
+from typing import Annotated, Protocol
+
+from fastapi import Depends, Path, Query, Request
+from starlette.requests import HTTPConnection
+
+from pftrack.experiment import Experiment
+from pftrack_server.comparisons.service import Comparisons
+from pftrack_server.errors import NotFoundError, RefusedError
+from pftrack_server.experiments import asked_for
+from pftrack_server.follow.follow import Follow
+from pftrack_server.follow.follows import Follows
+from pftrack_server.follow.guest import Guest, guest_of
+from pftrack_server.lessons.service import Lessons
+from pftrack_server.middleware.body_limit import lift_limit
+from pftrack_server.runs.exports import Exports
+from pftrack_server.runs.imports import Imports
+from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.services import Services
+from pftrack_server.sessions.manager import Manager, Prepare
+from pftrack_server.sessions.session import Session
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.store.tables import RunRow, UploadRow
+from pftrack_server.sweeps.manager import Sweeps
+from pftrack_server.sweeps.sweep import Sweep
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.queue import unless_gone
+
+__all__ = [
+    "TICKET",
+    "AFollow",
+    "AFollower",
+    "AManager",
+    "ARun",
+    "ASession",
+    "AStore",
+    "ASweep",
+    "ASweeps",
+    "AnExperiment",
+    "AnUpload",
+    "Begin",
+    "SettingsNow",
+    "TakesFiles",
+    "TheComparisons",
+    "TheExports",
+    "TheFollows",
+    "TheImports",
+    "TheLessons",
+    "TheServices",
+    "TheTasks",
+    "Ticket",
+    "gone",
+]
+
+
+def _services(connection: HTTPConnection) -> Services:
+    services: Services = connection.app.state.services
+    return services
+
+
+TheServices = Annotated[Services, Depends(_services)]
+
+
+def _settings(services: TheServices) -> Settings:
+    return services.settings
+
+
+def _store(services: TheServices) -> Store:
+    return services.store
+
+
+def _manager(services: TheServices) -> Manager:
+    return services.manager
+
+
+def _sweeps(services: TheServices) -> Sweeps:
+    return services.sweeps
+
+
+def _tasks(request: Request, services: TheServices) -> ChildTasks:
+    return replace(services.tasks, gone=lambda: gone(request))
+
+
+async def gone(request: Request) -> None:
+    """Wait until the client of a request whose body has been read hangs up."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
+
+
+class Begins(Protocol):
+    """Start a session for a client."""
+
+    async def __call__(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
+        """Return the session, prepared; where that fails or nobody waits any more, there is none."""
+
+
+def _begin(request: Request, manager: Annotated[Manager, Depends(_manager)]) -> Begins:
+    async def begin(spec: SessionSpec, prepare: Prepare | None = None) -> Session:
+        return await unless_gone(manager.create(spec, prepare), lambda: gone(request))
+
+    return begin
+
+
+Begin = Annotated[Begins, Depends(_begin)]
+"""Starts a session for a client: one that hangs up meanwhile could not know of it, so it is ended."""
+
+
+def _takes_files(request: Request) -> None:
+    lift_limit(request.scope)
+
+
+TakesFiles = Depends(_takes_files)
+"""For a route whose handler reads files from the wire, with limits of their own."""
+
+TICKET = r"^[0-9A-Za-z-]{8,64}$"
+Ticket = Annotated[
+    str | None, Query(pattern=TICKET, description="A name of the client's own, to ask by how many are before it")
+]
+
+
+def _imports(services: TheServices) -> Imports:
+    return services.imports
+
+
+def _exports(services: TheServices) -> Exports:
+    return services.exports
+
+
+def _comparisons(services: TheServices) -> Comparisons:
+    return services.comparisons
+
+
+def _lessons(services: TheServices) -> Lessons:
+    return services.lessons
+
+
+def _follows(services: TheServices) -> Follows:
+    return services.follows
+
+
+SettingsNow = Annotated[Settings, Depends(_settings)]
+AStore = Annotated[Store, Depends(_store)]
+AManager = Annotated[Manager, Depends(_manager)]
+ASweeps = Annotated[Sweeps, Depends(_sweeps)]
+TheTasks = Annotated[ChildTasks, Depends(_tasks)]
+TheComparisons = Annotated[Comparisons, Depends(_comparisons)]
+TheImports = Annotated[Imports, Depends(_imports)]
+TheExports = Annotated[Exports, Depends(_exports)]
+TheLessons = Annotated[Lessons, Depends(_lessons)]
+TheFollows = Annotated[Follows, Depends(_follows)]
+
+
+def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:
+    try:
+        return asked_for(experiment)
+    except RefusedError as error:
+        raise NotFoundError(str(error)) from None
+
+
+async def _session(session: Annotated[str, Path(max_length=64)], manager: AManager) -> Session:
+    return manager.get(session)
+
+
+async def _sweep(sweep: Annotated[str, Path(max_length=64)], sweeps: ASweeps) -> Sweep:
+    return sweeps.get(sweep)
+
+
+def _upload(upload: Annotated[str, Path(max_length=64)], store: AStore) -> UploadRow:
+    row = store.upload(upload)
+    if row is None:
+        raise NotFoundError("There is no such upload; it may have been deleted.")
+    return row
+
+
+def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
+    row = store.run(run)
+    if row is None:
+        raise NotFoundError("There is no such run; it may have been deleted.")
+    return row
+
+
+def _follow(follow: Annotated[str, Path(max_length=64)], follows: TheFollows) -> Follow:
+    return follows.get(follow)
+
+
+def _follower(connection: HTTPConnection) -> Guest:
+    guest = guest_of(connection.scope)
+    if guest is None:
+        raise NotFoundError("This address belongs to followers; open the link of the class.")
+    return guest
+
+
+AFollow = Annotated[Follow, Depends(_follow)]
+AFollower = Annotated[Guest, Depends(_follower)]
+AnExperiment = Annotated[Experiment, Depends(_experiment)]
+ASession = Annotated[Session, Depends(_session)]
+ASweep = Annotated[Sweep, Depends(_sweep)]
+AnUpload = Annotated[UploadRow, Depends(_upload)]
+ARun = Annotated[RunRow, Depends(_run)]

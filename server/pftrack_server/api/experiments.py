@@ -1,0 +1,109 @@
+"""Experiments: the list of them, and each in detail."""
+
+import asyncio
+import hashlib
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import APIRouter, Request
+from starlette.responses import Response
+
+from pftrack.experiment import Experiment
+from pftrack.experiments import EXPERIMENTS
+from pftrack.model.parameters import declarations
+from pftrack_server.api.dependencies import AnExperiment, AStore, TheServices, TheTasks
+from pftrack_server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
+from pftrack_server.tasks.functions import draw_experiment
+
+__all__ = ["plugins", "router"]
+
+router = APIRouter(prefix="/experiments", tags=["experiments"])
+plugins = APIRouter(prefix="/plugins", tags=["experiments"])
+
+
+@router.get("")
+def list_experiments() -> list[ExperimentPublic]:
+    """List all experiments."""
+    return [ExperimentPublic(**_shown(experiment)) for experiment in EXPERIMENTS.values()]
+
+
+@plugins.get("")
+def list_plugins() -> list[PluginPublic]:
+    """List the experiments that other packages add, and why some of them cannot be used."""
+    return [PluginPublic.model_validate(plugin) for plugin in EXPERIMENTS.plugins]
+
+
+@router.get("/{experiment}")
+def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
+    """Tell everything about an experiment, its parameters included."""
+    model = type(experiment.simulate().parameters)
+    return ExperimentDetail(
+        **_shown(experiment),
+        declarations=list(declarations(model)),
+        layers=list(experiment.layers),
+        worlds=list(experiment.worlds),
+        parameter_schema=model.model_json_schema(),
+    )
+
+
+@router.get(
+    "/{experiment}/thumbnail.png",
+    response_class=Response,
+    responses={200: {"content": {"image/png": {}}}, 304: {"description": "It is the one that the client has"}},
+)
+async def draw_thumbnail(
+    request: Request, experiment: AnExperiment, services: TheServices, store: AStore, tasks: TheTasks
+) -> Response:
+    """Return a picture of an experiment: a real frame of a real run."""
+    picture = await asyncio.to_thread(store.files.thumbnail_of, experiment.id)
+    if picture is None:
+        await services.compilation.wait_for(experiment.id)
+        picture = await tasks.run(draw_experiment, experiment.id)
+        await asyncio.to_thread(store.files.keep_thumbnail_of, experiment.id, picture)
+    # A package's experiment may be another one at the server's next start, and a browser has to see that at once.
+    tag = f'"{hashlib.sha256(picture).hexdigest()[:32]}"'
+    headers = {"Cache-Control": "no-cache", "ETag": tag}
+    if tag in request.headers.get("If-None-Match", ""):
+        return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)
+    return Response(picture, media_type="image/png", headers=headers)
+
+
+def _shown(experiment: Experiment) -> dict[str, Any]:
+    return {
+        "id": experiment.id,
+        "title": experiment.title,
+        "family": experiment.family,
+        "question": experiment.question,
+        "references": [citation.as_dict() for citation in experiment.references],
+        "description": experiment.description,
+        "accepts_video": experiment.accepts_video,
+        "footage": list(experiment.footage) if experiment.accepts_video else [],
+        "default_tracker": experiment.default_tracker,
+        "frames": experiment.frames,
+        "trackers": [
+            {"id": name, "title": tracker.title, "description": tracker.description}
+            for name, tracker in experiment.trackers.items()
+        ],
+        "target": experiment.target,
+        "marks": [kind.editor() for kind in experiment.marks],
+        "unmarked": list(experiment.unmarked),
+        "finds": experiment.finder.kind.name() if experiment.finder else None,
+        "hints": [kind.name() for kind in experiment.finder.hints] if experiment.finder else [],
+        "suits": experiment.suits is not None,
+        "advice": experiment.advice,
+        "truth_columns": list(experiment.truth.form.columns) if experiment.truth else [],
+        "presets": [
+            PresetPublic(
+                name=preset.name,
+                title=preset.title,
+                tracker=preset.tracker,
+                parameters=dict(preset.parameters),
+                seed=preset.seed,
+                about=list(preset.subjects),
+                watch=preset.watch,
+                tour=preset.tour,
+            )
+            for preset in experiment.presets
+        ],
+        "thumbnail": f"/api/v1/experiments/{experiment.id}/thumbnail.png",
+    }

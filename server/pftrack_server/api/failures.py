@@ -1,0 +1,39 @@
+"""The gallery of failures: the list of them, each by itself, and what its runs come to."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Path
+
+from pftrack.failures import Entry
+from pftrack_server.api.dependencies import TheServices, TheTasks
+from pftrack_server.failures import failure_named, failures, public
+from pftrack_server.schemas.failures import FailureCourse, FailurePublic
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/failures", tags=["failures"])
+
+
+def _failure(failure: Annotated[str, Path(max_length=64)]) -> Entry:
+    return failure_named(failure)
+
+
+AFailure = Annotated[Entry, Depends(_failure)]
+
+
+@router.get("")
+def list_failures() -> list[FailurePublic]:
+    """List the failures, by their numbers."""
+    return failures()
+
+
+@router.get("/{failure}")
+def show_failure(failure: AFailure) -> FailurePublic:
+    """Tell what is declared of a failure, by its id or its number."""
+    return public(failure)
+
+
+@router.get("/{failure}/course")
+async def course_of_failure(failure: AFailure, services: TheServices, tasks: TheTasks) -> FailureCourse:
+    """Tell how its run and the cured one went: their errors, and what the failure's symptom measures in them."""
+    return await services.courses.of(failure, tasks)

@@ -1,0 +1,48 @@
+"""What followers ask for beside what everybody may look at: these addresses exist behind the link of a class alone."""
+
+from http import HTTPStatus
+
+from fastapi import APIRouter, WebSocket
+
+from pftrack_server.api.dependencies import AFollower, TheFollows
+from pftrack_server.schemas.follows import FollowPublic, ForkCreate, ForkPublic, VotePublic, VoteRequest
+from pftrack_server.schemas.stream import ping
+from pftrack_server.stream.duplex import converse
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/follow", tags=["follows"])
+
+FAREWELL = "The class has ended."
+
+
+@router.get("")
+async def show(guest: AFollower) -> FollowPublic:
+    """Tell a follower what the class follows and is asked, and what is the follower's own."""
+    return guest.follow.view(guest.seat)
+
+
+@router.put("/vote")
+async def vote(guest: AFollower, body: VoteRequest) -> VotePublic:
+    """Answer what the class is asked, in place of an earlier answer."""
+    return guest.follow.vote(guest.seat, body.poll, body.answer)
+
+
+@router.post("/fork", status_code=HTTPStatus.CREATED)
+async def fork(guest: AFollower, body: ForkCreate, follows: TheFollows) -> ForkPublic:
+    """Begin a session of the follower's own where one of the class's stands, or let the follower turn the figure."""
+    return guest.follow.fork_view(await follows.fork(guest, body))
+
+
+@router.delete("/fork", status_code=HTTPStatus.NO_CONTENT)
+async def give_back(guest: AFollower, follows: TheFollows) -> None:
+    """End what the follower tries, so that somebody else can."""
+    follows.give_back(guest)
+
+
+@router.websocket("/stream")
+async def stream(websocket: WebSocket, guest: AFollower) -> None:
+    """Greet a follower, then tell of all that changes."""
+    await websocket.accept()
+    with guest.follow.listen(guest.seat) as listener:
+        await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)

@@ -1,0 +1,120 @@
+"""Follows: a lecturer lets a class follow, asks it questions, and ends it."""
+
+import io
+from http import HTTPStatus
+from typing import Annotated
+
+import segno
+from fastapi import APIRouter, Query, Request, WebSocket
+from starlette.responses import Response
+
+from pftrack_server.api.dependencies import AFollow, TheFollows, TheLessons, TheServices
+from pftrack_server.errors import ConflictError, NotFoundError
+from pftrack_server.follow.guest import guest_of
+from pftrack_server.follow.poll import Poll
+from pftrack_server.schemas.follows import FollowCreate, FollowOwned, FollowUpdate, PollCreate
+from pftrack_server.schemas.lessons import FigurePublic, FigureRequest
+from pftrack_server.schemas.stream import ping
+from pftrack_server.stream.duplex import GONE, converse
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/follows", tags=["follows"])
+
+FAREWELL = "The class has ended."
+
+
+@router.post("", status_code=HTTPStatus.CREATED)
+async def begin_follow(body: FollowCreate, follows: TheFollows, request: Request) -> FollowOwned:
+    """Let a class follow up to four sessions, a lesson, or both."""
+    origin = request.headers.get("origin") or str(request.base_url).rstrip("/")
+    follow = await follows.begin(body, origin)
+    return follow.owned()
+
+
+@router.get("")
+async def list_follows(follows: TheFollows) -> list[FollowOwned]:
+    """List all classes that follow, the newest first."""
+    return [follow.owned() for follow in follows.all]
+
+
+@router.get("/{follow}")
+async def show_follow(follow: AFollow) -> FollowOwned:
+    """Tell everything about a class."""
+    return follow.owned()
+
+
+@router.patch("/{follow}")
+async def change_follow(follow: AFollow, body: FollowUpdate, follows: TheFollows, request: Request) -> FollowOwned:
+    """Change what a class follows, or its limits."""
+    await follows.change(follow, body, guest_of(request.scope))
+    return follow.owned()
+
+
+@router.delete("/{follow}", status_code=HTTPStatus.NO_CONTENT)
+async def end_follow(follow: AFollow, follows: TheFollows) -> None:
+    """Send the class home, and end the sessions of its own."""
+    follows.end(follow)
+
+
+@router.get("/{follow}/qr.svg", response_class=Response, responses={200: {"content": {"image/svg+xml": {}}}})
+async def qr_code(follow: AFollow, link: Annotated[int, Query(ge=0)] = 0) -> Response:
+    """Return a link for followers as a QR code."""
+    links = follow.owned().links
+    if link >= len(links):
+        raise NotFoundError(f"The class has {len(links)} links, counted from 0.")
+    picture = io.BytesIO()
+    segno.make(links[link].address, micro=False, error="m").save(
+        picture, kind="svg", scale=8, xmldecl=False, light="#fff"
+    )
+    return Response(picture.getvalue(), media_type="image/svg+xml", headers={"Cache-Control": "no-store"})
+
+
+@router.post("/{follow}/figure", response_class=Response, responses={200: {"model": FigurePublic}})
+async def show_figure(follow: AFollow, body: FigureRequest, lessons: TheLessons) -> Response:
+    """Return what the lesson that is followed comes to at some parameters, and show it to the class."""
+    if follow.shown.lesson_id is None:
+        raise ConflictError("The class follows no lesson.")
+    lesson = await lessons.get(follow.shown.lesson_id)
+    figure = await lessons.figure(lesson, body)
+    follow.show_figure(lesson.id, figure)
+    return Response(figure, media_type="application/json")
+
+
+@router.put("/{follow}/poll")
+async def ask(follow: AFollow, body: PollCreate) -> FollowOwned:
+    """Ask the class something, in place of what it was asked before."""
+    follow.ask(Poll.ask(body.question, body.answers))
+    return follow.owned()
+
+
+@router.post("/{follow}/poll/reveal")
+async def reveal(follow: AFollow) -> FollowOwned:
+    """Show everybody how many gave which answer; nobody can answer any more."""
+    follow.ask(_asked(follow).reveal())
+    return follow.owned()
+
+
+@router.delete("/{follow}/poll", status_code=HTTPStatus.NO_CONTENT)
+async def forget_poll(follow: AFollow) -> None:
+    """Ask nothing more, and forget what was answered."""
+    follow.ask(None)
+
+
+@router.websocket("/{follow}/stream")
+async def stream(websocket: WebSocket, follow: str, services: TheServices) -> None:
+    """Greet a lecturer's page, then tell it who follows and how many have answered."""
+    await websocket.accept()
+    try:
+        found = services.follows.get(follow)
+    except NotFoundError as error:
+        await websocket.close(GONE, str(error))
+        return
+    with found.listen_as_lecturer() as listener:
+        await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)
+
+
+def _asked(follow: AFollow) -> Poll:
+    if follow.poll is None:
+        raise ConflictError("The class is asked nothing at the moment.")
+    return follow.poll

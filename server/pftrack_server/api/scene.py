@@ -1,0 +1,67 @@
+"""The scene: viser's client and its websocket, at the session's own address and on the server's own port."""
+
+from fastapi import APIRouter, Request, WebSocket
+from starlette.responses import RedirectResponse, Response
+
+from pftrack_server.api.dependencies import ASession, TheServices
+from pftrack_server.errors import NotFoundError
+from pftrack_server.follow.guest import guest_of
+from pftrack_server.stream.duplex import GONE
+
+__all__ = ["router", "warm"]
+
+router = APIRouter(prefix="/viz", include_in_schema=False)
+
+
+def warm() -> None:
+    """Import viser, which takes a second, while the server already answers."""
+    from pftrack_server.viewer import client_page  # noqa: PLC0415
+
+    client_page()
+
+
+@router.get("/client/{name}")
+async def client_file(request: Request, name: str) -> Response:
+    """Return a file of viser's client; its name is made from its content, so it may be kept for good."""
+    from pftrack_server.viewer import client_asset  # noqa: PLC0415 - see `warm`
+
+    file = client_asset(name)
+    if file is None:
+        raise NotFoundError("The client has no such file.")
+    headers = {"Cache-Control": "public, max-age=31536000, immutable", "Vary": "Accept-Encoding"}
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        return Response(file.packed, media_type=file.media_type, headers={**headers, "Content-Encoding": "gzip"})
+    return Response(file.content, media_type=file.media_type, headers=headers)
+
+
+@router.get("/{session}")
+async def without_slash(session: ASession) -> Response:
+    """Lead to the address from which the client finds its websocket."""
+    return RedirectResponse(f"/viz/{session.spec.id}/")
+
+
+@router.get("/{session}/")
+async def page(session: ASession) -> Response:
+    """Return viser's client."""
+    from pftrack_server.viewer import CONTENT_SECURITY_POLICY, client_page  # noqa: PLC0415 - see `warm`
+
+    del session  # it is there, which is all that had to be known
+    headers = {"Content-Security-Policy": CONTENT_SECURITY_POLICY, "Cache-Control": "no-cache"}
+    return Response(client_page(), media_type="text/html; charset=utf-8", headers=headers)
+
+
+@router.websocket("/{session}")
+@router.websocket("/{session}/")
+async def websocket(websocket: WebSocket, session: str, services: TheServices) -> None:
+    """Join a browser to the session's scene."""
+    from pftrack_server.viewer import bridge  # noqa: PLC0415 - see `warm`
+
+    found = services.manager.find(session)
+    if found is None:
+        await websocket.accept()
+        await websocket.close(GONE, "There is no such session; it may have been ended.")
+        return
+    endpoint = await found.open_scene()
+    guest = guest_of(websocket.scope)
+    with found.scene_feed.watch():
+        await bridge(websocket, endpoint, looks_only=guest is not None and session not in guest.reach.steered)

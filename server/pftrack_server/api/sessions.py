@@ -1,0 +1,159 @@
+"""Sessions: start, steer, branch, end."""
+
+import asyncio
+import shutil
+from http import HTTPStatus
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Path, Query
+from starlette.background import BackgroundTask
+from starlette.responses import FileResponse, Response
+
+from pftrack_server.api.dependencies import AManager, ASession, AStore, Begin
+from pftrack_server.errors import NotFoundError
+from pftrack_server.runs.exports import Subject, file_name
+from pftrack_server.schemas.messages import SessionPublic
+from pftrack_server.schemas.sessions import (
+    BookmarkCreate,
+    BranchCreate,
+    Changed,
+    Columns,
+    SessionCreate,
+    TransportUpdate,
+)
+from pftrack_server.schemas.spec import Bookmark
+from pftrack_server.sessions.create import as_spec
+from pftrack_server.store.files import new_name
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/sessions", tags=["sessions"])
+
+Name = Annotated[str, Path(max_length=64)]
+
+
+@router.post("", status_code=HTTPStatus.CREATED)
+async def start_session(body: SessionCreate, begin: Begin, store: AStore) -> SessionPublic:
+    """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
+    session = await begin(await asyncio.to_thread(as_spec, body, store))
+    return session.view()
+
+
+@router.get("")
+async def list_sessions(manager: AManager) -> list[SessionPublic]:
+    """List all sessions, the newest first."""
+    return [session.view() for session in manager.all if session.spec.card]
+
+
+@router.get("/{session}")
+async def show_session(session: ASession) -> SessionPublic:
+    """Tell everything about a session."""
+    return session.view()
+
+
+@router.delete("/{session}", status_code=HTTPStatus.NO_CONTENT)
+async def end_session(session: Name, manager: AManager) -> None:
+    """End a session for good, also one of which what is stored is damaged."""
+    found = manager.find(session)
+    if found is not None:
+        await manager.end(found)
+    elif not await manager.forget(session):
+        manager.get(session)
+
+
+@router.patch("/{session}/parameters")
+async def change_parameters(session: ASession, values: Annotated[dict[str, Any], Body()]) -> Changed:
+    """Change parameters from the next frame on; in the past this makes a branch."""
+    return await session.change(values)
+
+
+@router.post("/{session}/transport")
+async def steer(session: ASession, body: TransportUpdate) -> SessionPublic:
+    """Play, pause, step, go back, seek, set the speed, or restart, with another seed if one is given."""
+    return await session.transport(body.action, body.frame, body.speed, body.seed)
+
+
+@router.post("/{session}/branch", status_code=HTTPStatus.CREATED)
+async def branch(session: ASession, body: BranchCreate, manager: AManager) -> SessionPublic:
+    """Leave the active branch at a frame and go on in a new one."""
+    values = {**body.parameters, **({"tracker": body.tracker} if body.tracker else {})}
+    made = await session.branch(body.frame, values, body.title)
+    await manager.note()
+    return made
+
+
+@router.post("/{session}/branch/{branch}/activate")
+async def activate(session: ASession, branch: Name) -> SessionPublic:
+    """Show another branch."""
+    if branch not in session.spec.branches:
+        raise NotFoundError("The session has no such branch.")
+    return await session.activate(branch)
+
+
+@router.post("/{session}/resume")
+async def resume(session: ASession, manager: AManager) -> SessionPublic:
+    """Give a suspended or crashed session a worker again, where it was."""
+    await manager.resume(session)
+    return session.view()
+
+
+@router.get("/{session}/diagnostics", response_class=Response, responses={200: {"model": Columns}})
+async def diagnostics(session: ASession, branch: str | None = None) -> Response:
+    """Return the diagnostics of all frames of a branch; of the active one if none is named."""
+    name = branch or session.spec.branch
+    if name not in session.spec.branches:
+        raise NotFoundError("The session has no such branch.")
+    return Response(session.state.columns_text(name), media_type="application/json")
+
+
+@router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+async def picture(session: ASession) -> Response:
+    """Return the frame that is shown as a picture."""
+    return Response(await session.picture(), media_type="image/png", headers={"Cache-Control": "no-store"})
+
+
+@router.get(
+    "/{session}/exports/{export}", response_class=FileResponse, responses={200: {"content": {"model/gltf-binary": {}}}}
+)
+async def export(
+    session: ASession, export: Name, store: AStore, plot: Annotated[str | None, Query(max_length=64)] = None
+) -> FileResponse:
+    """Return a file of the active branch or of the frame that is shown, one of those that the session lists."""
+    store.room.check()
+    folder = store.files.new_outgoing()
+    folder.mkdir(mode=0o700)
+    try:
+        offered = await session.export(export, folder / "file", plot)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
+    active = session.spec.active
+    name = file_name(Subject(active.recipe, active.computed, active.position), offered, plot)
+    return FileResponse(
+        folder / "file",
+        media_type=offered.media_type,
+        filename=name,
+        headers={"Cache-Control": "no-store"},
+        background=after,
+    )
+
+
+@router.post("/{session}/bookmarks", status_code=HTTPStatus.CREATED)
+async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | None = None) -> Bookmark:
+    """Remember the frame that is shown."""
+    made = session.bookmark(new_name(), body.note if body else "")
+    try:
+        await manager.keep(positions=False)
+    except Exception:
+        session.state.unbookmark(made.id)
+        raise
+    return made
+
+
+@router.delete("/{session}/bookmarks/{bookmark}", status_code=HTTPStatus.NO_CONTENT)
+async def forget_bookmark(session: ASession, bookmark: Name, manager: AManager) -> None:
+    """Forget a bookmark."""
+    if not session.state.unbookmark(bookmark):
+        raise NotFoundError("The session has no such bookmark.")
+    await manager.note()

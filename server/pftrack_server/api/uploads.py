@@ -1,0 +1,222 @@
+"""Uploads: videos, GIFs, sets of pictures and tables of tracks, taken in only after every frame was decoded once."""
+
+import asyncio
+import json
+import shutil
+from http import HTTPStatus
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Path, Query, Request
+from starlette.responses import Response
+
+from pftrack.experiment import Experiment
+from pftrack.experiments import EXPERIMENTS
+from pftrack.sources.truth import LARGEST_FILE_BYTES
+from pftrack_server.api.dependencies import (
+    AManager,
+    AnUpload,
+    AStore,
+    SettingsNow,
+    TakesFiles,
+    TheServices,
+    TheTasks,
+    Ticket,
+    gone,
+)
+from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
+from pftrack_server.schemas.uploads import SightingPublic, SuitabilityPublic, TruthPublic, UploadPublic
+from pftrack_server.store.files import is_name
+from pftrack_server.store.tables import UploadRow
+from pftrack_server.tasks.functions import Question, find_mark, frame_jpeg
+from pftrack_server.tasks.queue import unless_gone
+from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
+from pftrack_server.uploads.multipart import receive
+from pftrack_server.uploads.truth import forget_truth, keep_truth, kept_truth
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/uploads", tags=["uploads"])
+
+LIGHT_BYTES = 4 * 1024 * 1024
+"""An upload up to this size is looked through in a moment."""
+
+Number = Annotated[int, Query(ge=0, le=10_000_000)]
+
+
+def _experiment(experiment: Annotated[str, Query(max_length=64)]) -> Experiment:
+    found = EXPERIMENTS.get(experiment)
+    if found is None or not found.accepts_video:
+        able = ", ".join(each.id for each in EXPERIMENTS.values() if each.accepts_video)
+        raise RefusedError(f"Experiment must be one that takes a video: {able}.", field="experiment", value=experiment)
+    return found
+
+
+ForExperiment = Annotated[Experiment, Depends(_experiment)]
+
+
+def _hint(
+    hint: Annotated[
+        str | None, Query(max_length=10_000, description="A mark of one of the experiment's hints, as JSON")
+    ] = None,
+) -> dict[str, Any] | None:
+    return None if hint is None else _read("hint", hint)
+
+
+def _mark(
+    mark: Annotated[str, Query(max_length=10_000, description="A mark of one of the experiment's kinds, as JSON")],
+) -> dict[str, Any]:
+    return _read("mark", mark)
+
+
+def _read(field: str, text: str) -> dict[str, Any]:
+    """Read a mark that a query holds."""
+    try:
+        raw = json.loads(text)
+    except (ValueError, RecursionError):
+        raw = None
+    if not isinstance(raw, dict):
+        raise RefusedError(f"{field.capitalize()} must be a mark as a JSON object.", field=field, value=text)
+    return raw
+
+
+MULTIPART = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "required": ["file"],
+                    "properties": {"file": {"type": "array", "items": {"type": "string", "format": "binary"}}},
+                }
+            }
+        },
+    }
+}
+
+
+@router.post("", status_code=HTTPStatus.CREATED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def add_upload(
+    request: Request,
+    store: AStore,
+    settings: SettingsNow,
+    services: TheServices,
+    tasks: TheTasks,
+    ticket: Ticket = None,
+) -> UploadPublic:
+    """Take in a video, an animated GIF, several pictures that make a sequence, or a table of tracks."""
+    announced = request.headers.get("content-length", "")
+    wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdigit() else 0
+    await asyncio.to_thread(check_room, store, settings, wanted_bytes)
+    folder = store.files.new_incoming()
+    received = await receive(
+        request, folder, store.room, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
+    )
+    queue = services.queues.light if received.size_bytes <= LIGHT_BYTES else services.queues.heavy
+
+    async def looked_through() -> UploadRow:
+        async with queue.place(ticket):
+            return await take_in(store, settings, tasks, folder, received, services.stopping.is_set)
+
+    try:
+        row = await unless_gone(looked_through(), lambda: gone(request))
+    finally:
+        await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
+    return UploadPublic.model_validate(row)
+
+
+@router.get("")
+def list_uploads(store: AStore) -> list[UploadPublic]:
+    """List all uploads, the newest first."""
+    return [UploadPublic.model_validate(row) for row in store.uploads()]
+
+
+@router.get("/{upload}")
+def show_upload(upload: AnUpload) -> UploadPublic:
+    """Tell what was found in an upload."""
+    return UploadPublic.model_validate(upload)
+
+
+@router.delete("/{upload}", status_code=HTTPStatus.NO_CONTENT)
+async def remove_upload(upload: Annotated[str, Path(max_length=64)], store: AStore, manager: AManager) -> None:
+    """Delete an upload that no session needs, also one whose entry in the database is damaged."""
+    if manager.uses(upload):
+        raise ConflictError("A session runs on this upload; end the session first.")
+    if not is_name(upload) or not await asyncio.to_thread(store.remove_upload, upload):
+        raise NotFoundError("There is no such upload; it may have been deleted.")
+
+
+@router.get("/{upload}/frames/{frame}.jpg", response_class=Response, responses={200: {"content": {"image/jpeg": {}}}})
+async def show_frame(
+    upload: AnUpload,
+    frame: Annotated[int, Path(ge=0, le=10_000_000)],
+    store: AStore,
+    settings: SettingsNow,
+    tasks: TheTasks,
+) -> Response:
+    """Return a frame of an upload, decoded in a confined process."""
+    path = store.files.preview(upload.id, frame)
+    if path.exists():
+        picture = await asyncio.to_thread(path.read_bytes)
+    else:
+        where = str(store.files.upload(upload.id))
+        index = await index_of(store, settings, tasks, upload.id)
+        picture = await tasks.run(frame_jpeg, where, index, frame, limits_of(settings))
+        await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
+    return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"})
+
+
+@router.get("/{upload}/mark")
+async def find_target(
+    upload: AnUpload,
+    experiment: ForExperiment,
+    frame: Number,
+    store: AStore,
+    settings: SettingsNow,
+    tasks: TheTasks,
+    hint: Annotated[dict[str, Any] | None, Depends(_hint)],
+    last: Number | None = None,
+    looked: Number = 0,
+) -> SightingPublic:
+    """Look for an experiment's target from a frame on, or by a hint there; ask again with `looked` to go on looking."""
+    experiment.check_footage(upload.kind)
+    question = Question(experiment.id, frame, last, looked, hint)
+    where = str(store.files.upload(upload.id))
+    index = await index_of(store, settings, tasks, upload.id)
+    return SightingPublic(**await tasks.run(find_mark, where, index, question, limits_of(settings)))
+
+
+@router.get("/{upload}/suitability")
+async def weigh(
+    upload: AnUpload,
+    experiment: ForExperiment,
+    frame: Number,
+    mark: Annotated[dict[str, Any], Depends(_mark)],
+    services: TheServices,
+    tasks: TheTasks,
+) -> SuitabilityPublic:
+    """Tell whether the trackers of an experiment can follow a target, before it is tracked."""
+    experiment.check_footage(upload.kind)
+    return await services.suitabilities.of(tasks, upload.id, experiment, frame, mark)
+
+
+@router.put("/{upload}/truth", openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def give_truth(
+    request: Request, upload: AnUpload, experiment: ForExperiment, store: AStore, tasks: TheTasks
+) -> TruthPublic:
+    """Take in a table of what is truly so in an upload; sessions that begin from then on are measured by it."""
+    folder = store.files.new_incoming()
+    received = await receive(request, folder, store.room, most_bytes=LARGEST_FILE_BYTES, most_files=1)
+    return await keep_truth(store, tasks, upload, experiment, folder, received)
+
+
+@router.get("/{upload}/truth")
+def show_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> TruthPublic | None:
+    """Tell in short what truth was given for an upload, of the kind that goes with an experiment; null if none was."""
+    return kept_truth(store, upload.id, experiment)
+
+
+@router.delete("/{upload}/truth", status_code=HTTPStatus.NO_CONTENT)
+def remove_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> None:
+    """Forget the truth that was given for an upload."""
+    forget_truth(store, upload.id, experiment)

@@ -1,0 +1,83 @@
+"""My work: sessions, saved runs, sweeps and uploads in one list, found by words."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from datetime import tzinfo
+from typing import Annotated, TypeVar
+from zoneinfo import ZoneInfo
+
+from fastapi import APIRouter, Query
+
+from pftrack_server.api.dependencies import AManager, AStore, ASweeps
+from pftrack_server.api.runs import shown
+from pftrack_server.schemas.messages import SessionPublic
+from pftrack_server.schemas.uploads import UploadPublic
+from pftrack_server.schemas.work import Kind, WorkCounts, WorkPublic
+from pftrack_server.search import Words, dated, named
+from pftrack_server.store.tables import RunRow, UploadRow
+from pftrack_server.sweeps.views import SweepPublic
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/work", tags=["work"])
+
+Thing = TypeVar("Thing", SessionPublic, RunRow, SweepPublic, UploadRow)
+MOST = 500
+UTC = ZoneInfo("UTC")
+
+
+@router.get("")
+async def find_work(
+    manager: AManager,
+    sweeps: ASweeps,
+    store: AStore,
+    q: Annotated[str, Query(max_length=200, description="Words that all have to occur: title, tracker, date ...")] = "",
+    show: Annotated[Kind | None, Query(description="List things of this kind alone; the others are counted.")] = None,
+    limit: Annotated[int, Query(ge=1, le=MOST, description="List so many of each kind.")] = 20,
+    zone: Annotated[ZoneInfo, Query(description="The time zone in which dates are looked for.")] = UTC,
+) -> WorkPublic:
+    """Find sessions, saved runs, sweeps and uploads by words, the newest first."""
+    words = Words(q)
+    started = [session.view() for session in manager.all if session.spec.card]
+    planned = [sweep.view() for sweep in sweeps.all]
+    runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
+    these = _having(words, zone, started, _of_session)
+    saved = _having(words, zone, runs, _of_run)
+    swept = _having(words, zone, planned, _of_sweep)
+    sent = _having(words, zone, uploads, _of_upload)
+
+    def most(kind: Kind) -> int:
+        return limit if show in {None, kind} else 0
+
+    return WorkPublic(
+        sessions=these[: most("sessions")],
+        runs=[shown(row) for row in saved[: most("runs")]],
+        sweeps=swept[: most("sweeps")],
+        uploads=[UploadPublic.model_validate(row) for row in sent[: most("uploads")]],
+        found=WorkCounts(sessions=len(these), runs=len(saved), sweeps=len(swept), uploads=len(sent)),
+        total=WorkCounts(sessions=len(started), runs=len(runs), sweeps=len(planned), uploads=len(uploads)),
+    )
+
+
+def _having(
+    words: Words, zone: tzinfo, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]
+) -> list[Thing]:
+    return [thing for thing in things if words.are_in(*texts(thing), dated(thing.created, zone))]
+
+
+def _of_session(session: SessionPublic) -> tuple[object, ...]:
+    kept = named(session.recipe.experiment, [session.tracker])
+    return session.title, kept, f"seed {session.recipe.seed}", session.state
+
+
+def _of_run(row: RunRow) -> tuple[object, ...]:
+    return row.title, named(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}"
+
+
+def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:
+    methods = named(sweep.experiment, [tracker.id for tracker in sweep.trackers])
+    return sweep.title, methods, sweep.outcome, sweep.state
+
+
+def _of_upload(row: UploadRow) -> tuple[object, ...]:
+    return row.name, row.kind

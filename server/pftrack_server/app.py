@@ -1,0 +1,70 @@
+"""The app: everything put together by one factory, so that tests can make as many as they like."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+import pftrack
+from pftrack.experiments import EXPERIMENTS
+from pftrack_server import api_docs, pages
+from pftrack_server.api import health, router, scene
+from pftrack_server.errors import ErrorBody
+from pftrack_server.follow.door import Door
+from pftrack_server.middleware.body_limit import BodyLimit
+from pftrack_server.middleware.errors import install
+from pftrack_server.middleware.metrics import Metrics, Stopwatch
+from pftrack_server.middleware.security import Guard
+from pftrack_server.services import Services
+from pftrack_server.settings import Settings
+
+__all__ = ["create_app"]
+
+DESCRIPTION = "Particle-filter tracking sessions. Every error has the shape {error: {message, field?, bound?, value?}}."
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """Return the app of a server.
+
+    Args:
+        settings: Its configuration; by default what the environment says.
+    """
+    settings = settings or Settings()
+    metrics = Metrics()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        # Imported now rather than in somebody's first request.
+        await asyncio.to_thread(dict, EXPERIMENTS)
+        services = await Services.open(settings, metrics)
+        app.state.services = services
+        warming = asyncio.create_task(asyncio.to_thread(scene.warm))
+        try:
+            yield
+        finally:
+            await services.close()
+            await asyncio.gather(warming, return_exceptions=True)
+
+    app = FastAPI(
+        title="pftrack",
+        version=pftrack.__version__,
+        description=DESCRIPTION,
+        lifespan=lifespan,
+        # Swagger's page comes from elsewhere, which the policy of our pages forbids; ours works without a network.
+        docs_url=None,
+        redoc_url=None,
+        responses={"4XX": {"model": ErrorBody}, "5XX": {"model": ErrorBody}},
+    )
+    install(app)
+    app.include_router(router)
+    app.include_router(health.router)
+    app.include_router(scene.router)
+    app.include_router(api_docs.router)
+    pages.install(app)
+    # The last one added is the first to see a request.
+    app.add_middleware(Door)
+    app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)
+    app.add_middleware(Guard, settings=settings)
+    app.add_middleware(Stopwatch, metrics=metrics)
+    return app

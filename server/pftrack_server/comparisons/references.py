@@ -1,0 +1,101 @@
+"""References: names of runs that are here, a saved one's, a session's branch or a run of a sweep.
+
+| reference | is |
+|---|---|
+| `run` | a saved run |
+| `session:branch` | what a branch of a session is made of, as it is now |
+| `sweep:run` | a run of a sweep |
+| either with `:tracker` | the same by another tracker, from frame 0 on |
+"""
+
+import asyncio
+from typing import NamedTuple
+
+from pftrack_server.errors import NotFoundError, RefusedError
+from pftrack_server.experiments import asked_for
+from pftrack_server.runs.service import reopen
+from pftrack_server.schemas.comparisons import ComparedRun
+from pftrack_server.schemas.sessions import SessionCreate
+from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.sessions.create import as_spec, new_spec
+from pftrack_server.sessions.manager import Manager
+from pftrack_server.store import Store
+from pftrack_server.sweeps.manager import Sweeps
+from pftrack_server.sweeps.opening import opened
+from pftrack_server.tasks.child_tasks import ChildTasks
+
+__all__ = ["House", "Named", "found"]
+
+
+class House(NamedTuple):
+    """Where runs can be."""
+
+    store: Store
+    manager: Manager
+    sweeps: Sweeps
+    tasks: ChildTasks
+
+
+class Named(NamedTuple):
+    """What makes a run, and what people call it, where it has a name."""
+
+    spec: SessionSpec
+    title: str | None
+
+
+async def found(run: ComparedRun, house: House) -> Named:
+    """Return what makes a run that somebody wants to compare.
+
+    Raises:
+        NotFoundError: There is no such run.
+        ConflictError: The recording of a saved run is not here, or a run of a sweep could not be computed.
+        RefusedError: The reference is none, or names a tracker that there is not.
+        ParameterError: The experiment of a recipe is unknown.
+    """
+    if run.recipe is not None:
+        body = SessionCreate(recipe=run.recipe, upload=run.upload)
+        return Named(await asyncio.to_thread(as_spec, body, house.store), None)
+    reference = run.reference or ""
+    match reference.split(":"):
+        case [name]:
+            return await _saved(name, house)
+        case [name, place, *tracker] if len(tracker) <= 1:
+            if place.isdecimal():
+                return await _of_sweep(name, int(place), *tracker, house=house)
+            return _of_session(name, place, *tracker, house=house)
+    raise RefusedError(
+        f"A run to compare is named as run, session:branch or sweep:run, got {reference[:64]!r}.",
+        field="reference",
+        value=reference,
+    )
+
+
+async def _saved(name: str, house: House) -> Named:
+    row = await asyncio.to_thread(house.store.run, name)
+    if row is None:
+        raise NotFoundError(f"There is no saved run {name[:32]!r} any more; it was deleted, or is on another server.")
+    return Named(await reopen(house.store, house.tasks, row), row.title)
+
+
+def _of_session(name: str, place: str, tracker: str | None = None, *, house: House) -> Named:
+    session = house.manager.find(name)
+    branch = session.spec.branches.get(place) if session else None
+    if session is None or branch is None:
+        raise NotFoundError(f"There is no branch {place[:32]!r} of a session {name[:32]!r} any more; it was ended.")
+    recipe, title = branch.recipe, f"{session.card.title}, {branch.title}"
+    if tracker is not None:
+        trackers = asked_for(recipe.experiment).trackers
+        if tracker not in trackers:
+            known = ", ".join(trackers)
+            raise RefusedError(
+                f"{session.card.title} has the trackers {known}, not {tracker[:32]!r}.", field="reference"
+            )
+        recipe = recipe.model_copy(update={"tracker": tracker})
+    recipe = recipe.with_footage(truth=session.spec.truth)
+    return Named(new_spec(recipe, upload=session.spec.upload), None if tracker else title)
+
+
+async def _of_sweep(name: str, run: int, tracker: str | None = None, *, house: House) -> Named:
+    sweep = house.sweeps.get(name)
+    spec = await asyncio.to_thread(opened, sweep.id, sweep.plan, sweep.results, run, tracker)
+    return Named(spec, f"{sweep.view().title}, run {run}")

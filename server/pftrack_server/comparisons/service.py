@@ -1,0 +1,106 @@
+"""Comparisons under way: outlined before they begin, so that what cannot be compared is refused at once."""
+
+import dataclasses
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any, TypeAlias
+
+from pftrack.comparison import MOST_RUNS
+from pftrack.model.recipe import Recipe
+from pftrack_server.comparisons.references import House, Named, found
+from pftrack_server.errors import RefusedError
+from pftrack_server.schemas.comparisons import (
+    ComparedPublic,
+    ComparedRun,
+    ComparisonOutline,
+    ComparisonResult,
+    RunComparisonPublic,
+    SettingPublic,
+)
+from pftrack_server.settings import Settings
+from pftrack_server.tasks.comparing import compare_runs, outline_comparison
+from pftrack_server.tasks.jobs import Job, Jobs, failure_of
+from pftrack_server.worker.protocol import WorkerConfig
+
+__all__ = ["Comparing", "Comparisons", "shown"]
+
+Comparing: TypeAlias = Job[ComparisonOutline, ComparisonResult]
+
+
+class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
+    """All comparisons of a server."""
+
+    def __init__(self, settings: Settings, house: House, wait_for: Callable[[str], Awaitable[None]]) -> None:
+        """Begin with none.
+
+        Args:
+            settings: What the server allows.
+            house: Where runs can be.
+            wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
+        """
+        super().__init__("comparison")
+        self._settings = settings
+        self._house = house
+        self._wait_for = wait_for
+
+    async def compare(self, runs: Sequence[ComparedRun]) -> Comparing:
+        """Begin to compare runs, once it is known that they can be compared.
+
+        Raises:
+            RefusedError: They are too few or too many, one is not as it should be, or they have nothing in common.
+            NotFoundError: One is not here.
+            ConflictError: The recording of one is not here.
+            UnavailableError: Their experiment is still being compiled, or too much is under way.
+        """
+        if not 2 <= len(runs) <= MOST_RUNS:
+            raise RefusedError(f"Expected two to four runs to compare, got {len(runs)}.", field="runs", value=len(runs))
+        self.check_room()
+        named = [await found(run, self._house) for run in runs]
+        for experiment in dict.fromkeys(each.spec.recipe.experiment for each in named):
+            await self._wait_for(experiment)
+        configs = [self._config(each) for each in named]
+        outlined = await self._house.tasks.run(outline_comparison, configs)
+
+        async def computed(on_step: Callable[[int, int], None]) -> ComparisonResult:
+            seconds = self._settings.worker_cpu_seconds
+            told = await self._house.tasks.run_long(compare_runs, configs, cpu_seconds=seconds, on_step=on_step)
+            return ComparisonResult.model_validate(told)
+
+        return self.begin(_outline(named, outlined), computed)
+
+    def _config(self, named: Named) -> WorkerConfig:
+        return dataclasses.replace(self._house.manager.config(named.spec), states=None)
+
+
+def shown(job: Comparing) -> RunComparisonPublic:
+    """Return a comparison as everybody outside sees it."""
+    known = {**dict(job.about), "id": job.id, "done": job.done, "total": job.total}
+    if not job.task.done():
+        return RunComparisonPublic(**known, state="computing", result=None, message=None)
+    message = failure_of(job)
+    if message is None:
+        return RunComparisonPublic(**known, state="done", result=job.task.result(), message=None)
+    return RunComparisonPublic(**known, state="failed", result=None, message=message)
+
+
+def _outline(named: Sequence[Named], told: dict[str, Any]) -> ComparisonOutline:
+    described = zip(named, told["names"], told["colours"], told["firsts"], strict=True)
+    return ComparisonOutline(
+        unit=told["unit"],
+        frames=told["frames"],
+        runs=[_compared(*each, frames=told["frames"]) for each in described],
+        settings=[SettingPublic.model_validate(each) for each in told["settings"]],
+    )
+
+
+def _compared(named: Named, name: str, colour: str, first: int, *, frames: int) -> ComparedPublic:
+    # The truth belongs to the upload, from which whoever makes the run takes it.
+    recipe: Recipe = named.spec.recipe.with_footage(truth=None)
+    return ComparedPublic(
+        name=name,
+        title=named.title,
+        colour=colour,
+        first=first,
+        recipe=recipe,
+        shown=recipe.model_copy(update={"frames": first + frames}),
+        upload=named.spec.upload,
+    )

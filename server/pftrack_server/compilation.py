@@ -1,0 +1,93 @@
+"""Compiling while the server runs already: what is ready, how far the rest is, and who has to wait.
+
+On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that
+while pages are served; a session of an experiment that is not ready is refused with a sentence that says how long it
+will take.
+"""
+
+import asyncio
+import time
+from typing import Self
+
+import structlog
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.warming import Progress, Warming, cache_folder, ready
+from pftrack_server.errors import UnavailableError
+
+__all__ = ["Compilation"]
+
+log = structlog.get_logger(__name__)
+
+PATIENCE_S = 10.0
+"""So long whoever starts a session waits: an experiment that only has to be looked at is ready by then."""
+
+LOOK_EVERY_S = 0.1
+LOG_EVERY_S = 10.0
+
+
+class Compilation:
+    """What of the experiments is compiled."""
+
+    def __init__(self, names: frozenset[str], known: frozenset[str]) -> None:
+        """Begin to compile what is missing.
+
+        Args:
+            names: All experiments.
+            known: Those that are compiled.
+        """
+        self._known = known
+        self._logged = 0.0
+        self._seen: frozenset[str] = frozenset()
+        self._progress = Progress(finished=names <= known)
+        self._warming = None if self._progress.finished else Warming(sorted(names - known), told=self._take)
+
+    @classmethod
+    def open(cls) -> Self:
+        """Look at what is compiled; the experiments must be imported."""
+        names = frozenset(EXPERIMENTS)
+        # Where nothing can be kept, the process that makes the workers compiles for all of them.
+        return cls(names, ready(names) if cache_folder() else names)
+
+    def close(self) -> None:
+        """End the processes that compile; what they have compiled stays."""
+        if self._warming is not None:
+            self._warming.stop()
+
+    @property
+    def progress(self) -> Progress:
+        """How far it is."""
+        return self._warming.progress if self._warming is not None else self._progress
+
+    @property
+    def ready(self) -> frozenset[str]:
+        """The experiments of which sessions can be started; one that does not run says itself what is wrong."""
+        progress = self.progress
+        return self._known | progress.ready | progress.failed.keys()
+
+    async def wait_for(self, name: str) -> None:
+        """Wait a moment for an experiment to be ready, in no thread: a class that waits would hold all of them.
+
+        Raises:
+            UnavailableError: It takes longer.
+        """
+        until = time.monotonic() + PATIENCE_S
+        while name not in self.ready:
+            if time.monotonic() > until:
+                told = self.progress.sentence
+                raise UnavailableError(f"This experiment is not ready yet: {told}. Try again when it is.")
+            await asyncio.sleep(LOOK_EVERY_S)
+
+    def _take(self, progress: Progress) -> None:
+        """Log what is new."""
+        now = time.monotonic()
+        fresh = progress.ready - self._seen
+        if fresh or progress.finished or now - self._logged >= LOG_EVERY_S:
+            self._logged, self._seen = now, progress.ready
+            log.info(
+                progress.sentence,
+                ready=sorted(progress.ready | self._known),
+                compiled=len(progress.seconds),
+                seconds=round(progress.elapsed_s),
+                **({"failed": dict(progress.failed)} if progress.failed else {}),
+            )

@@ -1,0 +1,164 @@
+"""Connections: one that says nothing, or takes nothing, does not keep others out.
+
+Whoever connects has some seconds to send the head of a request, which has a longest length, and whoever was answered
+has some to send the next. When the process has nearly as many connections as it may have files, those that have been
+silent for longest make room. A browser that takes nothing of what it asked for is given up. Bodies have a limit of
+their own in `pftrack_server.middleware.body_limit`.
+"""
+
+import asyncio
+import resource
+import time
+from typing import Any
+
+import uvicorn
+from starlette.types import ASGIApp
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+__all__ = ["Connection", "WebSocketConnection", "configuration", "most_connections"]
+
+HEAD_S = 20.0
+"""Time for the head of a request."""
+LARGEST_HEAD = 64 * 1024
+TAKING_S = 120.0
+"""Time in which something of what was sent must be taken; the system takes it from this process in large pieces."""
+FILES_SHARE = 0.5
+"""Share of the process's files that browsers may have; the others belong to workers, uploads and the database."""
+LARGEST_MESSAGE = 64 * 1024
+
+
+class _Taken(asyncio.Protocol):
+    """A connection that ends when its other side takes nothing of what was sent."""
+
+    transport: asyncio.Transport
+    loop: asyncio.AbstractEventLoop
+    _untaken_bytes = 0
+    _next_look: asyncio.TimerHandle | None = None
+
+    def pause_writing(self) -> None:
+        """Look from now on whether anything is taken."""
+        super().pause_writing()
+        self._look_later()
+
+    def resume_writing(self) -> None:
+        """Look no longer."""
+        self._look_no_longer()
+        super().resume_writing()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Look no longer."""
+        self._look_no_longer()
+        super().connection_lost(exc)
+
+    def _look(self) -> None:
+        if self.transport.get_write_buffer_size() < self._untaken_bytes:
+            self._look_later()
+        else:
+            self.transport.abort()
+
+    def _look_later(self) -> None:
+        self._untaken_bytes = self.transport.get_write_buffer_size()
+        self._next_look = self.loop.call_later(TAKING_S, self._look)
+
+    def _look_no_longer(self) -> None:
+        if self._next_look is not None:
+            self._next_look.cancel()
+            self._next_look = None
+
+
+class WebSocketConnection(_Taken, WebSocketsSansIOProtocol):
+    """A websocket of uvicorn's that ends when nothing is taken."""
+
+
+class Connection(_Taken, HttpToolsProtocol):
+    """A connection of uvicorn's that ends when no request comes, or nothing of the answer is taken."""
+
+    silent_since: float | None = None
+    """When it began to wait for a request; None while there is one."""
+    _deadline: asyncio.TimerHandle | None = None
+    _head_bytes: int | None = None
+    """Length of the head so far; None while none is coming."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn's own
+        """Begin to wait, in the place of one that has waited longer if there are too many."""
+        super().connection_made(transport)
+        self._wait()
+        if len(self.connections) > most_connections():
+            silent = [each for each in self.connections if isinstance(each, Connection) and each.silent_since]
+            if silent:
+                min(silent, key=lambda each: each.silent_since or 0.0).transport.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait no longer."""
+        self._heard()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Give up a head that is too long."""
+        super().data_received(data)
+        if self._head_bytes is not None:
+            self._head_bytes += len(data)
+            if self._head_bytes > LARGEST_HEAD:
+                self.transport.abort()
+
+    def on_message_begin(self) -> None:
+        """Give the rest of the head its time."""
+        super().on_message_begin()
+        self._head_bytes = 0
+        self._wait()
+
+    def on_headers_complete(self) -> None:
+        """Wait no longer: there is a request."""
+        super().on_headers_complete()
+        self._head_bytes = None
+        self._heard()
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request: uvicorn's own deadline ends with any byte, as of a body that nobody reads."""
+        has_next = bool(self.pipeline)
+        super().on_response_complete()
+        if not has_next:
+            self._wait()
+
+    def _wait(self) -> None:
+        self._heard()
+        self.silent_since = time.monotonic()
+        self._deadline = self.loop.call_later(HEAD_S, self._give_up)
+
+    def _heard(self) -> None:
+        self.silent_since = None
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+    def _give_up(self) -> None:
+        self.transport.abort()
+
+
+def most_connections() -> int:
+    """Return how many connections the process may have, by its limit of open files."""
+    files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return max(int(FILES_SHARE * files), 16)
+
+
+def configuration(app: ASGIApp, **more: Any) -> uvicorn.Config:  # noqa: ANN401 - uvicorn's own options
+    """Return how uvicorn serves the app.
+
+    Args:
+        app: What is served.
+        **more: Further options of `uvicorn.Config`.
+    """
+    return uvicorn.Config(
+        app,
+        http=Connection,
+        ws=WebSocketConnection,
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        ws_max_size=LARGEST_MESSAGE,
+        # Particles hardly shrink, and deflating them takes ten times as long as sending them.
+        ws_per_message_deflate=False,
+        **more,
+    )

@@ -1,0 +1,20 @@
+"""Experiments as clients name them."""
+
+from pftrack.experiment import Experiment
+from pftrack.experiments import find
+from pftrack_server.errors import RefusedError
+
+__all__ = ["asked_for"]
+
+
+def asked_for(name: str) -> Experiment:
+    """Return the experiment that a client names.
+
+    Raises:
+        RefusedError: There is none of that name that can be used; the sentence lists those that there are.
+    """
+    try:
+        return find(name)
+    except LookupError as error:
+        said = str(error.args[0])
+        raise RefusedError(f"{said[:1].upper()}{said[1:].rstrip('.')}.", field="experiment", value=name) from None

@@ -1,0 +1,162 @@
+"""The door: the one place where those who come by the link of a class are checked, each request and each websocket.
+
+All their addresses begin with `/f/` and the link; no other address knows them, so nobody is a follower by accident, and
+a lecturer who opens the link in the same browser stays a lecturer elsewhere. The door reads the link, looks whether its
+class lasts and whether its role may ask for what stands behind it (`roles`), takes the beginning off, and lets the app
+see the usual address. A socket ends when its class ends, or when what it shows is not followed any more.
+"""
+
+import contextlib
+import html
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import quote
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from pftrack_server import errors
+from pftrack_server.errors import ApiError, ForbiddenError
+from pftrack_server.follow.follows import Follows
+from pftrack_server.follow.guest import PREFIX, Guest
+from pftrack_server.follow.places import LECTURER
+from pftrack_server.follow.roles import Standing, is_allowed
+from pftrack_server.frontend import FRONTEND
+from pftrack_server.stream.duplex import GONE
+
+__all__ = ["CROWDED", "FORBIDDEN", "Door"]
+
+COOKIE = "pftrack_seat"
+PAGE = "/follow"
+"""Where the app has the followers' page."""
+FORBIDDEN, CROWDED = 4403, 4429
+CODES = {HTTPStatus.NOT_FOUND: GONE, HTTPStatus.GONE: GONE, HTTPStatus.TOO_MANY_REQUESTS: CROWDED}
+"""With which a socket is closed where a request is answered with this status."""
+ELSEWHERE = "The class does not follow this any more."
+REFUSAL = FRONTEND / "follow" / "refused.html"
+"""It needs no other file, since none is given to somebody without a link that holds."""
+
+
+class UnknownError(ApiError):
+    """Nobody knows who this is."""
+
+    status = HTTPStatus.UNAUTHORIZED
+
+
+class Door:
+    """ASGI middleware that lets followers and lecturers in by the link of a class, and everybody else pass."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Check one request or websocket that comes by a link."""
+        if scope["type"] not in {"http", "websocket"} or not scope["path"].startswith(f"{PREFIX}/"):
+            await self._app(scope, receive, send)
+            return
+        try:
+            guest, inner = self._let_in(scope)
+            if inner["path"] == "/":
+                await RedirectResponse(_start(guest))(scope, receive, send)
+            elif scope["type"] == "websocket":
+                await self._serve_socket(guest, inner, receive, send)
+            else:
+                await self._app(inner, receive, _seated(guest, inner, send))
+        except ApiError as error:
+            await _refuse(scope, receive, send, error)
+
+    def _let_in(self, scope: Scope) -> tuple[Guest, Scope]:
+        """Return who comes, and the request as the app is to see it.
+
+        Raises:
+            ApiError: The link or what is asked for is refused.
+        """
+        follows: Follows = scope["app"].state.services.follows
+        link, _, rest = scope["path"].removeprefix(f"{PREFIX}/").partition("/")
+        claim, follow = follows.claimed(link)
+        path = f"/{rest}"
+        if path == "/" and claim.role == "follower" and link == claim.link:
+            path = PAGE
+        seat = LECTURER if claim.role == "owner" else follows.links.seat(claim.follow, _kept(scope))
+        role: Standing = claim.role if seat is not None else "stranger"
+        guest = Guest(follow, claim, seat if seat is not None else follows.links.new_seat(claim.follow), role)
+        method = "WS" if scope["type"] == "websocket" else scope["method"]
+        if path != "/" and not is_allowed(role, guest.reach, method, path):
+            if role == "stranger":
+                raise UnknownError("Open the link of the class first; its page lets this browser in.")
+            raise ForbiddenError("Who follows may look, answer and try a copy; this is for the lecturer.")
+        follow.forks.touch(guest.seat, path)
+        inner = {**scope, "path": path, "raw_path": quote(path).encode()}
+        guest.put_into(inner)
+        return guest, inner
+
+    async def _serve_socket(self, guest: Guest, scope: Scope, receive: Receive, send: Send) -> None:
+        scope["app"].state.services.follows.check_room()
+        with guest.follow.places.take(guest.seat, scope["path"]) as hold:
+            try:
+                async with hold:
+                    await self._app(scope, receive, send)
+            except TimeoutError:
+                if not hold.expired():
+                    raise
+                # It may have closed just before by itself.
+                with contextlib.suppress(RuntimeError, OSError):
+                    await send(_closing(GONE, guest.follow.ended or ELSEWHERE))
+
+
+def _start(guest: Guest) -> str:
+    """Return where somebody begins: the followers' page, or what the lecturer shows."""
+    shown = guest.follow.shown
+    if guest.claim.role == "follower":
+        return guest.prefix
+    session = next(iter(shown.sessions), None)
+    return f"{guest.prefix}/session/{session}" if session else f"{guest.prefix}/learn/{shown.lesson_id}"
+
+
+def _seated(guest: Guest, scope: Scope, send: Send) -> Send:
+    """Give a browser that comes for the first time a seat, together with the page."""
+    if guest.role != "stranger" or scope["path"] != PAGE:
+        return send
+    carrier = Response()
+    carrier.set_cookie(
+        COOKIE, guest.seat, path=guest.prefix, httponly=True, samesite="lax", secure=scope["scheme"] == "https"
+    )
+
+    async def send_with_cookie(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).append("set-cookie", carrier.headers["set-cookie"])
+        await send(message)
+
+    return send_with_cookie
+
+
+def _kept(scope: Scope) -> str:
+    """Return what a browser keeps of its seat, or nothing."""
+    try:
+        cookies = SimpleCookie(Headers(scope=scope).get("cookie", ""))
+    except CookieError:
+        return ""
+    return cookies[COOKIE].value if COOKIE in cookies else ""
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -> None:
+    if scope["type"] == "websocket":
+        # A browser is told code and reason only of a socket that was accepted.
+        await receive()
+        with contextlib.suppress(OSError):
+            await send({"type": "websocket.accept"})
+            await send(_closing(CODES.get(HTTPStatus(error.status), FORBIDDEN), str(error)))
+        return
+    is_page = scope["method"] == "GET" and "text/html" in Headers(scope=scope).get("accept", "")
+    answer = (
+        HTMLResponse(REFUSAL.read_text(encoding="utf-8").replace("{message}", html.escape(str(error))), error.status)
+        if is_page
+        else errors.response(error.status, error.detail)
+    )
+    answer.headers["Cache-Control"] = "no-store"
+    await answer(scope, receive, send)
+
+
+def _closing(code: int, reason: str) -> Message:
+    return {"type": "websocket.close", "code": code, "reason": reason}

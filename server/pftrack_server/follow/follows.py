@@ -1,0 +1,270 @@
+"""Follows: all classes of a server. They live in its memory alone: when one ends, nothing is left of it."""
+
+import asyncio
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+
+from pftrack_server.connections import most_connections
+from pftrack_server.errors import ConflictError, CrowdedError, EndedError, ForbiddenError, NotFoundError, RefusedError
+from pftrack_server.follow.addresses import addresses
+from pftrack_server.follow.follow import Follow, Shown
+from pftrack_server.follow.forks import Fork
+from pftrack_server.follow.guest import Guest
+from pftrack_server.follow.links import Claim, Links
+from pftrack_server.lessons.service import Lessons
+from pftrack_server.schemas.follows import FollowCreate, FollowUpdate, ForkCreate
+from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.sessions.create import new_spec
+from pftrack_server.sessions.manager import Manager
+from pftrack_server.settings import Settings
+
+__all__ = ["Follows"]
+
+MOST = 50
+"""Classes at one time."""
+SOCKETS_SHARE = 0.8
+"""Share of the server's connections that followers may have; the others are the lecturer's."""
+ROUND_S = 2.0
+ENDED = "The lecturer has ended this class."
+EXPIRED = "The time of this class is over."
+STOPPED = "The server was stopped; ask the lecturer for a new link."
+GONE = "This class is over."
+FORGED = "This link is not one of this server's; look for a typing mistake, or ask for the link again."
+
+
+class Follows:
+    """All classes of a server.
+
+    Attributes:
+        links: How they are reached.
+    """
+
+    def __init__(self, settings: Settings, manager: Manager, lessons: Lessons) -> None:
+        self.links = Links()
+        self._settings, self._manager, self._lessons = settings, manager, lessons
+        self._follows: dict[str, Follow] = {}
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._endings: set[asyncio.Task[None]] = set()
+        self._rounds = asyncio.create_task(self._go_round())
+
+    async def close(self) -> None:
+        """End all of them."""
+        self._rounds.cancel()
+        for follow in self.all:
+            self.end(follow, STOPPED)
+        await asyncio.gather(self._rounds, *self._endings, return_exceptions=True)
+
+    @property
+    def all(self) -> list[Follow]:
+        """All of them, the newest first."""
+        return list(reversed(self._follows.values()))
+
+    def get(self, name: str) -> Follow:
+        """Return one.
+
+        Raises:
+            NotFoundError: There is none.
+        """
+        found = self._follows.get(name)
+        if found is None:
+            raise NotFoundError("There is no such class; it may have ended.")
+        return found
+
+    def check_room(self) -> None:
+        """Refuse one more socket where followers hold as many as may be left to them.
+
+        Raises:
+            CrowdedError: They do.
+        """
+        if sum(follow.places.sockets for follow in self._follows.values()) >= SOCKETS_SHARE * most_connections():
+            raise CrowdedError("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
+
+    def claimed(self, link: str) -> tuple[Claim, Follow]:
+        """Return what a link says, and the class that it leads to.
+
+        Raises:
+            EndedError: The class is over.
+            NotFoundError: This server has not signed the link.
+        """
+        claim = self.links.read(link)
+        if claim is None:
+            raise NotFoundError(FORGED)
+        follow = self._follows.get(claim.follow)
+        if follow is None:
+            raise EndedError(GONE)
+        return claim, follow
+
+    async def begin(self, wanted: FollowCreate, origin: str) -> Follow:
+        """Let a class follow.
+
+        Args:
+            wanted: What, and within which limits.
+            origin: Where the lecturer's browser reaches the server.
+
+        Raises:
+            ConflictError: There are too many already.
+            NotFoundError: There is no such session or lesson.
+            RefusedError: There are fewer places for sessions than followers may have.
+        """
+        if len(self._follows) >= MOST:
+            raise ConflictError(f"{MOST} classes follow already; end one first.")
+        self._check_forks(wanted.most_forks)
+        lesson = await self._lesson(wanted.lesson)
+        shown = Shown(wanted.title, self._titles(wanted.sessions), lesson, wanted.arrangement)
+        name = next(name for name in iter(self.links.new_name, None) if name not in self._follows)
+        expires = datetime.now(UTC) + timedelta(hours=wanted.hours)
+        places = addresses(origin, self._settings)
+        follow = Follow(name, shown, wanted, expires, self.links, places, self._title_of)
+        self._follows[name] = follow
+        self._expire(follow, wanted.hours)
+        return follow
+
+    async def change(self, follow: Follow, wanted: FollowUpdate, guest: Guest | None = None) -> None:
+        """Change what a class follows, or its limits.
+
+        Args:
+            follow: The class.
+            wanted: What changes.
+            guest: Who changes it, if somebody who has rights over this class alone.
+
+        Raises:
+            EndedError: The class ended meanwhile.
+            ForbiddenError: The guest has no rights over a session.
+            NotFoundError: There is no such session or lesson.
+            RefusedError: There are fewer places for sessions than followers may have.
+        """
+        lesson = await self._lesson(wanted.lesson)
+        if follow.ended is not None:
+            raise EndedError(follow.ended)
+        if guest is not None and not guest.reach.steered.issuperset(wanted.sessions or ()):
+            raise ForbiddenError("This link gives rights over what the class follows already, and no other session.")
+        before = follow.shown
+        shown = Shown(
+            wanted.title or before.named,
+            before.sessions if wanted.sessions is None else self._titles(wanted.sessions),
+            lesson if "lesson" in wanted.model_fields_set else before.lesson,
+            before.arrangement if wanted.arrangement is None else wanted.arrangement,
+        )
+        if not shown.sessions and shown.lesson is None:
+            raise RefusedError("A class follows a session or a lesson; end it if it shall follow nothing.")
+        if wanted.most_forks is not None:
+            self._check_forks(wanted.most_forks)
+            follow.forks.most = wanted.most_forks
+        if wanted.most_followers is not None:
+            follow.places.most = wanted.most_followers
+        if wanted.is_open is not None:
+            follow.places.is_open = wanted.is_open
+        if wanted.hours is not None:
+            follow.expires = datetime.now(UTC) + timedelta(hours=wanted.hours)
+            self._expire(follow, wanted.hours)
+        follow.show(shown)
+
+    def end(self, follow: Follow, sentence: str = ENDED) -> None:
+        """Send everybody away, and end the sessions of followers' own."""
+        if self._follows.pop(follow.name, None) is None:
+            return
+        self._timers.pop(follow.name).cancel()
+        follow.end(sentence)
+        for name in follow.forks.sessions:
+            self._end_session(name)
+
+    async def fork(self, guest: Guest, wanted: ForkCreate) -> Fork:
+        """Begin a session of a follower's own where one of the class's stands, or let the follower turn the figure.
+
+        Raises:
+            ConflictError: The follower has one, or has ended it meanwhile.
+            EndedError: The class ended meanwhile.
+            ForbiddenError: The follower has no place.
+            NotFoundError: The class follows no such session, or no lesson.
+            RefusedError: The frame has not been computed.
+            UnavailableError: All places are taken.
+        """
+        follow, seat = guest.follow, guest.seat
+        follow.check_there(seat)
+        if wanted.session is None:
+            if follow.shown.lesson_id is None:
+                raise NotFoundError("The class follows no lesson; name one of its sessions.")
+            with follow.forks.room(seat) as fork:
+                fork.lesson = follow.shown.lesson_id
+            return fork
+        if wanted.session not in follow.shown.sessions:
+            raise NotFoundError("The class does not follow such a session any more.")
+        spec = _forked(self._manager.get(wanted.session).spec, wanted.frame)
+        spec.follow = follow.name
+        with follow.forks.room(seat) as fork:
+            await self._manager.create(spec)
+            if follow.ended is not None or follow.forks.of(seat) is not fork:
+                self._end_session(spec.id)
+                raise EndedError(follow.ended) if follow.ended else ConflictError("You have ended it meanwhile.")
+            fork.session = spec.id
+        return fork
+
+    def give_back(self, guest: Guest) -> None:
+        """End what a follower has."""
+        fork = guest.follow.forks.give_back(guest.seat)
+        if fork is not None and fork.session:
+            self._end_session(fork.session)
+
+    # ------------------------------------------------------------ within
+
+    def _titles(self, sessions: Sequence[str]) -> dict[str, str]:
+        return {name: self._manager.get(name).card.title for name in sessions}
+
+    async def _lesson(self, wanted: str | None) -> tuple[str, str] | None:
+        """Return id and title of a lesson."""
+        if wanted is None:
+            return None
+        found = await self._lessons.get(wanted)
+        return found.id, found.title
+
+    def _check_forks(self, most: int) -> None:
+        limit = self._settings.max_sessions
+        if most > limit:
+            bound = f"at most {limit}, the server's places for sessions"
+            raise RefusedError(f"most_forks must be {bound}, got {most}", field="most_forks", bound=bound, value=most)
+
+    def _title_of(self, session: str) -> str | None:
+        found = self._manager.find(session)
+        return found.card.title if found else None
+
+    def _expire(self, follow: Follow, hours: float) -> None:
+        if earlier := self._timers.get(follow.name):
+            earlier.cancel()
+        self._timers[follow.name] = asyncio.get_running_loop().call_later(3600 * hours, self.end, follow, EXPIRED)
+
+    async def _go_round(self) -> None:
+        """End sessions of followers' own that nobody visits any more, and tell of those that are gone."""
+        while True:
+            await asyncio.sleep(ROUND_S)
+            for follow in self.all:
+                for name in follow.forks.left(self._is_visited):
+                    self._end_session(name)
+                follow.tell()
+
+    def _is_visited(self, session: str) -> bool:
+        found = self._manager.find(session)
+        return found is not None and found.visitors > 0
+
+    def _end_session(self, name: str) -> None:
+        found = self._manager.find(name)
+        if found is not None:
+            task = asyncio.ensure_future(self._manager.end(found))
+            self._endings.add(task)
+            task.add_done_callback(self._endings.discard)
+
+
+def _forked(source: SessionSpec, wanted: int | None) -> SessionSpec:
+    """Return the spec of a session that begins where another one stands, or stood.
+
+    Raises:
+        RefusedError: The frame has not been computed.
+    """
+    active = source.active
+    frame = active.position if wanted is None else wanted
+    if frame > active.computed:
+        bound = f"a frame that has been computed, 0 to {active.computed}"
+        raise RefusedError(f"frame must be {bound}, got {frame}", field="frame", bound=bound, value=frame)
+    # What was changed later is not the past of this one.
+    timeline = tuple(change for change in active.recipe.timeline if change.frame <= frame)
+    recipe = active.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
+    return new_spec(recipe, upload=source.upload, position=frame)

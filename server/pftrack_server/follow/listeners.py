@@ -1,0 +1,49 @@
+"""Listeners: lecturer and followers hear what is in force, each at its own pace.
+
+Nothing is queued: whoever is ready for news is told the newest of each kind, and nothing of what came and went before.
+Each text is encoded once for all.
+"""
+
+from collections.abc import AsyncIterator, Callable
+
+from pftrack_server.schemas.stream import Pong, encode
+from pftrack_server.stream.listeners import Listener
+
+__all__ = ["NewestListener"]
+
+
+class NewestListener(Listener):
+    """One page.
+
+    Args:
+        greeting: Encodes the first message.
+        news: Returns the newest text of each kind, by kind; the same object until there is another.
+    """
+
+    def __init__(self, greeting: Callable[[], str], news: Callable[[], dict[str, str]]) -> None:
+        super().__init__()
+        self._greeting = greeting
+        self._news = news
+        self._pong: float | None = None
+
+    def answer(self, sent: float) -> None:
+        """Answer a ping with its own time."""
+        self._pong = sent
+        self.news.set()
+
+    async def __aiter__(self) -> AsyncIterator[str]:
+        """Yield messages as they come, the greeting first."""
+        told = {"follow": self._news().get("follow", "")}
+        yield self._greeting()
+        while True:
+            await self.news.wait()
+            self.news.clear()
+            if self._pong is not None:
+                sent, self._pong = self._pong, None
+                yield encode(Pong(sent=sent))
+            for kind, text in self._news().items():
+                if told.get(kind) != text:
+                    told[kind] = text
+                    yield text
+            if self.closed:
+                return

@@ -1,0 +1,151 @@
+"""What is computed of lessons, in processes beside the web process.
+
+A worker of lessons draws and judges; a child task, which may take its time, computes checks and whole runs.
+"""
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pftrack.lessons import Demonstration, Lesson, Number, Verdict, judge
+from pftrack.lessons.judging import read_answer
+from pftrack.lessons.lesson import Check, Given
+from pftrack.lessons.running import numbers_of_run
+from pftrack.model.parameters import Value, flat, nearest, revise
+from pftrack.model.recipe import Recipe
+from pftrack.runs.record import make
+from pftrack_server.lessons.library import lesson_of
+from pftrack_server.tasks.functions import Steps
+
+__all__ = ["check", "draw", "judge_demonstration", "judge_scenario", "run"]
+
+NICENESS = 10
+"""Of what may take a minute: figures and sessions, which somebody waits for, go first."""
+
+
+def draw(
+    folder: Path, wanted: str, values: Mapping[str, object], seed: int | None, revealed: bool, near: bool
+) -> bytes:
+    """Return the JSON of what a demonstration comes to, as `FigurePublic` has it.
+
+    Args:
+        folder: Of lecturers' lessons.
+        wanted: Id of the lesson.
+        values: Of its parameters; others have their defaults, or those at which the question is asked.
+        seed: Of the random numbers; None for the lesson's own.
+        revealed: Whether what answers the question is shown.
+        near: Whether a number out of bounds becomes the nearest that is allowed.
+
+    Raises:
+        ParameterError: A value is refused.
+    """
+    lesson = lesson_of(folder, wanted)
+    body = _demonstration(lesson)
+    start = body.parameters if revealed else _asked(lesson)
+    parameters = revise(start, nearest(type(start), values) if near else dict(values))
+    seed = body.seed if seed is None else seed
+    shown = body.show(parameters, seed)
+    figure = shown.figure if revealed else shown.figure.veiled()
+    told = {
+        "figure": figure.model_dump(mode="json"),
+        "numbers": [_told(number) for number in shown.numbers if revealed or not number.reveals],
+        "parameters": flat(parameters),
+        "seed": seed,
+    }
+    return json.dumps(told, allow_nan=False).encode()
+
+
+def judge_demonstration(folder: Path, wanted: str, given: Given) -> Verdict:
+    """Judge the answer to a demonstration's question.
+
+    Raises:
+        ParameterError: It is no answer to it.
+    """
+    lesson = lesson_of(folder, wanted)
+    read_answer(lesson.question, given)
+    return judge(lesson.question, lesson.question.answer(_asked(lesson), _demonstration(lesson).seed), given)
+
+
+def judge_scenario(folder: Path, wanted: str, given: Given, columns: Mapping[str, list[Any]]) -> Verdict:
+    """Judge the answer to a scenario's question by the columns of its run.
+
+    Raises:
+        ParameterError: It is no answer to it.
+    """
+    question = lesson_of(folder, wanted).question
+    return judge(question, question.answer({name: np.asarray(column) for name, column in columns.items()}), given)
+
+
+def run(recipe: Recipe) -> Steps:
+    """Compute a run to its end, and return the columns of its numbers; a step is a frame.
+
+    Raises:
+        RecordError: There is no such experiment, or a value is refused.
+    """
+    os.nice(NICENESS)
+    made = make(recipe)
+    for step in made.seeking(made.frames - 1):
+        yield step.diagnostics.frame + 1, made.frames
+    return {name: column.tolist() for name, column in numbers_of_run(made).items()}
+
+
+def check(folder: Path, wanted: str) -> Steps:
+    """Compute the checks of a lesson; a step is a check.
+
+    One that cannot be computed has a problem in place of numbers, and the others are computed all the same.
+    """
+    os.nice(NICENESS)
+    checks = lesson_of(folder, wanted).checks
+    results: list[dict[str, Any]] = []
+    for done, each in enumerate(checks):
+        yield done, len(checks)
+        results.append(_checked(each))
+    return {"results": results}
+
+
+def _demonstration(lesson: Lesson) -> Demonstration:
+    if not isinstance(lesson.body, Demonstration):
+        raise TypeError(f"the lesson {lesson.id} is a scenario, which has no figure")
+    return lesson.body
+
+
+def _asked(lesson: Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of parameters
+    """Return the parameters at which a demonstration's question is asked."""
+    return revise(_demonstration(lesson).parameters, dict(lesson.question.at or {}))
+
+
+def _checked(each: Check) -> dict[str, Any]:
+    told: dict[str, Any] = {"check": each.name, "title": each.title, "passed": False}
+    told |= dict.fromkeys(("ours", "exact", "tolerance"))
+    try:
+        outcome = each.run()
+    except Exception as error:  # noqa: BLE001 - told in its place
+        return {**told, "problem": f"This could not be computed: {error}."}
+    if outcome.words:
+        return {**told, "problem": f"This could not be computed: {outcome.words}."}
+    numbers = {name: _finite(getattr(outcome, name)) for name in ("ours", "exact", "tolerance")}
+    return {**told, **numbers, "passed": outcome.passed}
+
+
+def _told(number: Number) -> dict[str, Value | None]:
+    within = None
+    if number.exact is not None and number.tolerance is not None:
+        within = abs(number.value - number.exact) <= number.tolerance
+    return {
+        "title": number.title,
+        "value": _finite(number.value),
+        "exact": _finite(number.exact),
+        "tolerance": _finite(number.tolerance),
+        "unit": number.unit,
+        "digits": number.digits,
+        "within": within,
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None

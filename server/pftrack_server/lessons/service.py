@@ -1,0 +1,127 @@
+"""The lessons of a server: what there is, what it shows, what is said of an answer, and what its checks came to."""
+
+import asyncio
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from pftrack.experiments import find as find_experiment
+from pftrack.lessons import Lesson, Verdict
+from pftrack.lessons.judging import read_answer
+from pftrack.lessons.lecturers import Library, read_lessons
+from pftrack.lessons.lesson import Demonstration, Given, Scenario
+from pftrack.lessons.notebook import lesson_notebook
+from pftrack.lessons.running import asked
+from pftrack_server.errors import NotFoundError, RefusedError
+from pftrack_server.lessons import functions
+from pftrack_server.lessons.computed import Computed, Job
+from pftrack_server.lessons.library import lesson_of
+from pftrack_server.lessons.pool import Pool
+from pftrack_server.schemas.lessons import ComputingPublic, FigureRequest
+from pftrack_server.tasks.child_tasks import ChildTasks
+
+__all__ = ["Lessons", "missing"]
+
+RUN_S = 1.5
+"""So long whoever answers waits for a run; then the answer says how far it is."""
+
+
+class Lessons:
+    """The lessons of a server.
+
+    Args:
+        folder: Of lecturers' files.
+        kept: Where results of checks and runs are kept.
+        tasks: Where these are computed.
+    """
+
+    def __init__(self, folder: Path, kept: Path, tasks: ChildTasks) -> None:
+        self._folder = folder
+        self._pool = Pool()
+        self._computed = Computed(kept, tasks)
+
+    async def open(self) -> None:
+        """Look at what was kept."""
+        await asyncio.to_thread(self._computed.open)
+
+    async def close(self) -> None:
+        """End all that is computed."""
+        await asyncio.gather(self._pool.close(), self._computed.close())
+
+    async def all(self) -> Library:
+        """Read all lessons, and what is wrong with those that cannot be read."""
+        return await asyncio.to_thread(read_lessons, self._folder)
+
+    async def get(self, wanted: str) -> Lesson:
+        """Return a lesson by its id or number.
+
+        Raises:
+            NotFoundError: There is none; the sentence lists those that there are.
+        """
+        try:
+            return await asyncio.to_thread(lesson_of, self._folder, wanted)
+        except LookupError as error:
+            said = str(error.args[0])
+            raise NotFoundError(f"{said[:1].upper()}{said[1:].rstrip('.')}.") from None
+
+    async def figure(self, lesson: Lesson, asked_for: FigureRequest) -> bytes:
+        """Return the JSON of what a demonstration comes to.
+
+        Raises:
+            RefusedError: The lesson has no figure.
+            ParameterError: A value is refused.
+        """
+        if not isinstance(lesson.body, Demonstration):
+            raise RefusedError("This lesson shows a run; it has no figure.", field="lesson", value=lesson.id)
+        told = asked_for.parameters, asked_for.seed, asked_for.revealed, asked_for.nearest
+        drawn: bytes = await self._pool.call(functions.draw, self._folder, lesson.id, *told)
+        return drawn
+
+    async def notebook(self, lesson: Lesson) -> bytes:
+        """Return a lesson as a Jupyter notebook, with its defaults.
+
+        Raises:
+            RefusedError: Its experiment is not here.
+        """
+        if isinstance(lesson.body, Scenario) and (problem := missing(lesson.body)):
+            raise RefusedError(problem)
+        return await asyncio.to_thread(lesson_notebook, lesson)
+
+    async def judge(self, lesson: Lesson, given: Given) -> Verdict | ComputingPublic:
+        """Judge an answer, or tell how far the run is that it is judged by.
+
+        Raises:
+            ParameterError: It is no answer to the question.
+            RefusedError: The run cannot be computed.
+        """
+        given = read_answer(lesson.question, given)
+        if isinstance(lesson.body, Demonstration):
+            verdict: Verdict = await self._pool.call(functions.judge_demonstration, self._folder, lesson.id, given)
+            return verdict
+        if problem := missing(lesson.body):
+            raise RefusedError(problem)
+        recipe = asked(lesson)
+        job = await self._computed.get(json.dumps(["run", recipe.as_dict()]), functions.run, recipe)
+        if job.task is not None:
+            await asyncio.wait({job.task}, timeout=RUN_S)
+        if job.problem:
+            raise RefusedError(job.problem)
+        if job.result is None:
+            return ComputingPublic(done=job.done, total=job.total)
+        by_run: Verdict = await self._pool.call(functions.judge_scenario, self._folder, lesson.id, given, job.result)
+        return by_run
+
+    async def checks(self, lesson: Lesson) -> Job:
+        """Return what the checks of a lesson came to, or how far they are."""
+        about: Mapping[str, object] = {"lesson": lesson.id, "origin": lesson.origin, "source": lesson.source}
+        return await self._computed.get(json.dumps(about), functions.check, self._folder, lesson.id)
+
+
+def missing(scenario: Scenario) -> str | None:
+    """Return why a scenario cannot be run here, one sentence; None if it can."""
+    name = scenario.recipe.experiment
+    try:
+        find_experiment(name)
+    except LookupError:
+        return f"The experiment {name!r} is not here: it may come from a package that is not installed."
+    return None

@@ -1,0 +1,137 @@
+"""Exports: runs that are written as files of other kinds by a child, and fetched from here once they are there.
+
+A file lies in a folder of its own for as long as its job can be asked for, and goes with it. Sessions do not wait: the
+child computes the run from its recipe.
+"""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from pftrack.exports.formats import RunExport, check_plot, exports_of
+from pftrack.model.export import export_named
+from pftrack.model.recipe import Footage, Recipe
+from pftrack_server.errors import NotFoundError
+from pftrack_server.experiments import asked_for
+from pftrack_server.runs.service import footage_here
+from pftrack_server.schemas.messages import ExportPublic
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.exports import Order, write_export
+from pftrack_server.tasks.jobs import Job, Jobs
+from pftrack_server.uploads.intake import limits_of
+
+__all__ = ["Exporting", "Exports", "Subject", "file_name"]
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """A run that can be exported.
+
+    Attributes:
+        recipe: What makes it.
+        computed: The last frame that belongs to it.
+        position: The frame at which it stands.
+    """
+
+    recipe: Recipe
+    computed: int
+    position: int
+
+
+@dataclass(frozen=True, slots=True)
+class Ordered:
+    """A file that was asked for.
+
+    Attributes:
+        kind: What it is.
+        name: What it is called where it is taken to.
+        folder: Where it lies, alone.
+    """
+
+    kind: RunExport
+    name: str
+    folder: Path
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.folder / "file"
+
+
+Exporting: TypeAlias = Job[Ordered, Path]
+"""A file that is being written."""
+
+
+class Exports(Jobs[Ordered, Path]):
+    """All exports of a server."""
+
+    def __init__(self, settings: Settings, store: Store, tasks: ChildTasks) -> None:
+        super().__init__("export")
+        self._settings = settings
+        self._store = store
+        self._tasks = tasks
+
+    def write(self, subject: Subject, name: str, plot: str | None) -> Exporting:
+        """Begin to write a file of a run.
+
+        Raises:
+            NotFoundError: There is no such export.
+            ExportError: There is no such plot.
+            NoRoomError: The disk has no room.
+            UnavailableError: There are as many under way as there may be.
+        """
+        experiment = asked_for(subject.recipe.experiment)
+        try:
+            kind = export_named(exports_of(experiment), name)
+        except LookupError as error:
+            raise NotFoundError(f"{str(error.args[0]).capitalize()}.") from None
+        check_plot(experiment, kind, plot)
+        self.check_room()
+        self._store.room.check()
+        folder = self._store.files.new_outgoing()
+        folder.mkdir(mode=0o700)
+        ordered = Ordered(kind, file_name(subject, kind, plot), folder)
+        order = Order(
+            subject.recipe.model_dump(mode="json"),
+            subject.computed,
+            subject.position,
+            kind.name,
+            plot,
+            str(ordered.path),
+        )
+
+        async def work(on_step: Callable[[int, int], None]) -> Path:
+            try:
+                await self._written(order, subject.recipe.footage, on_step)
+            except BaseException:
+                shutil.rmtree(folder, ignore_errors=True)
+                raise
+            return ordered.path
+
+        return self.begin(ordered, work)
+
+    async def _written(self, order: Order, footage: Footage | None, on_step: Callable[[int, int], None]) -> None:
+        video = await footage_here(self._store, self._settings, self._tasks, footage)
+        await self._tasks.run_long(
+            write_export,
+            order,
+            video,
+            limits_of(self._settings),
+            cpu_seconds=self._settings.worker_cpu_seconds,
+            file_bytes=self._settings.max_export_bytes,
+            on_step=on_step,
+        )
+
+    def dropped(self, job: Exporting) -> None:
+        """Remove the file of a job that nobody can ask for any more."""
+        shutil.rmtree(job.about.folder, ignore_errors=True)
+
+
+def file_name(subject: Subject, kind: RunExport | ExportPublic, plot: str | None) -> str:
+    """Return what a file is called: by the experiment and the last frame in it, or the one that it shows."""
+    frame = subject.position if kind.group == "model" else subject.computed
+    return f"{'-'.join(filter(None, (subject.recipe.experiment, str(frame), plot)))}.{kind.suffix}"

@@ -1,0 +1,224 @@
+"""Follows: how a lecturer begins one, sets its limits and asks the class, and what lecturer and followers are told."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic_core import to_json
+
+from pftrack_server.schemas.body import FrameNumber, Name, RequestBody
+from pftrack_server.schemas.stream import Message
+
+__all__ = [
+    "FigureShown",
+    "FollowCreate",
+    "FollowHello",
+    "FollowNews",
+    "FollowOwned",
+    "FollowPublic",
+    "FollowUpdate",
+    "FollowedPublic",
+    "ForkCreate",
+    "ForkPublic",
+    "LinkPublic",
+    "MinePublic",
+    "OwnedHello",
+    "OwnedNews",
+    "PollCreate",
+    "PollPublic",
+    "VotePublic",
+    "VoteRequest",
+]
+
+LARGEST_ARRANGEMENT = 16 * 1024
+
+
+def _once(names: list[str]) -> list[str]:
+    if len(set(names)) < len(names):
+        raise ValueError("Input should be names that differ from each other")
+    return names
+
+
+def _small(arrangement: dict[str, Any]) -> dict[str, Any]:
+    try:
+        length = len(to_json(arrangement))
+    except (ValueError, RecursionError):
+        raise ValueError("Input should be what JSON in UTF-8 can hold, not too deep") from None
+    if length > LARGEST_ARRANGEMENT:
+        raise ValueError(f"Input should be at most {LARGEST_ARRANGEMENT} bytes of JSON")
+    return arrangement
+
+
+Followed = Annotated[list[Name], Field(max_length=4), AfterValidator(_once)]
+Title = Annotated[str, Field(min_length=1, max_length=200)]
+Arrangement = Annotated[dict[str, Any], AfterValidator(_small)]
+MostFollowers = Annotated[int, Field(ge=1, le=1000)]
+MostForks = Annotated[int, Field(ge=0, le=1000)]
+Hours = Annotated[float, Field(gt=0, le=24, allow_inf_nan=False)]
+
+
+class FollowCreate(RequestBody):
+    """What a class is to follow, and its limits."""
+
+    sessions: Followed = Field([], description="One session, or up to four that are compared")
+    lesson: Name | None = None
+    title: Title | None = Field(None, description="That of the lesson or the first session, if left out")
+    arrangement: Arrangement = Field(
+        {}, description="How the lecturer's page arranges them; passed on to the followers' pages"
+    )
+    most_followers: MostFollowers = 200
+    most_forks: MostForks = Field(4, description="Followers who try something of their own at one time")
+    hours: Hours = Field(3.0, description="After which it ends by itself")
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if not self.sessions and self.lesson is None:
+            raise ValueError("Input should name a session or a lesson to follow")
+        return self
+
+
+class FollowUpdate(RequestBody):
+    """What changes; what is left out stays."""
+
+    sessions: Followed | None = None
+    lesson: Name | None = None
+    title: Title | None = None
+    arrangement: Arrangement | None = None
+    most_followers: MostFollowers | None = None
+    most_forks: MostForks | None = None
+    is_open: bool | None = Field(None, description="Whether somebody new may come in")
+    hours: Hours | None = Field(None, description="From now on")
+
+
+class PollCreate(RequestBody):
+    """A question to the class."""
+
+    question: Annotated[str, Field(min_length=1, max_length=300)]
+    answers: Annotated[list[Annotated[str, Field(min_length=1, max_length=100)]], Field(min_length=2, max_length=8)]
+
+
+class VoteRequest(RequestBody):
+    """A follower's answer, by its place in the list."""
+
+    poll: Name
+    answer: Annotated[int, Field(ge=0, le=7)]
+
+
+class ForkCreate(RequestBody):
+    """A follower wants a session that begins as one of the class's stands, or to turn the lesson's figure."""
+
+    session: Name | None = Field(None, description="One of the class's; the lesson if left out")
+    frame: FrameNumber | None = Field(None, description="The frame that is shown, if left out")
+
+
+class FollowedPublic(BaseModel):
+    """A session that is followed."""
+
+    id: str
+    title: str
+
+
+class LinkPublic(BaseModel):
+    """An address of the link for followers."""
+
+    address: str
+    everybody: bool = Field(description="Whether other machines can reach it")
+
+
+class PollPublic(BaseModel):
+    """A question to the class, and what was answered."""
+
+    id: str
+    question: str
+    answers: list[str]
+    votes: int | None = Field(description="How many have answered; null for followers until it is revealed")
+    counts: list[int] | None = Field(description="Of each answer; null until it is revealed")
+    revealed: bool
+
+
+class VotePublic(BaseModel):
+    """A follower's own answer."""
+
+    poll: str
+    answer: int
+
+
+class ForkPublic(BaseModel):
+    """What a follower has: a session, or the lesson."""
+
+    id: str | None = Field(description="Of the session; null for the lesson")
+    title: str
+    page: str
+
+
+class MinePublic(BaseModel):
+    """What one follower alone is told."""
+
+    fork: ForkPublic | None
+    vote: VotePublic | None
+
+
+class _Follow(BaseModel):
+    title: str
+    sessions: list[FollowedPublic]
+    lesson: str | None
+    arrangement: dict[str, Any]
+    most_forks: int
+    forks: int
+    is_open: bool
+    expires: str
+    poll: PollPublic | None
+
+
+class FollowPublic(_Follow):
+    """What a class follows, as followers see it; `mine` is null in what all are told."""
+
+    mine: MinePublic | None = None
+
+
+class FollowOwned(_Follow):
+    """What a class follows, as the lecturer sees it."""
+
+    id: str
+    links: list[LinkPublic] = Field(description="For followers, the best first")
+    owner_link: str = Field(
+        description="For another device of the lecturer's; it gives the same rights over this alone"
+    )
+    notice: str | None = Field(description="What keeps others from following, a sentence")
+    followers: int
+    most_followers: int
+
+
+class FollowHello(Message):
+    """The first message to a follower."""
+
+    type: Literal["hello"] = "hello"
+    follow: FollowPublic
+
+
+class FollowNews(Message):
+    """Something has changed for all followers."""
+
+    type: Literal["follow"] = "follow"
+    follow: FollowPublic
+
+
+class FigureShown(Message):
+    """The lecturer's lesson shows another figure."""
+
+    type: Literal["figure"] = "figure"
+    lesson: str
+    figure: dict[str, Any] = Field(description="As the lecturer's page got it")
+
+
+class OwnedHello(Message):
+    """The first message to a lecturer."""
+
+    type: Literal["hello"] = "hello"
+    follow: FollowOwned
+
+
+class OwnedNews(Message):
+    """Something has changed for the lecturer."""
+
+    type: Literal["follow"] = "follow"
+    follow: FollowOwned

@@ -1,0 +1,76 @@
+"""Sessions: how one begins, what it can be asked to do, and what it answers."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, Field, model_validator
+
+from pftrack.model.parameters import Value
+from pftrack.model.recipe import Recipe, Seed
+from pftrack.runs import migrate
+from pftrack_server.schemas.body import FrameNumber, RequestBody, Values
+
+__all__ = ["BookmarkCreate", "BranchCreate", "Changed", "Columns", "SessionCreate", "TransportUpdate"]
+
+SLOWEST = 0.1
+Title = Annotated[str, Field(max_length=200)]
+
+
+def _speed(value: float) -> float:
+    if value != 0 and value < SLOWEST:
+        raise ValueError("Input should be 0 (as fast as possible) or between 0.1 and 10")
+    return value
+
+
+class SessionCreate(RequestBody):
+    """A new session; the form in links of earlier versions is understood as well."""
+
+    recipe: Recipe
+    upload: str | None = Field(
+        None, max_length=64, description="Name of the upload that the recipe's footage is; its hash does as well"
+    )
+    position: FrameNumber = 0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _earlier(cls, raw: Any) -> Any:  # noqa: ANN401 - whatever was sent
+        return migrate.request(raw) if isinstance(raw, dict) and "recipe" not in raw else raw
+
+
+class TransportUpdate(RequestBody):
+    """A command of the transport."""
+
+    action: Literal["play", "pause", "step", "back", "seek", "before_loss", "speed", "restart"]
+    frame: FrameNumber | None = None
+    speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
+    seed: Seed | None = Field(None, description="With restart: the seed to start again with")
+
+
+class BranchCreate(RequestBody):
+    """A new branch: the frame at which it leaves the active one, and its changes."""
+
+    frame: FrameNumber
+    tracker: str | None = Field(None, max_length=64)
+    parameters: Values = Field({})
+    title: Title | None = None
+
+
+class BookmarkCreate(RequestBody):
+    """A bookmark on the frame that is shown."""
+
+    note: str = Field("", max_length=500)
+
+
+class Changed(BaseModel):
+    """The values in force after a change, and the frame from which they count."""
+
+    parameters: dict[str, Value]
+    tracker: str
+    frame: int
+    branch: str
+
+
+class Columns(BaseModel):
+    """The diagnostics of a branch, a list a column."""
+
+    branch: str
+    columns: dict[str, list[Any]]

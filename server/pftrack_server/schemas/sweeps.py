@@ -1,0 +1,57 @@
+"""Sweeps: what one is to compute, and how one of its runs is opened."""
+
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from pftrack.model.recipe import Seed
+from pftrack_server.schemas.body import Name, RequestBody
+
+__all__ = ["EstimateRequest", "OpenRequest", "SweepAxis", "SweepCreate"]
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Title = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class SweepAxis(RequestBody):
+    """A parameter that is varied: from `start` to `stop` by `step`, both ends included, or over a list of values."""
+
+    name: Name
+    start: Number | None = None
+    stop: Number | None = None
+    step: Number | None = None
+    values: list[Any] | None = Field(None, max_length=10_000)
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        given = [self.start, self.stop, self.step]
+        if (self.values is None) == all(value is None for value in given) or (
+            self.values is None and any(value is None for value in given)
+        ):
+            raise ValueError("an axis has either start, stop and step, or a list of values")
+        return self
+
+
+class SweepCreate(RequestBody):
+    """A new sweep: an experiment over a grid of conditions."""
+
+    experiment: Name
+    title: Title | None = Field(None, description="Name on the screen; made up from the plan if it is not given.")
+    axes: list[SweepAxis] = Field(max_length=8, description="What is varied; the axes multiply.")
+    trackers: list[Name] = Field([], max_length=64, description="Methods; all of them meet the same seeds.")
+    trials: Annotated[int, Field(ge=1, le=1_000_000)] = 10
+    frames: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(None, description="Length of a run.")
+    seed: Seed = 0
+    parameters: dict[Name, Any] = Field({}, description="Parameters that differ from the defaults in every run.")
+
+
+class EstimateRequest(SweepCreate):
+    """A sweep of which somebody wants to know the size before it starts."""
+
+    measure: bool = Field(True, description="Whether to measure the time on a few runs, which takes some seconds.")
+
+
+class OpenRequest(RequestBody):
+    """With which method to open a run; with its own if none is named."""
+
+    tracker: Name | None = None

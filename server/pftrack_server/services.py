@@ -1,0 +1,104 @@
+"""Services: what the handlers work with, made when the app starts and closed when it stops."""
+
+import asyncio
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Self
+
+from pftrack_server.comparisons.references import House
+from pftrack_server.comparisons.service import Comparisons
+from pftrack_server.compilation import Compilation
+from pftrack_server.failures import Courses
+from pftrack_server.follow.follows import Follows
+from pftrack_server.lessons.service import Lessons
+from pftrack_server.middleware.metrics import Metrics
+from pftrack_server.runs.exports import Exports
+from pftrack_server.runs.imports import Imports
+from pftrack_server.sessions.manager import Manager
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.sweeps.manager import Sweeps
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.queue import Queues
+from pftrack_server.uploads.suitability import Suitabilities
+from pftrack_server.worker import forkserver
+
+__all__ = ["Services"]
+
+THREADS = 32
+
+
+@dataclass(frozen=True)
+class Services:
+    """The services that handlers use."""
+
+    settings: Settings
+    store: Store
+    manager: Manager
+    sweeps: Sweeps
+    tasks: ChildTasks
+    imports: Imports
+    exports: Exports
+    comparisons: Comparisons
+    lessons: Lessons
+    follows: Follows
+    metrics: Metrics
+    suitabilities: Suitabilities
+    queues: Queues
+    compilation: Compilation
+    courses: Courses
+    stopping: threading.Event
+
+    @classmethod
+    async def open(cls, settings: Settings, metrics: Metrics) -> Self:
+        """Open the store, take over sessions and sweeps, and have the forkserver import what workers need meanwhile."""
+        # Threads here mostly wait, for disks and processes; asyncio's own number of them follows the processors.
+        asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "pftrack"))
+        await asyncio.to_thread(forkserver.start)
+        store = await asyncio.to_thread(Store, settings)
+        compilation = await asyncio.to_thread(Compilation.open)
+        queues = Queues()
+        tasks = ChildTasks(queues)
+        manager = Manager(settings, store, tasks, compilation.wait_for)
+        await manager.open()
+        sweeps = Sweeps(settings, store)
+        await sweeps.open()
+        metrics.watch(manager, sweeps)
+        imports = Imports(settings, store, tasks)
+        exports = Exports(settings, store, tasks)
+        comparisons = Comparisons(settings, House(store, manager, sweeps, tasks), compilation.wait_for)
+        lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
+        await lessons.open()
+        follows = Follows(settings, manager, lessons)
+        kept = Suitabilities(store, settings)
+        courses = Courses(settings.data_dir / "failures-computed", compilation.wait_for)
+        await asyncio.to_thread(courses.open)
+        stopping = threading.Event()
+        return cls(
+            settings,
+            store,
+            manager,
+            sweeps,
+            tasks,
+            imports,
+            exports,
+            comparisons,
+            lessons,
+            follows,
+            metrics,
+            kept,
+            queues,
+            compilation,
+            courses,
+            stopping,
+        )
+
+    async def close(self) -> None:
+        """Write everything down and let go of it."""
+        self.stopping.set()
+        await asyncio.to_thread(self.compilation.close)
+        await self.follows.close()
+        parts = self.manager, self.sweeps, self.imports, self.exports, self.comparisons, self.lessons
+        await asyncio.gather(*(part.close() for part in parts))
+        await asyncio.to_thread(self.store.close)

@@ -1,0 +1,105 @@
+"""From a recipe to the spec of a new session."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from pftrack.experiment import Experiment
+from pftrack.model.parameters import ParameterError
+from pftrack.model.recipe import Footage, Recipe
+from pftrack_server.errors import RefusedError
+from pftrack_server.experiments import asked_for
+from pftrack_server.schemas.sessions import SessionCreate
+from pftrack_server.schemas.spec import FIRST, Bookmark, BranchSpec, SessionSpec
+from pftrack_server.store import Store
+from pftrack_server.store.files import new_name, now
+from pftrack_server.store.tables import UploadRow
+from pftrack_server.uploads.truth import rows_of
+
+__all__ = ["as_spec", "new_spec"]
+
+
+def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
+    """Return the spec of a session that was asked for; its parameters are checked by the worker that makes the run.
+
+    Raises:
+        ParameterError: The experiment is unknown, or what is said of the target does not go together.
+        RefusedError: There is no such upload.
+    """
+    recipe = body.recipe
+    experiment = asked_for(recipe.experiment)
+    upload = _upload(body, store)
+    if upload is None:
+        return new_spec(recipe, position=body.position)
+    footage = recipe.footage or Footage()
+    experiment.check_footage(upload.kind)
+    _check_mark(footage, experiment, upload.kind)
+    known: dict[str, Any] = {"sha256": upload.sha256, "name": upload.name}
+    if footage.truth is None:
+        known["truth"] = rows_of(store, upload.id, experiment)
+    recipe = recipe.model_copy(update={"footage": footage.model_copy(update=known)})
+    return new_spec(recipe, upload=upload.id, position=body.position)
+
+
+def new_spec(
+    recipe: Recipe,
+    *,
+    upload: str | None = None,
+    sweep: str | None = None,
+    position: int = 0,
+    computed: int | None = None,
+    bookmarks: Sequence[Bookmark] = (),
+) -> SessionSpec:
+    """Return the spec of a new session that makes a recipe's run.
+
+    Args:
+        recipe: What makes the run.
+        upload: Name of the upload that the recipe's footage is.
+        sweep: Name of the sweep of which it is a run.
+        position: Frame to show.
+        computed: Frame to compute up to; the one to show if not given.
+        bookmarks: To begin with.
+    """
+    branch = BranchSpec(
+        id=FIRST,
+        title="Main",
+        recipe=recipe.with_footage(truth=None),
+        tracker=recipe.tracker or asked_for(recipe.experiment).default_tracker,
+        computed=position if computed is None else computed,
+        position=position,
+    )
+    return SessionSpec(
+        id=new_name(),
+        sweep=sweep,
+        upload=upload,
+        truth=recipe.footage and recipe.footage.truth,
+        branches={FIRST: branch},
+        bookmarks=list(bookmarks),
+        created=now(),
+    )
+
+
+def _upload(body: SessionCreate, store: Store) -> UploadRow | None:
+    """Return the upload that a recipe's footage is, or None if the recipe has none."""
+    footage = body.recipe.footage
+    sha256 = footage and footage.sha256
+    if body.upload is None and footage is None:
+        return None
+    if body.upload is None and sha256 is None:
+        raise ParameterError("upload", None, "given: a target can only be marked in an upload")
+    found = store.upload(body.upload) if body.upload else None
+    found = found or (store.upload_of(sha256) if sha256 else None)
+    if found is None or sha256 not in {None, found.sha256}:
+        name = (footage and footage.name) or "the recording"
+        raise RefusedError(
+            f"There is no such upload here; upload {name} first.", field="upload", value=body.upload or sha256
+        )
+    return found
+
+
+def _check_mark(footage: Footage, experiment: Experiment, kind: str) -> None:
+    """Refuse a mark that the experiment does not take, or the lack of one that it needs."""
+    if footage.mark is not None:
+        experiment.mark(footage.mark)
+    elif experiment.needs_mark(kind):
+        kinds = " or ".join(kind.name() for kind in experiment.marks)
+        raise ParameterError("mark", None, f"given, as {kinds}: an upload and the mark of its target belong together")

@@ -1,0 +1,301 @@
+"""The manager: all sessions of a server, and the housekeeping around them.
+
+It makes room, ends and resumes sessions, watches over workers that fall silent, suspends sessions that nobody visits,
+and writes down what changed, so that after a restart of the server every session is where it was.
+"""
+
+import asyncio
+import contextlib
+import itertools
+import json
+import math
+import time
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, TypeAlias
+
+import structlog
+
+from pftrack.model.recipe import EARLIER
+from pftrack.runs import migrate
+from pftrack_server.errors import NotFoundError, UnavailableError
+from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.sessions.session import Session
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.store.files import is_name
+from pftrack_server.store.room import is_full
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.uploads.intake import index_of
+from pftrack_server.worker.protocol import WorkerConfig
+
+__all__ = ["Manager", "Prepare"]
+
+Prepare: TypeAlias = Callable[[Session], Awaitable[None]]
+"""What is done with a session that has started before anybody is told of it."""
+
+log = structlog.get_logger(__name__)
+
+ROUND_S = 0.5
+# A position is worth a write every ten seconds; after a crash the run computes the rest again.
+POSITIONS_EVERY = 20
+LONGEST_CATCH_S = 5.0
+# So long whoever starts or resumes a session waits for it to be where it was; then the answer says how far it is.
+OPENING_S = 2.0
+COMPLAIN_EVERY_S = 60.0
+
+
+class Manager:
+    """All sessions of a server."""
+
+    def __init__(
+        self, settings: Settings, store: Store, tasks: ChildTasks, wait_for: Callable[[str], Awaitable[None]]
+    ) -> None:
+        """Begin without any session.
+
+        Args:
+            settings: Of the server.
+            store: Where sessions are kept.
+            tasks: Where an upload is decoded whose index is damaged.
+            wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
+        """
+        self._settings = settings
+        self._wait_for = wait_for
+        self._store = store
+        self._tasks = tasks
+        self._sessions: dict[str, Session] = {}
+        self._rounds: asyncio.Task[None] | None = None
+        self._writing = asyncio.Lock()
+        self._complained = -math.inf
+        self.started = 0
+        self.lost = 0
+
+    async def open(self) -> None:
+        """Take over the sessions that the store kept, all of them suspended, and begin the rounds."""
+        for row in await asyncio.to_thread(self._store.sessions):
+            try:
+                spec = SessionSpec.model_validate(migrate.session(json.loads(row.spec)), context=EARLIER)
+                if spec.follow is not None:
+                    # Its class was gone with the server.
+                    await asyncio.to_thread(self._store.remove_session, spec.id)
+                    continue
+                session = self._session(spec)
+                if spec.card is not None:
+                    session.view()
+            except (ValueError, TypeError, LookupError, AttributeError) as error:
+                log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
+                continue
+            session.state.message = "The server was restarted; the session goes on where it was."
+            session.state.dirty = False
+            self._sessions[spec.id] = session
+        self._rounds = asyncio.create_task(self._go_round())
+
+    async def close(self) -> None:
+        """Write everything down and end all workers."""
+        if self._rounds is not None:
+            self._rounds.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._rounds
+        await self._attempt(self.keep())
+        message = "The server was stopped; the session goes on when it is back."
+        await asyncio.gather(*(session.close(message) for session in self._sessions.values()))
+        self._sessions.clear()
+
+    @property
+    def all(self) -> list[Session]:
+        """All sessions, the newest first."""
+        return sorted(self._sessions.values(), key=lambda session: session.spec.created, reverse=True)
+
+    @property
+    def live(self) -> int:
+        """Number of sessions with a worker."""
+        return sum(session.live for session in self._sessions.values())
+
+    def find(self, name: str) -> Session | None:
+        """Return a session, if there is one."""
+        session = self._sessions.get(name)
+        return session if session is not None and session.spec.card is not None else None
+
+    def get(self, name: str) -> Session:
+        """Return a session.
+
+        Raises:
+            NotFoundError: No such session exists.
+        """
+        session = self.find(name)
+        if session is None:
+            raise NotFoundError("There is no such session; it may have been ended.")
+        return session
+
+    async def create(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
+        """Start a new session, and prepare it for who has asked for it; where that fails, it is ended.
+
+        Raises:
+            UnavailableError: The house is full.
+            Exception: Whatever refused the spec, or failed in preparing.
+        """
+        self._make_room()
+        await asyncio.to_thread(self._store.room.check)
+        if len(self._sessions) >= self._settings.max_stored_sessions:
+            raise UnavailableError(
+                f"The server keeps at most {self._settings.max_stored_sessions} sessions, the suspended ones included; "
+                "end one first."
+            )
+        session = self._session(spec)
+        self._sessions[spec.id] = session
+        try:
+            await self._start(session)
+            await self.keep(positions=False)
+            await session.opened(OPENING_S)
+            if prepare is not None:
+                await prepare(session)
+        except BaseException:
+            with contextlib.suppress(Exception):
+                await self.end(session)
+            raise
+        return session
+
+    async def resume(self, session: Session) -> None:
+        """Give a session a worker again, where it was.
+
+        Raises:
+            UnavailableError: The house is full.
+        """
+        if session.worker is None and session.phase != "starting":
+            self._make_room()
+            await self._start(session)
+            await session.opened(OPENING_S)
+
+    async def end(self, session: Session) -> None:
+        """End a session for good."""
+        self._sessions.pop(session.spec.id, None)
+        await session.close("The session was ended.")
+        async with self._writing:
+            await asyncio.to_thread(self._store.remove_session, session.spec.id)
+        await asyncio.to_thread(self._store.files.remove_states, session.spec.id)
+
+    async def forget(self, name: str) -> bool:
+        """Delete what is stored of a session that could not be read; return whether there was anything."""
+        if name in self._sessions or not is_name(name):
+            return False
+        async with self._writing:
+            return await asyncio.to_thread(self._store.remove_session, name)
+
+    async def keep(self, *, positions: bool = True) -> None:
+        """Write down every session that has changed; those that only moved on as well, if `positions`."""
+        async with self._writing:
+            known = [session for session in self._sessions.values() if session.spec.card]
+            changed = [each for each in known if each.state.dirty or (positions and each.state.moved)]
+            for session in changed:
+                session.state.dirty = session.state.moved = False
+            specs = [(session.spec.id, session.spec.model_dump_json()) for session in changed]
+            if not specs:
+                return
+            try:
+                await asyncio.to_thread(self._store.save_sessions, specs)
+            except Exception:
+                for session in changed:
+                    session.state.dirty = True
+                raise
+
+    async def note(self) -> None:
+        """Write down what has happened already; if that fails, every round tries again."""
+        await self._attempt(self.keep(positions=False))
+
+    def uses(self, upload: str) -> bool:
+        """Tell whether a session needs an upload."""
+        return any(session.spec.upload == upload for session in self._sessions.values())
+
+    async def _start(self, session: Session) -> None:
+        await self._wait_for(session.spec.recipe.experiment)
+        began = time.perf_counter()
+        if session.spec.upload:
+            await index_of(self._store, self._settings, self._tasks, session.spec.upload)
+        # Again, and with nothing awaited before the place is taken: others may have come meanwhile.
+        if not session.live:
+            self._make_room()
+        await session.start()
+        session.left = time.monotonic()
+        self.started += 1
+        log.info(
+            "session started",
+            session=session.spec.id,
+            experiment=session.spec.recipe.experiment,
+            milliseconds=round(1000 * (time.perf_counter() - began)),
+        )
+
+    def _make_room(self) -> None:
+        if self.live >= self._settings.max_sessions:
+            raise UnavailableError(
+                f"All {self._settings.max_sessions} places are taken; end a session or wait until one is suspended, "
+                f"which happens after {self._settings.idle_seconds / 60:g} minutes without visitors."
+            )
+
+    def _session(self, spec: SessionSpec) -> Session:
+        return Session(spec, self._settings, self.config)
+
+    def config(self, spec: SessionSpec) -> WorkerConfig:
+        """Return what a worker needs to make the active branch of a spec."""
+        branch = spec.active
+        video = self._store.files.upload(spec.upload) if spec.upload else None
+        return WorkerConfig(
+            session=spec.id,
+            recipe=branch.recipe.with_footage(truth=spec.truth),
+            branch=branch.id,
+            goal=branch.bound,
+            speed=spec.speed,
+            video=str(video) if video else None,
+            index=self._index(spec.upload) if spec.upload else None,
+            states=str(self._store.files.states_of(spec.id)),
+            reserve_bytes=self._settings.reserve_bytes,
+            memory_bytes=self._settings.worker_memory_bytes,
+            cpu_seconds=self._settings.worker_cpu_seconds,
+            max_frames=self._settings.max_frames,
+            max_pixels=self._settings.max_pixels,
+            max_particles=self._settings.max_particles,
+            gives_way=spec.follow is not None,
+        )
+
+    def _index(self, upload: str) -> str | None:
+        """Return what is known of an upload; a worker that is told nothing decodes it once more."""
+        try:
+            return self._store.files.index(upload)
+        except (OSError, ValueError):
+            return None
+
+    async def _go_round(self) -> None:
+        """Watch over workers and visitors, and write down what changed."""
+        last = time.monotonic()
+        longest_s = min(LONGEST_CATCH_S, max(2 * ROUND_S, self._settings.hang_seconds / 2))
+        for number in itertools.count(1):
+            await asyncio.sleep(ROUND_S)
+            now = time.monotonic()
+            after_gap, last = now - last > longest_s, now
+            for session in list(self._sessions.values()):
+                session.check(after_gap=after_gap)
+                if session.visitors:
+                    session.left = now
+                # A command under way may wait for a worker that hangs, which only this round ends.
+                elif (
+                    session.is_free and session.worker is not None and now - session.left > self._settings.idle_seconds
+                ):
+                    message = "Nobody was here for a while; the session goes on where it was."
+                    await self._attempt(session.suspend(message))
+            seldom = number % POSITIONS_EVERY == 0
+            await self._attempt(self.keep(positions=seldom))
+            if seldom:
+                await self._attempt(asyncio.to_thread(self._tidy))
+
+    async def _attempt(self, duty: Coroutine[Any, Any, None]) -> None:
+        """Do a duty; if it fails, say so and go on with the others."""
+        try:
+            await duty
+        except Exception as error:
+            if not is_full(error):
+                log.exception("housekeeping failed")
+            elif time.monotonic() > self._complained + COMPLAIN_EVERY_S:
+                self._complained = time.monotonic()
+                log.warning("the disk is full; what has changed is written down as soon as there is room")
+
+    def _tidy(self) -> None:
+        self._store.files.trim_states(self._settings.max_states_bytes)
+        self._store.room.take_ballast()

@@ -1,0 +1,364 @@
+"""The session: a run that somebody watches, as the web process knows it.
+
+What it knows of the run comes from the worker alone and is kept in its state. Commands go through one door,
+one at a time.
+"""
+
+import asyncio
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pftrack.model.parameters import ParameterError
+from pftrack.numerics.random import LARGEST_SEED
+from pftrack_server.errors import ConflictError, NotFoundError
+from pftrack_server.flat.feed import DrawingFeed
+from pftrack_server.schemas import messages
+from pftrack_server.schemas.messages import ExportPublic, Phase
+from pftrack_server.schemas.panel import InForce
+from pftrack_server.schemas.sessions import Changed
+from pftrack_server.schemas.spec import Bookmark, SessionSpec
+from pftrack_server.sessions.panel_commands import PanelCommands
+from pftrack_server.sessions.scene_feed import SceneFeed
+from pftrack_server.sessions.state import SessionState
+from pftrack_server.sessions.view import EXPORTS
+from pftrack_server.sessions.worker_handle import WorkerHandle
+from pftrack_server.settings import Settings
+from pftrack_server.stream.listeners import SessionListeners
+from pftrack_server.worker import protocol
+
+if TYPE_CHECKING:
+    from pftrack_server.viewer import Endpoint
+
+__all__ = ["Session"]
+
+ConfigOf = Callable[[SessionSpec], protocol.WorkerConfig]
+MOST_BOOKMARKS = 500
+Result = TypeVar("Result")
+
+
+class Session:
+    """One session; all methods belong to the event loop's thread.
+
+    Attributes:
+        state: What is known of it.
+        scene_feed: Its scene.
+        drawing_feed: Its drawings for flat views.
+        left: When the last visitor left (monotonic, s).
+    """
+
+    def __init__(
+        self, spec: SessionSpec, settings: Settings, config_of: ConfigOf, *, phase: Phase = "suspended"
+    ) -> None:
+        self.state = SessionState(spec, phase, self._tell_panel)
+        self._door = asyncio.Lock()
+        self._panel = PanelCommands(self._door, self.change, self.transport, self._tell_refusal)
+        self.drawing_feed = DrawingFeed(lambda: self._credit("flat"))
+        self.scene_feed = SceneFeed(
+            credit=lambda: self._credit("scene"),
+            on_values=self._panel.change,
+            on_transport=self._panel.steer,
+        )
+        self.left = time.monotonic()
+        self._settings = settings
+        self._config_of = config_of
+        self._worker: WorkerHandle | None = None
+        self._starting: WorkerHandle | None = None
+        self._is_closed = False
+
+    # ------------------------------------------------------------ what it is
+
+    @property
+    def spec(self) -> SessionSpec:
+        """Everything that is kept of it."""
+        return self.state.spec
+
+    @property
+    def phase(self) -> Phase:
+        """Its phase."""
+        return self.state.phase
+
+    @property
+    def live(self) -> bool:
+        """Whether it has a worker, or is about to have one."""
+        return self.phase in {"starting", "ready", "playing", "ended"}
+
+    @property
+    def listeners(self) -> SessionListeners:
+        """The listeners of its stream."""
+        return self.state.listeners
+
+    @property
+    def visitors(self) -> int:
+        """Number of connections that look at it or listen to it."""
+        return len(self.listeners) + self.scene_feed.watchers + len(self.drawing_feed)
+
+    @property
+    def worker(self) -> WorkerHandle | None:
+        """The worker, where there is one."""
+        return self._worker
+
+    @property
+    def is_free(self) -> bool:
+        """Whether no command is under way that the next one has to wait for."""
+        return not self._door.locked()
+
+    @property
+    def card(self) -> protocol.SessionInfo:
+        """The properties that do not change while it lives."""
+        if self.state.card is None:
+            raise ConflictError("The session has not started yet.")
+        return self.state.card
+
+    def view(self) -> messages.SessionPublic:
+        """Return it as everybody outside sees it."""
+        return self.state.view()
+
+    # ------------------------------------------------------------ life
+
+    async def start(self) -> None:
+        """Start a worker that makes the run as the spec has it; it may then still be on its way to where it was.
+
+        Raises:
+            ConflictError: It was ended while this waited.
+            Exception: Whatever refused the spec.
+        """
+        async with self._door:
+            if self._is_closed:
+                raise ConflictError("The session was ended.")
+            if self._worker is not None:
+                return
+            self.state.become("starting")
+            try:
+                self._starting = WorkerHandle(self._config_of(self.spec), self._event, self._lost)
+                await self._starting.start()
+            except BaseException as error:
+                self.state.become("crashed", str(error))
+                raise
+            finally:
+                self._starting = None
+            self.scene_feed.resumed()
+            self.drawing_feed.resumed()
+
+    async def opened(self, patience_s: float) -> None:
+        """Wait for the run to be where it was, but no longer than this; who wants to see it can watch it on its way.
+
+        Raises:
+            WorkerLostError: The worker ended first.
+        """
+        if self._worker is not None:
+            await self._worker.opened(patience_s)
+
+    async def suspend(self, message: str) -> None:
+        """End the worker; the spec remembers everything."""
+        async with self._door:
+            await self._hang_up()
+            self.state.become("suspended", message)
+        await self.scene_feed.close()
+
+    async def close(self, message: str) -> None:
+        """End it for good, or for this server's life."""
+        self._is_closed = True
+        # Before the door opens, so that whoever waits inside for the worker is sent away.
+        await self._hang_up()
+        async with self._door:
+            await self._hang_up()
+            self.state.become("ended", message)
+            self.listeners.close()
+            self.drawing_feed.close()
+        self._panel.close()
+        await self.scene_feed.close()
+
+    def check(self, *, after_gap: bool) -> None:
+        """End the worker if it has been silent for too long.
+
+        Args:
+            after_gap: Nobody has looked for a while because this process itself was stopped. Then the worker may have
+                been stopped as well, and only its silence from now on counts.
+        """
+        patience = self._settings.start_seconds if self._starting else self._settings.hang_seconds
+        worker = self._starting or self._worker
+        if worker is None or worker.pid is None:
+            return
+        if after_gap:
+            worker.heard = time.monotonic()
+        elif time.monotonic() - worker.heard > patience:
+            worker.kill(
+                f"The session's worker gave no sign of life for {patience:g} s and was stopped. "
+                "Resume it to go on where it was."
+            )
+
+    async def open_scene(self) -> "Endpoint":
+        """Make the scene unless there is one, and return where the bridge connects to it."""
+        return await self.scene_feed.open(self.card, self._in_force())
+
+    # ------------------------------------------------------------ commands
+
+    async def change(self, values: dict[str, Any]) -> Changed:
+        """Change parameters; return what is then in force, and from which frame on.
+
+        Raises:
+            ParameterError: A value is refused.
+        """
+        async with self._door:
+            if not values:
+                return self._changed(self.spec.active.position + 1)
+            if self.spec.active.position < self.spec.active.computed:
+                self._room_for_branch()
+            command = protocol.Change(values, self.spec.next_branch())
+            return await self._request(command, self._changed)
+
+    async def transport(
+        self, action: str, frame: int | None = None, speed: float | None = None, seed: object = None
+    ) -> messages.SessionPublic:
+        """Play, pause, step, back, seek, before_loss, speed or restart, the last with another seed if one is given.
+
+        Returns:
+            The session as the command left it, which is not where it is by now if it plays.
+        """
+        if action == "seek" and frame is None:
+            raise ParameterError("frame", frame, f"a frame of the run, 0 to {self.card.frames - 1}")
+        if action == "speed" and speed is None:
+            raise ParameterError("speed", speed, "0 (as fast as possible) or between 0.1 and 10")
+        command: protocol.Command
+        match action:
+            case "speed":
+                command = protocol.Speed(speed or 0.0)
+            case "restart":
+                command = protocol.Restart(self._checked_seed(seed))
+            case "before_loss":
+                command = protocol.Transport("seek", self._before_loss())
+            case _:
+                command = protocol.Transport(action, frame or 0)
+        # Not through the door: a pause has to reach a worker that is busy with a long seek.
+        return await self._request(command, self._viewed)
+
+    async def branch(self, frame: int, values: dict[str, Any], title: str | None) -> messages.SessionPublic:
+        """Leave the active branch at a frame and go on in a new one; return the session as it is then."""
+        async with self._door:
+            self._room_for_branch()
+            name = self.spec.next_branch()
+
+            def titled(result: object) -> messages.SessionPublic:
+                if title:
+                    self.state.name_branch(name, title)
+                return self._viewed(result)
+
+            return await self._request(protocol.Branch(name, frame, values), titled)
+
+    async def activate(self, branch: str) -> messages.SessionPublic:
+        """Show another branch; return the session as it is then."""
+        async with self._door:
+            there = self.spec.branches[branch]
+            command = protocol.Activate(branch, there.recipe, there.bound)
+            return await self._request(command, self._viewed)
+
+    async def save(self, path: str) -> dict[str, Any]:
+        """Write the active branch to a file; return its summary and a picture."""
+        async with self._door:
+            saved: dict[str, Any] = await self._request(protocol.Save(path), _plain)
+            return saved
+
+    async def picture(self) -> bytes:
+        """Return the current frame as PNG."""
+        png: bytes = await self._request(protocol.Picture(), _plain)
+        return png
+
+    async def export(self, name: str, path: Path, plot: str | None) -> ExportPublic:
+        """Write a file of the active branch, or of the current frame, and return what it is.
+
+        Raises:
+            NotFoundError: The experiment offers none of this name.
+            ConflictError: It takes too long for the session to wait.
+        """
+        offered = next((one for one in EXPORTS.validate_python(self.card.exports) if one.name == name), None)
+        if offered is None:
+            raise NotFoundError("The session has no such export.")
+        if offered.slow:
+            raise ConflictError(f"{offered.title} takes a while: begin it with POST, and fetch it when it is done.")
+        await self._request(protocol.Export(name, str(path), plot), _plain)
+        return offered
+
+    def bookmark(self, name: str, note: str) -> Bookmark:
+        """Remember the frame that is shown."""
+        if len(self.spec.bookmarks) >= MOST_BOOKMARKS:
+            raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
+        return self.state.bookmark(name, note)
+
+    async def _request(self, command: protocol.Command, then: Callable[[Any], Result]) -> Result:
+        if self._worker is None:
+            raise ConflictError(f"The session is {self.phase}; resume it first.")
+        return await self._worker.request(command, then)
+
+    def _viewed(self, result: object) -> messages.SessionPublic:
+        del result  # the commands that are answered so have none
+        return self.view()
+
+    def _changed(self, frame: int) -> Changed:
+        active = self.spec.active
+        return Changed(parameters=self.spec.values, tracker=active.tracker, frame=frame, branch=active.id)
+
+    def _checked_seed(self, seed: object) -> int | None:
+        if seed is None:
+            return None
+        if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= LARGEST_SEED:
+            raise ParameterError("seed", seed, f"a whole number, 0 to {LARGEST_SEED}")
+        if seed != self.spec.recipe.seed and len(self.spec.branches) > 1:
+            count = len(self.spec.branches)
+            raise ConflictError(f"All {count} branches of the session have its seed; start another session for {seed}.")
+        return seed
+
+    def _before_loss(self) -> int:
+        frame = self.state.before_loss()
+        if frame is None:
+            raise ConflictError("The target has not been lost so far.")
+        return frame
+
+    def _room_for_branch(self) -> None:
+        if len(self.spec.branches) >= self._settings.max_branches:
+            raise ConflictError(f"A session holds at most {self._settings.max_branches} branches; start another.")
+
+    # ------------------------------------------------------------ what the scene's panel hears
+
+    def _tell_refusal(self, detail: dict[str, Any]) -> None:
+        self.listeners.emit(messages.Refused(**detail))
+        self.scene_feed.refuse(detail["message"])
+
+    def _tell_panel(self) -> None:
+        self.scene_feed.tell(self._in_force())
+
+    def _in_force(self) -> InForce:
+        return InForce(self.spec.values, self.spec.active.tracker, self.spec.recipe.seed, self.spec.speed)
+
+    # ------------------------------------------------------------ what the worker says
+
+    def _credit(self, form: protocol.Form) -> None:
+        if self._worker is not None:
+            self._worker.credit(form)
+
+    def _event(self, event: protocol.Event) -> None:
+        if isinstance(event, protocol.Ready):
+            self._worker = self._starting
+            self.state.begin(event)
+        if isinstance(event, protocol.Progress):
+            self.state.stand(event.status, event.rows)
+            if event.scene is not None:
+                self.scene_feed.offer(event.scene, event.status.position)
+            if event.flat is not None:
+                self.drawing_feed.offer(event.flat)
+
+    def _lost(self, reason: str) -> None:
+        self._worker = None
+        self.state.playing = False
+        self.state.become("crashed", reason)
+
+    async def _hang_up(self) -> None:
+        worker, self._worker = self._worker or self._starting, None
+        self.state.playing = False
+        if worker is not None:
+            await worker.close()
+
+
+def _plain(result: Any) -> Any:  # noqa: ANN401 - whatever the command gives
+    return result

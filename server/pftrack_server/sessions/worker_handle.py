@@ -1,0 +1,231 @@
+"""The worker handle: a worker process as the web process sees it.
+
+It starts the worker, numbers requests and waits for their answers, notices when the worker dies, and says in one
+sentence why. Nothing is waited for by the clock: a worker that gives signs of life is at work, however long that takes,
+and one that gives none is ended by its session's watch.
+"""
+
+import asyncio
+import contextlib
+import itertools
+import time
+from collections.abc import Callable
+from multiprocessing.context import ForkServerProcess
+from typing import Any, TypeVar
+
+import structlog
+
+from pftrack.process import Ending, described, ending
+from pftrack_server.errors import UnavailableError
+from pftrack_server.resource_limits import allowed_cpu_seconds
+from pftrack_server.worker import forkserver
+from pftrack_server.worker.pipe import WebEnd, pair
+from pftrack_server.worker.protocol import (
+    OPENING,
+    Command,
+    Credit,
+    Event,
+    Failed,
+    Form,
+    Ready,
+    Reply,
+    Request,
+    WorkerConfig,
+)
+from pftrack_server.worker.worker import main
+
+__all__ = ["WorkerHandle", "WorkerLostError"]
+
+Result = TypeVar("Result")
+
+log = structlog.get_logger(__name__)
+
+LAST_WORDS_S = 2.0
+
+
+class WorkerLostError(UnavailableError):
+    """The worker ended before it could answer."""
+
+
+class WorkerHandle:
+    """One worker process and the pipe to it.
+
+    Attributes:
+        heard: When the worker last gave a sign of life (monotonic, s).
+    """
+
+    def __init__(self, config: WorkerConfig, on_event: Callable[[Event], None], on_lost: Callable[[str], None]) -> None:
+        self._config = config
+        self._on_event = on_event
+        self._on_lost = on_lost
+        self._numbers = itertools.count(OPENING + 1)
+        loop = asyncio.get_running_loop()
+        self._ready: asyncio.Future[None] = loop.create_future()
+        self._opened: asyncio.Future[None] = loop.create_future()
+        self._waiting: dict[int, tuple[asyncio.Future[Any], Callable[[Any], object]]] = {
+            OPENING: (self._opened, lambda _: None)
+        }
+        self._process: ForkServerProcess | None = None
+        self._end: WebEnd | None = None
+        self._reason: str | None = None
+        self._closing = False
+        self._gone = asyncio.Event()
+        self._farewell: asyncio.Task[None] | None = None
+        self.heard = time.monotonic()
+
+    @property
+    def pid(self) -> int | None:
+        """The worker's process number."""
+        return self._process.pid if self._process else None
+
+    async def start(self) -> None:
+        """Start the worker and wait until its run stands, at its beginning or at its checkpoint.
+
+        Raises:
+            Exception: Whatever refused the config, as the worker raised it.
+            WorkerLostError: It ended first.
+        """
+        ours, theirs = pair()
+        try:
+            self._process = await forkserver.spawn(main, theirs, self._config, name=f"pftrack-{self._config.session}")
+            self._end = await WebEnd.connect(ours, self._event, self._lost)
+        except BaseException:
+            ours.close()
+            raise
+        finally:
+            theirs.close()
+        # Until now it could not give any.
+        self.heard = time.monotonic()
+        try:
+            await asyncio.shield(self._ready)
+        except BaseException:
+            await self.close()
+            raise
+
+    async def opened(self, patience_s: float) -> None:
+        """Wait for the run to be where the config wants it, but no longer than this.
+
+        Raises:
+            WorkerLostError: The worker ended first.
+        """
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(asyncio.shield(self._opened), patience_s)
+
+    async def request(self, command: Command, then: Callable[[Any], Result]) -> Result:
+        """Send a command and return what `then` makes of its result.
+
+        `then` is called as soon as the reply is read, before any later event is: what it looks at is as the command
+        left it, also while the run plays on.
+
+        Raises:
+            Exception: Whatever refused the command, as the worker raised it.
+            WorkerLostError: The worker ended first.
+        """
+        if self._end is None or self._gone.is_set():
+            raise WorkerLostError("The session's worker has ended; resume the session.")
+        number = next(self._numbers)
+        future: asyncio.Future[Result] = asyncio.get_running_loop().create_future()
+        self._waiting[number] = future, then
+        self._end.send(Request(number, command))
+        try:
+            return await future
+        finally:
+            self._waiting.pop(number, None)
+
+    def credit(self, form: Form) -> None:
+        """Let the worker send one more drawing in a form."""
+        if self._end is not None:
+            self._end.send(Credit(form))
+
+    def kill(self, reason: str) -> None:
+        """End the worker at once, and say why when its end is noticed."""
+        self._reason = self._reason or reason
+        process = self._process
+        if process is not None and process.is_alive():
+            process.kill()
+
+    async def close(self) -> None:
+        """Close the pipe, wait for the worker's end, and free everything."""
+        self._closing = True
+        if self._end is not None:
+            self._end.close()
+            await self._gone.wait()
+        if self._farewell is not None:
+            await self._farewell
+
+    def _event(self, event: Event) -> None:
+        self.heard = time.monotonic()
+        match event:
+            case Ready():
+                # What follows it may be read in the same breath.
+                self._on_event(event)
+                if not self._ready.done():
+                    self._ready.set_result(None)
+            case Reply(number=number, result=result, error=error):
+                future, then = self._waiting.get(number, (None, None))
+                if future is not None and then is not None and not future.done():
+                    if error is None:
+                        future.set_result(then(result))
+                    else:
+                        future.set_exception(error)
+            case Failed(message=message, error=error):
+                self._reason = message
+                if error is not None and not self._ready.done():
+                    self._ready.set_exception(error)
+            case _:
+                self._on_event(event)
+
+    def _lost(self) -> None:
+        self._gone.set()
+        self._farewell = asyncio.ensure_future(self._bury())
+
+    async def _bury(self) -> None:
+        """Wait for the process to end, and fail all pending requests with the reason."""
+        code = await asyncio.to_thread(self._ended)
+        reason = self._reason or _cause(code, self._config)
+        lost = WorkerLostError(reason)
+        for future, _ in self._waiting.values():
+            if not future.done():
+                future.set_exception(lost)
+        if not self._ready.done():
+            self._ready.set_exception(lost)
+        # Nobody may be waiting for them any more.
+        self._ready.exception()
+        if not self._opened.cancelled():
+            self._opened.exception()
+        if not self._closing:
+            log.warning("worker lost", session=self._config.session, code=code, reason=reason)
+            self._on_lost(reason)
+
+    def _ended(self) -> int | None:
+        process = self._process
+        if process is None:
+            return None
+        process.join(LAST_WORDS_S)
+        if process.is_alive():
+            process.kill()
+            process.join(LAST_WORDS_S)
+        code = process.exitcode
+        if code is not None:
+            process.close()
+            self._process = None
+        return code
+
+
+def _cause(code: int | None, config: WorkerConfig) -> str:
+    """Return a sentence that explains an exit code to a person."""
+    how = None if code is None else ending(code)
+    if how is Ending.OUT_OF_CPU_TIME:
+        if (shell := allowed_cpu_seconds(config.cpu_seconds)) is not None:
+            return (
+                f"The session used up the {shell} s of processor time that the server's shell allows (ulimit -t). "
+                "Resume it to go on with as much again."
+            )
+        return (
+            f"The session used up its {config.cpu_seconds} s of processor time. Resume it to go on with as much again."
+        )
+    if how is Ending.KILLED:
+        return "The session's worker was killed, by the system or by somebody. Resume it to go on where it was."
+    if code is not None and how is Ending.CRASHED:
+        return f"The session's worker crashed ({described(code)}). Resume it to go on where it was."
+    return "The session's worker ended unexpectedly. Resume it to go on where it was."

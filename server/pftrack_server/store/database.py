@@ -1,0 +1,113 @@
+"""The database: one engine, brought up to date by its migrations at every start.
+
+A database that cannot be used, for whatever reason, is told in one sentence that says what to do.
+"""
+
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+from alembic import command
+from alembic.config import Config
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
+from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+
+from pftrack_server.store.room import DISK_FULL, is_full
+from pftrack_server.store.tables import Base
+
+__all__ = ["DatabaseError", "connect"]
+
+MIGRATIONS = Path(__file__).parent / "migrations"
+BUSY_S = 10
+VERSION_TABLE = "alembic_version"
+AWAY = "move it away to begin with an empty one, or choose another --data-dir"
+
+
+class DatabaseError(RuntimeError):
+    """The database cannot be used; the sentence says why and what to do."""
+
+
+def connect(url: str) -> Engine:
+    """Open the database, creating or upgrading its tables.
+
+    Raises:
+        DatabaseError: It is damaged, of a newer version, of another program, or does not answer.
+    """
+    try:
+        engine = create_engine(url)
+    except (ArgumentError, NoSuchModuleError, ImportError) as error:
+        raise DatabaseError(
+            f"PFTRACK_DATABASE_URL is no address of a database ({str(error).splitlines()[0]})."
+        ) from None
+    name = f"The database {engine.url.database or url}"
+    try:
+        _prepare(engine, name)
+    except DBAPIError as error:
+        engine.dispose()
+        raise DatabaseError(f"{name} {_trouble(error)}.") from None
+    except BaseException:
+        engine.dispose()
+        raise
+    return engine
+
+
+def _prepare(engine: Engine, name: str) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
+    if engine.dialect.name == "sqlite":
+        event.listen(engine, "connect", _pragmas)
+    with engine.begin() as connection:
+        _check(connection, name, ScriptDirectory.from_config(config))
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")
+
+
+def _check(connection: Connection, name: str, script: ScriptDirectory) -> None:
+    """Refuse what this version must not touch."""
+    if connection.dialect.name == "sqlite":
+        found = connection.execute(text("PRAGMA quick_check(1)")).scalar()
+        if found != "ok":
+            raise DatabaseError(f"{name} is damaged: restore a copy of it, or {AWAY}.")
+    tables = set(inspect(connection).get_table_names())
+    if VERSION_TABLE not in tables:
+        if tables:
+            some = ", ".join(sorted(tables)[:3])
+            raise DatabaseError(f"{name} belongs to another program, since it has tables {some}: choose another one.")
+        return
+    states = set(connection.execute(text(f"SELECT version_num FROM {VERSION_TABLE}")).scalars())  # noqa: S608 - our own
+    unknown = states - {revision.revision for revision in script.walk_revisions()}
+    if unknown and not tables & set(Base.metadata.tables):
+        raise DatabaseError(f"{name} belongs to another program: choose another one.")
+    if unknown:
+        raise DatabaseError(
+            f"{name} was written by a newer version of pftrack (its state is {', '.join(sorted(unknown))}, and this "
+            f"version knows those up to {script.get_current_head()}): update pftrack, or {AWAY}."
+        )
+
+
+def _trouble(error: DBAPIError) -> str:
+    """Say what is wrong with a database, and what to do."""
+    if is_full(error):
+        return f"cannot be opened. {DISK_FULL.rstrip('.')}"
+    code = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF
+    match code:
+        case sqlite3.SQLITE_NOTADB:
+            return f"is none, or is damaged: restore a copy of it, or {AWAY}"
+        case sqlite3.SQLITE_CORRUPT:
+            return f"is damaged: restore a copy of it, or {AWAY}"
+        case sqlite3.SQLITE_CANTOPEN | sqlite3.SQLITE_PERM | sqlite3.SQLITE_READONLY:
+            return "cannot be written by this user: change its owner or rights, or choose another --data-dir"
+    reason = str(error.orig).strip().splitlines()[0]
+    return f"cannot be used ({reason}): mend that, or choose another --data-dir"
+
+
+def _pragmas(connection: sqlite3.Connection, _record: Any) -> None:  # noqa: ANN401 - SQLAlchemy's own
+    cursor = connection.cursor()
+    # First of all, as any of the others may meet another process at work.
+    cursor.execute(f"PRAGMA busy_timeout={BUSY_S * 1000}")
+    cursor.execute("PRAGMA journal_mode=WAL")
+    # Committed is committed, even when the power goes.
+    cursor.execute("PRAGMA synchronous=FULL")
+    cursor.execute("PRAGMA foreign_keys=ON")
+    cursor.close()

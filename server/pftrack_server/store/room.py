@@ -1,0 +1,117 @@
+"""Room: what may still be written to the disk of the data directory, and how to make room when it is full.
+
+A reserve of free space is left to others and looked at before anything large is written. On a disk that is full all the
+same, deleting must work, and deleting from a database writes to it. So a file of nothing, the ballast, holds a few
+mebibytes, and is let go of for as long as such a write takes.
+"""
+
+import errno
+import os
+import sqlite3
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import structlog
+from sqlalchemy.exc import DBAPIError, OperationalError
+
+from pftrack.files import free_bytes
+from pftrack_server.errors import NoRoomError
+
+__all__ = ["DISK_FULL", "Room", "is_full", "mebibytes"]
+
+log = structlog.get_logger(__name__)
+
+Result = TypeVar("Result")
+
+MEBIBYTE = 1024 * 1024
+BALLAST_BYTES = 8 * MEBIBYTE
+"""Twice what SQLite's log grows to before it is used again from its beginning."""
+PAGE_BYTES = 4096
+FULL = {errno.ENOSPC, errno.EDQUOT}
+SQLITE_FULL = {
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_IOERR_WRITE,
+    sqlite3.SQLITE_IOERR_FSYNC,
+    sqlite3.SQLITE_IOERR_SHMSIZE,
+}
+"""What SQLite says of a disk that takes nothing, depending on the file and the moment."""
+DISK_FULL = "The server's disk is full; delete uploads, saved runs, sweeps or sessions, and try again."
+
+
+def is_full(error: BaseException) -> bool:
+    """Tell whether an error is that of a disk with no room."""
+    if isinstance(error, OSError):
+        return error.errno in FULL
+    if isinstance(error, DBAPIError):
+        return getattr(error.orig, "sqlite_errorcode", 0) in SQLITE_FULL or "No space left" in str(error.orig)
+    return False
+
+
+class Room:
+    """The free space on the disk of a data directory."""
+
+    def __init__(self, folder: Path, reserve_bytes: int) -> None:
+        """Take up the ballast that an earlier server may have left."""
+        self._folder = folder
+        self._reserve_bytes = reserve_bytes
+        self._ballast = folder / "ballast"
+        self._lock = threading.Lock()
+        # A database that is opened may write to a disk that is full.
+        self._ballast.unlink(missing_ok=True)
+
+    def check(self, wanted_bytes: int = 0) -> None:
+        """Make sure that so much may be written.
+
+        Raises:
+            NoRoomError: Less than the reserve would be left.
+        """
+        free = free_bytes(self._folder)
+        if free - wanted_bytes < self._reserve_bytes:
+            reserve = mebibytes(self._reserve_bytes)
+            raise NoRoomError(
+                f"The server's disk has {mebibytes(free)} left, of which it keeps {reserve} free; "
+                f"this needs {mebibytes(wanted_bytes)}. Delete uploads, saved runs, sweeps or sessions, and try again."
+            )
+
+    def take_ballast(self) -> None:
+        """Hold as much ballast as there is room for."""
+        with self._lock:
+            self._take()
+
+    def write(self, work: Callable[[], Result]) -> Result:
+        """Do what makes room or has happened already; on a full disk do it again without the ballast.
+
+        Raises:
+            Exception: What the work raises, after the second time where the disk was full at the first.
+        """
+        try:
+            return work()
+        except (OSError, OperationalError) as error:
+            if not is_full(error):
+                raise
+        with self._lock:
+            log.warning("the disk is full; the ballast is let go of for a moment")
+            self._ballast.unlink(missing_ok=True)
+            try:
+                return work()
+            finally:
+                self._take()
+
+    def _take(self) -> None:
+        held = self._ballast.stat().st_size if self._ballast.exists() else 0
+        size = min(BALLAST_BYTES, held + free_bytes(self._folder)) // PAGE_BYTES * PAGE_BYTES
+        if size <= held:
+            return
+        try:
+            with self._ballast.open("ab") as file:
+                os.posix_fallocate(file.fileno(), 0, size)
+        except OSError:
+            # Somebody else was faster; what it came to is held all the same.
+            return
+
+
+def mebibytes(count: int) -> str:
+    """Return a number of bytes as people read it."""
+    return f"{count / MEBIBYTE:,.4g} MiB"

@@ -1,0 +1,251 @@
+"""The manager: all sweeps of a server, from the body to the end, and what is left of them after a restart."""
+
+import asyncio
+import contextlib
+import json
+from typing import Any
+
+import structlog
+
+from pftrack.sweep import Plan, SweepError
+from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
+from pftrack_server.schemas.sweeps import EstimateRequest, SweepCreate
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.store.files import is_name, new_name, now
+from pftrack_server.store.tables import SweepRow
+from pftrack_server.sweeps.child import ask
+from pftrack_server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
+from pftrack_server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
+from pftrack_server.sweeps.sweep import Sweep, check_idle, default_title
+from pftrack_server.sweeps.task import Measure
+from pftrack_server.sweeps.views import EstimatePublic, ValuesPublic
+
+__all__ = ["Sweeps"]
+
+log = structlog.get_logger(__name__)
+
+MEASURE_S = 60.0
+MEASURED_AT_ONCE = 1
+MOST_REMEMBERED = 64
+SHOWN_VALUES = 24
+
+
+class Sweeps:
+    """All sweeps of a server; all methods belong to the event loop's thread."""
+
+    def __init__(self, settings: Settings, store: Store) -> None:
+        self._settings = settings
+        self._store = store
+        self._sweeps: dict[str, Sweep] = {}
+        self._measuring = asyncio.Semaphore(MEASURED_AT_ONCE)
+        self._measured: dict[str, float] = {}
+        # Places are counted and taken by one at a time.
+        self._door = asyncio.Lock()
+
+    async def open(self) -> None:
+        """Take over the sweeps that the store kept; none of them is running."""
+        for row in await asyncio.to_thread(self._store.sweeps):
+            try:
+                sweep = self._known(row)
+            except (SweepError, ValueError, TypeError, LookupError, AttributeError) as error:
+                log.warning(
+                    "a stored sweep is damaged and left out", sweep=row.id, error=f"{type(error).__name__}: {error}"
+                )
+                continue
+            self._sweeps[sweep.id] = sweep
+            if row.state == "running":
+                with contextlib.suppress(SweepError):
+                    await sweep.look()
+                finished = self._store.files.sweep(sweep.id).exists()
+                sweep.state, sweep.message = ("done", None) if finished else ("stopped", RESTARTED)
+                await self._keep(sweep)
+
+    async def close(self) -> None:
+        """End all processes; everything is on the disk."""
+        await asyncio.gather(*(sweep.stop(STOPPED) for sweep in self.all))
+        for sweep in self.all:
+            await sweep.close()
+
+    @property
+    def all(self) -> list[Sweep]:
+        """All sweeps, the newest first."""
+        return sorted(self._sweeps.values(), key=lambda sweep: sweep.created, reverse=True)
+
+    def get(self, name: str) -> Sweep:
+        """Return a sweep.
+
+        Raises:
+            NotFoundError: No such sweep exists.
+        """
+        sweep = self._sweeps.get(name)
+        if sweep is None:
+            raise NotFoundError("There is no such sweep; it may have been deleted.")
+        return sweep
+
+    async def estimate(self, body: EstimateRequest) -> EstimatePublic:
+        """Return how large a sweep would be and, if that is to be measured, how long it would take.
+
+        Raises:
+            RefusedError: The plan in the body is unknown, out of bounds or too large.
+        """
+        plan = await asyncio.to_thread(as_plan, body, self._settings)
+        problem = None
+        try:
+            within_limits(plan, self._settings)
+            await self._check_room(plan)
+        except ApiError as error:
+            problem = str(error)
+        return EstimatePublic(
+            runs=plan.runs,
+            conditions=plan.conditions,
+            cells=cells_of(plan),
+            frames=plan.frames,
+            axes=[
+                ValuesPublic(name=axis.name, count=len(axis.values), first=list(axis.values[:SHOWN_VALUES]))
+                for axis in plan.axes
+            ],
+            jobs=self._settings.sweep_jobs,
+            bytes=plan.runs * BYTES_A_RUN,
+            seconds=await self._measure(plan) if body.measure else None,
+            problem=problem,
+        )
+
+    async def create(self, body: SweepCreate) -> Sweep:
+        """Begin a new sweep.
+
+        Raises:
+            RefusedError: The plan in the body is unknown, out of bounds or too large.
+            UnavailableError: The server computes, keeps or stores enough already.
+        """
+        plan = await asyncio.to_thread(as_plan, body, self._settings)
+        within_limits(plan, self._settings)
+        async with self._door:
+            return await self._create(body, plan)
+
+    async def _create(self, body: SweepCreate, plan: Plan) -> Sweep:
+        await self._check_room(plan)
+        row = {
+            "id": new_name(),
+            "title": body.title or default_title(plan),
+            "state": "stopped",
+            "message": None,
+            "done": 0,
+            "successes": None,
+            "problems": 0,
+            "seconds": 0.0,
+            "created": now(),
+        }
+        sweep = self._sweep(row, plan)
+        self._sweeps[sweep.id] = sweep
+        try:
+            await self._store_whole(sweep)
+            await sweep.start()
+        except BaseException:
+            del self._sweeps[sweep.id]
+            with contextlib.suppress(Exception):
+                await asyncio.to_thread(self._store.remove_sweep, sweep.id)
+            raise
+        return sweep
+
+    async def cancel(self, sweep: Sweep) -> None:
+        """End the computing of a sweep.
+
+        Raises:
+            ConflictError: It is not running.
+        """
+        if sweep.state != "running":
+            raise ConflictError("The sweep is not running.")
+        await sweep.stop(CANCELLED)
+
+    async def resume(self, sweep: Sweep) -> None:
+        """Go on with a sweep.
+
+        Raises:
+            ConflictError: It is running or complete.
+            UnavailableError: The server computes enough already.
+        """
+        async with self._door:
+            check_idle(sweep)
+            self._check_places()
+            await sweep.start()
+
+    async def remove(self, name: str) -> None:
+        """Delete a sweep and everything that was computed of it, also one of which what is stored is damaged.
+
+        Raises:
+            NotFoundError: No such sweep exists.
+        """
+        sweep = self._sweeps.pop(name, None)
+        if sweep is not None:
+            await sweep.stop(DELETED)
+            await sweep.close()
+        if not is_name(name) or not await asyncio.to_thread(self._store.remove_sweep, name):
+            self.get(name)
+
+    # ------------------------------------------------------------ room
+
+    async def _check_room(self, plan: Plan) -> None:
+        settings = self._settings
+        if len(self._sweeps) >= settings.max_sweeps:
+            raise UnavailableError(f"The server keeps at most {settings.max_sweeps} sweeps; delete one first.")
+        self._check_places()
+        wanted, used = plan.runs * BYTES_A_RUN, await asyncio.to_thread(self._used_bytes, self.all)
+        if used + wanted > settings.max_sweeps_bytes:
+            raise UnavailableError(
+                f"The sweep may need {_mebibytes(wanted)}; of the {_mebibytes(settings.max_sweeps_bytes)} for all "
+                f"sweeps {_mebibytes(used)} are in use. Delete one first, or ask for fewer runs."
+            )
+        await asyncio.to_thread(self._store.room.check, wanted)
+
+    def _check_places(self) -> None:
+        running = sum(sweep.state == "running" for sweep in self._sweeps.values())
+        if running >= self._settings.max_sweeps_running:
+            most = self._settings.max_sweeps_running
+            what = "1 sweep" if most == 1 else f"{most} sweeps"
+            raise UnavailableError(f"The server computes at most {what} at a time; wait, or cancel one.")
+
+    def _used_bytes(self, sweeps: list[Sweep]) -> int:
+        """Return how much room sweeps take; this looks at each of their files."""
+        return sum(
+            self._store.files.sweep_bytes(sweep.id) if sweep.state != "running" else sweep.plan.runs * BYTES_A_RUN
+            for sweep in sweeps
+        )
+
+    # ------------------------------------------------------------ time
+
+    async def _measure(self, plan: Plan) -> float:
+        """Return the seconds that a plan takes, measured on a few of its runs in another process."""
+        key = json.dumps(plan.as_dict())
+        if key not in self._measured:
+            async with self._measuring:
+                if key not in self._measured:
+                    task = Measure(plan=plan.as_dict(), jobs=self._settings.sweep_jobs)
+                    answer = await ask(task, patience_s=MEASURE_S)
+                    while len(self._measured) >= MOST_REMEMBERED:
+                        del self._measured[next(iter(self._measured))]
+                    self._measured[key] = float(answer["seconds"])
+        return self._measured[key]
+
+    # ------------------------------------------------------------ store
+
+    def _known(self, row: SweepRow) -> Sweep:
+        plan = Plan.from_dict(json.loads(row.plan))
+        names = ("id", "title", "state", "message", "done", "successes", "problems", "seconds", "created")
+        return self._sweep({name: getattr(row, name) for name in names}, plan)
+
+    def _sweep(self, row: dict[str, Any], plan: Plan) -> Sweep:
+        return Sweep(row, plan, self._store.files.sweep(row["id"]), self._settings, self._keep)
+
+    async def _store_whole(self, sweep: Sweep) -> None:
+        row = {**sweep.as_row(), "plan": json.dumps(sweep.plan.as_dict())}
+        await asyncio.to_thread(self._store.save_sweep, row)
+
+    async def _keep(self, sweep: Sweep) -> None:
+        """Store the changes of a sweep, unless it was deleted."""
+        if sweep.id in self._sweeps:
+            await asyncio.to_thread(self._store.save_sweep, sweep.as_row())
+
+
+def _mebibytes(count: int) -> str:
+    return f"{max(1, round(count / 1024 / 1024)):,} MiB"

@@ -1,0 +1,50 @@
+"""Opening: from a row of a sweep to a live session that computes the same numbers, paused shortly before the loss."""
+
+from pftrack.runs.loss import approach
+from pftrack.sweep import Plan
+from pftrack_server.errors import ConflictError, RefusedError
+from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.sessions.create import new_spec
+from pftrack_server.sweeps.results import Results
+from pftrack_server.sweeps.views import RowPublic
+
+__all__ = ["opened"]
+
+
+def opened(sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
+    """Return the spec of a session with exactly one run of a sweep, or the same with another method.
+
+    The session stands ten frames before the first lost frame; with another method that lost nothing, where the run of
+    the row would.
+
+    Raises:
+        NotFoundError: The sweep has no such run.
+        RefusedError: It has no such method.
+        ConflictError: The run could not be computed.
+    """
+    row = results.row(run)
+    if row.problem is not None:
+        raise ConflictError(f"This run could not be computed: {row.problem}.")
+    method = tracker or row.tracker
+    if method not in plan.wiring.trackers:
+        known = ", ".join(plan.wiring.trackers)
+        raise RefusedError(
+            f"tracker must be one of {known}, got {method}.", field="tracker", bound=f"one of {known}", value=method
+        )
+    single = plan.single(run)
+    position = _before(_loss(plan, results, row, method), plan.frames)
+    recipe = single.recipe.model_copy(update={"tracker": method})
+    return new_spec(recipe, sweep=sweep, position=position)
+
+
+def _loss(plan: Plan, results: Results, row: RowPublic, method: str) -> int | None:
+    """Return the first lost frame of the run that is opened; if it loses nothing, that of the row."""
+    if method == row.tracker or method not in plan.trackers:
+        return row.first_lost_frame
+    twin = row.run + plan.trackers.index(method) - plan.trackers.index(row.tracker)
+    other = results.row(twin).first_lost_frame
+    return row.first_lost_frame if other is None else other
+
+
+def _before(loss: int | None, frames: int) -> int:
+    return min(approach(loss or 0), frames - 1)

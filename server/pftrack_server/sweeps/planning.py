@@ -1,0 +1,156 @@
+"""Planning: from a request to a plan of the library, every refusal with the field that it is about."""
+
+from collections.abc import Callable
+from functools import partial
+from math import prod
+from typing import TypeVar
+
+from pftrack.experiment import Experiment
+from pftrack.model.parameters import ParameterError, declarations, flat, limit_particles, with_role
+from pftrack.sweep import Axis, Plan, SweepError, parse_axis
+from pftrack.sweep.axis import TRACKER, checked
+from pftrack_server.errors import RefusedError
+from pftrack_server.experiments import asked_for
+from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
+from pftrack_server.settings import Settings
+
+__all__ = ["BYTES_A_RUN", "as_plan", "cells_of", "within_limits"]
+
+Part = TypeVar("Part")
+
+BYTES_A_RUN = 160
+"""Of the result on the disk, chunks and final file together, generously."""
+
+MOST_CELLS = 40_000
+"""Of one map: more than a screen can show, and than a page should be sent."""
+
+
+def as_plan(body: SweepCreate, settings: Settings) -> Plan:
+    """Return the plan of a body.
+
+    Raises:
+        RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
+    """
+    experiment = asked_for(body.experiment)
+    axes = tuple(_axis(experiment, index, axis) for index, axis in enumerate(body.axes))
+    if not axes:
+        raise RefusedError("A sweep needs at least one axis.", field="axes")
+    names = [axis.name for axis in axes]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            raise RefusedError(f"The axis {name} is there already.", field=f"axes.{index}.name", value=name)
+    if not body.trackers and TRACKER not in names:
+        raise RefusedError("Choose at least one method.", field="trackers")
+    for name in body.trackers:
+        _part("trackers", partial(checked, experiment, Axis(TRACKER, (name,))))
+    for name, value in body.parameters.items():
+        if name in names:
+            raise RefusedError(
+                f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"parameters.{name}"
+            )
+        _part(f"parameters.{name}", partial(checked, experiment, Axis(name, (value,))))
+    plan = _part(
+        "axes",
+        lambda: Plan(
+            experiment=body.experiment,
+            axes=axes,
+            trackers=tuple(body.trackers),
+            trials=body.trials,
+            seed=body.seed,
+            frames=body.frames or 0,
+            values=body.parameters,
+        ),
+    )
+    _within_server(plan, settings)
+    _within_a_map(plan)
+    return plan
+
+
+def within_limits(plan: Plan, settings: Settings) -> None:
+    """Refuse a plan that is too much for this server.
+
+    Raises:
+        RefusedError: It has too many runs.
+    """
+    if plan.runs > settings.max_sweep_runs:
+        raise RefusedError(
+            f"A sweep on this server has at most {settings.max_sweep_runs:,} runs; this one has {plan.runs:,}.",
+            field="trials",
+            bound=f"at most {settings.max_sweep_runs:,} runs",
+            value=plan.runs,
+        )
+
+
+def cells_of(plan: Plan) -> int:
+    """Return how many cells the map over the plan's first two axes has."""
+    return prod(len(axis.values) for axis in plan.axes[:2])
+
+
+def _axis(experiment: Experiment, index: int, body: SweepAxis) -> Axis:
+    if body.values is not None:
+        axis = Axis(body.name, tuple(body.values))
+        return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(checked, experiment, axis))
+    text = f"{body.name}={_plain(body.start)}:{_plain(body.stop)}:{_plain(body.step)}"
+    return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(parse_axis, experiment, text))
+
+
+def _blamed(experiment: Experiment, body: SweepAxis) -> str:
+    """Return which part of an axis is most likely the one that is wrong."""
+    known = {it.name: it for it in declarations(type(experiment.simulate().parameters))}
+    if body.name != TRACKER and body.name not in known:
+        return "name"
+    if body.values is not None or body.start is None or body.stop is None or not body.step:
+        return "step" if body.values is None else "values"
+    low, high = known[body.name].minimum, known[body.name].maximum
+    for name in ("start", "stop"):
+        end = getattr(body, name)
+        if (low is not None and end < low) or (high is not None and end > high):
+            return name
+    return "step" if (body.stop - body.start) * body.step < 0 else "stop"
+
+
+def _within_a_map(plan: Plan) -> None:
+    """Refuse axes so long that a map over two of them could not be looked at."""
+    longest = sorted(plan.axes, key=lambda axis: len(axis.values))[-2:]
+    cells = prod(len(axis.values) for axis in longest)
+    if cells > MOST_CELLS:
+        raise RefusedError(
+            f"A map has at most {MOST_CELLS:,} cells; {' and '.join(axis.name for axis in longest)} would make "
+            f"{cells:,}.",
+            field="axes",
+            bound=f"at most {MOST_CELLS:,} cells",
+            value=cells,
+        )
+
+
+def _sentence(said: str) -> str:
+    """Return the library's words as a sentence; the name of a parameter is no word to begin one with."""
+    first = said.partition(" ")[0]
+    return f"The parameter {said}." if "_" in first else f"{said[:1].upper()}{said[1:]}."
+
+
+def _plain(number: float | None) -> str:
+    """Return a number as a person would type it: `0.1`, and no exponent that hides a digit."""
+    return repr(int(number)) if number is not None and number == int(number) else repr(number)
+
+
+def _within_server(plan: Plan, settings: Settings) -> None:
+    """Refuse a plan in which a tracker has more particles, or a run more frames, than the server allows."""
+    parameters = plan.wiring.simulate().parameters
+    model = type(parameters)
+    largest = {**flat(parameters), **plan.values}
+    for axis in plan.axes:
+        if axis.name in {declaration.name for declaration in with_role(model, "particles")}:
+            largest[axis.name] = max(axis.values)
+    for tracker in plan.trackers:
+        limit_particles(model, largest, tracker, settings.max_particles)
+    if plan.frames > settings.max_frames:
+        raise ParameterError("frames", plan.frames, f"at most {settings.max_frames} on this server")
+
+
+def _part(field: str, part: Callable[[], Part]) -> Part:
+    """Return a part of a plan; if the library refuses it, say so with the field."""
+    try:
+        return part()
+    except (SweepError, ParameterError) as error:
+        raise RefusedError(_sentence(str(error)), field=field) from None

@@ -1,0 +1,296 @@
+"""One sweep, as the web process knows it: a plan, a process that computes it, and files in which the result grows.
+
+The files are the truth. Whatever dies, child, server or machine, they say how far the sweep is, and it goes on from
+there.
+"""
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Awaitable, Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import structlog
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.sweep import Plan, begin, partial_of
+from pftrack_server.errors import ConflictError
+from pftrack_server.log import Seldom
+from pftrack_server.schemas.measures import MeasurePublic
+from pftrack_server.schemas.sweep_answers import axis_view, fixed_views
+from pftrack_server.settings import Settings
+from pftrack_server.stream.listeners import Listeners
+from pftrack_server.sweeps.child import Child
+from pftrack_server.sweeps.listener import SweepListener
+from pftrack_server.sweeps.reasons import reason as why
+from pftrack_server.sweeps.results import Results
+from pftrack_server.sweeps.task import Resume
+from pftrack_server.sweeps.views import CellsPublic, State, SweepPublic
+
+__all__ = ["Sweep"]
+
+log = structlog.get_logger(__name__)
+
+LOOK_EVERY_S = 0.25
+WRITE_EVERY_S = 5.0
+RATE_OVER_S = 20.0
+
+Keep = Callable[["Sweep"], Awaitable[None]]
+
+
+class Sweep:
+    """One sweep; all methods belong to the event loop's thread.
+
+    Attributes:
+        id: Its name.
+        plan: What is computed.
+        title: What it is called.
+        created: When it was created.
+        results: What there is of it so far.
+    """
+
+    def __init__(self, row: dict[str, Any], plan: Plan, out: Path, settings: Settings, keep: Keep) -> None:
+        self.id: str = row["id"]
+        self.plan = plan
+        self.title: str = row["title"]
+        self.created: str = row["created"]
+        self.state: State = row["state"]
+        self.message: str | None = row["message"]
+        self.done: int = row["done"]
+        self.successes: int | None = row["successes"]
+        self.problems: int = row["problems"]
+        self.results = Results(plan, out)
+        self._seconds: float = row["seconds"]
+        self._axes = [axis_view(plan, axis.name) for axis in plan.axes]
+        self._fixed = fixed_views(plan)
+        self._out = out
+        self._settings = settings
+        self._keep = keep
+        self._child: Child | None = None
+        self._watch: asyncio.Task[None] | None = None
+        self._reason: str | None = None
+        self._began = 0.0
+        self._past: deque[tuple[float, int]] = deque()
+        self._listeners: Listeners[SweepListener] = Listeners()
+        self._seldom = Seldom(__name__, every_s=60.0)
+
+    # ------------------------------------------------------------ what it is
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process that computes it."""
+        return self._child.pid if self._child else None
+
+    @property
+    def listeners(self) -> int:
+        """Number of pages that watch it."""
+        return len(self._listeners)
+
+    @property
+    def judged(self) -> bool:
+        """Whether its experiment has a notion of success."""
+        return self.plan.wiring.judges_loss
+
+    def as_row(self) -> dict[str, Any]:
+        """Return what is kept of it in the database."""
+        return {
+            "id": self.id,
+            "title": self.title,
+            "experiment": self.plan.experiment,
+            "state": self.state,
+            "message": self.message,
+            "runs": self.plan.runs,
+            "done": self.done,
+            "successes": self.successes,
+            "problems": self.problems,
+            "seconds": self._now_seconds(),
+            "created": self.created,
+        }
+
+    def view(self) -> SweepPublic:
+        """Return it as everybody outside sees it."""
+        plan, experiment = self.plan, self.plan.wiring
+        rate = self._rate()
+        return SweepPublic(
+            id=self.id,
+            title=self.title,
+            experiment=plan.experiment,
+            unit=experiment.unit,
+            judged=self.judged,
+            axes=self._axes,
+            trackers=[{"id": name, "title": experiment.trackers[name].title} for name in plan.trackers],
+            measures=[MeasurePublic.model_validate(measure.as_dict()) for measure in experiment.run_measures],
+            trials=plan.trials,
+            frames=plan.frames,
+            seed=plan.seed,
+            parameters=dict(plan.values),
+            fixed=self._fixed,
+            runs=plan.runs,
+            conditions=plan.conditions,
+            done=self.done,
+            successes=self.successes if self.judged else None,
+            problems=self.problems,
+            state=self.state,
+            message=self.message,
+            rate=rate,
+            seconds=self._now_seconds(),
+            seconds_left=(plan.runs - self.done) / rate if rate and self.state == "running" else None,
+            created=self.created,
+            outcome=self._outcome(),
+            page=f"/sweep/{self.id}",
+        )
+
+    async def cells(self, x: str | None = None, y: str | None = None) -> CellsPublic:
+        """Return its map over one or two axes; over its first two if none is named.
+
+        Raises:
+            RefusedError: It has no such axis.
+        """
+        return await asyncio.to_thread(self.results.cells, x, y)
+
+    # ------------------------------------------------------------ life
+
+    async def start(self) -> None:
+        """Begin or go on.
+
+        Raises:
+            OSError: The disk does not take it.
+        """
+        if self._watch is not None:
+            return
+        if not self._out.exists() and not partial_of(self._out).exists():
+            await asyncio.to_thread(begin, self.plan, self._out)
+        self._reason = None
+        settings = self._settings
+        self._child = await Child.start(
+            Resume(out=self._out, jobs=settings.sweep_jobs, file_bytes=settings.max_sweeps_bytes)
+        )
+        self._began = time.monotonic()
+        self._past.clear()
+        self._watch = asyncio.create_task(self._follow(self._child))
+        await self._become("running", None)
+        log.info("sweep started", sweep=self.id, runs=self.plan.runs, done=self.done)
+
+    async def stop(self, reason: str) -> None:
+        """End its process; what was computed is kept."""
+        child, watch = self._child, self._watch
+        if child is None or watch is None:
+            return
+        self._reason = self._reason or reason
+        await child.stop()
+        await asyncio.shield(watch)
+
+    async def close(self) -> None:
+        """Send all listeners away."""
+        self._listeners.close()
+
+    async def look(self) -> None:
+        """Look at what lies on the disk."""
+        await asyncio.to_thread(self.results.refresh)
+        self._take()
+
+    async def _follow(self, child: Child) -> None:
+        """Watch files and process until the process ends."""
+        end = asyncio.ensure_future(child.wait())
+        written = time.monotonic()
+        try:
+            while not end.done():
+                await asyncio.wait({end}, timeout=LOOK_EVERY_S)
+                await self._glance()
+                if time.monotonic() - written > WRITE_EVERY_S:
+                    written = time.monotonic()
+                    await self._write()
+            status, answer = end.result()
+            await self._glance()
+        finally:
+            self._seconds, self._child, self._watch = self._now_seconds(), None, None
+        if status == 0 and self._out.exists():
+            await self._become("done", None)
+        else:
+            because = self._reason or why(status, answer)
+            if self._reason is None:
+                log.warning("sweep stopped", sweep=self.id, status=status, **answer)
+            await self._become("stopped", because)
+
+    async def _glance(self) -> None:
+        """Look at the disk; if that fails, the next time may do better."""
+        try:
+            if await asyncio.to_thread(self.results.refresh):
+                self._take()
+        except Exception:
+            log.exception("a sweep's files cannot be read", sweep=self.id)
+
+    def _take(self) -> None:
+        self.done, self.successes, self.problems = self.results.totals
+        self._past.append((time.monotonic(), self.done))
+        while len(self._past) > 2 and self._past[-1][0] - self._past[0][0] > RATE_OVER_S:
+            self._past.popleft()
+        self._wake()
+
+    async def _become(self, state: State, message: str | None) -> None:
+        self.state, self.message = state, message
+        self._wake()
+        await self._write()
+
+    async def _write(self) -> None:
+        """Keep how far it is; if that fails, the next time may do better, and the files say it as well."""
+        try:
+            await self._keep(self)
+        except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
+            self._seldom.warn("how far a sweep is could not be stored", sweep=self.id, error=repr(error))
+
+    # ------------------------------------------------------------ listeners
+
+    def join(self, x: str | None, y: str | None) -> AbstractContextManager[SweepListener]:
+        """Add a listener for as long as the context lasts."""
+        return self._listeners.add(SweepListener(self, x, y))
+
+    def _wake(self) -> None:
+        for listener in self._listeners:
+            listener.news.set()
+
+    # ------------------------------------------------------------ figures
+
+    def _now_seconds(self) -> float:
+        running = time.monotonic() - self._began if self._watch is not None else 0.0
+        return round(self._seconds + running, 1)
+
+    def _rate(self) -> float | None:
+        """Return the runs a second of late."""
+        if self.state != "running" or len(self._past) < 2:
+            return None
+        (then, before), (now, after) = self._past[0], self._past[-1]
+        return (after - before) / (now - then) if now > then and after > before else None
+
+    def _outcome(self) -> str:
+        """Say in a few words what came of it."""
+        parts = []
+        if self.state != "done":
+            parts.append(f"{self.done:,} of {self.plan.runs:,} runs")
+        else:
+            parts.append(f"{self.plan.runs:,} runs")
+        if self.judged and self.successes is not None and self.done > self.problems:
+            parts.append(f"{100 * self.successes / (self.done - self.problems):.0f} % succeeded")
+        return ", ".join(parts)
+
+
+def default_title(plan: Plan) -> str:
+    """Return a title for a plan that was given none."""
+    experiment = EXPERIMENTS[plan.experiment]
+    titles = [axis_view(plan, axis.name).title.lower() for axis in plan.axes[:3]]
+    over = " × ".join(titles) or "repeated"
+    return f"{experiment.title} · {over}"[:200]
+
+
+def check_idle(sweep: Sweep) -> None:
+    """Refuse to go on with what is running or complete.
+
+    Raises:
+        ConflictError: There is nothing to resume.
+    """
+    if sweep.state == "running":
+        raise ConflictError("The sweep is running already.")
+    if sweep.state == "done":
+        raise ConflictError("The sweep is complete; there is nothing left to compute.")

@@ -1,0 +1,38 @@
+"""Comparing runs in a confined process: they are made by the door that sessions come in by, under the same limits."""
+
+from collections.abc import Generator, Sequence
+from typing import Any
+
+from pftrack.comparison import Comparison
+from pftrack_server.worker.protocol import WorkerConfig
+from pftrack_server.worker.run_tree import RunTree
+
+__all__ = ["compare_runs", "outline_comparison"]
+
+
+def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
+    """Return what is known of a comparison before anything is computed: which frames, what differs, what to call each.
+
+    Raises:
+        ComparisonError: The runs cannot be compared.
+    """
+    compared = _begun(configs)
+    return {
+        "unit": compared.unit,
+        "frames": compared.alignment.frames,
+        "firsts": list(compared.alignment.firsts),
+        "names": list(compared.names),
+        "colours": list(compared.colours),
+        "settings": [setting.as_dict() for setting in compared.settings],
+    }
+
+
+def compare_runs(configs: Sequence[WorkerConfig]) -> Generator[tuple[int, int], None, dict[str, Any]]:
+    """Compute all frames that runs have in common, and return what they come to; a step is a frame of a run."""
+    compared = _begun(configs)
+    yield from compared.computing()
+    return compared.as_dict()
+
+
+def _begun(configs: Sequence[WorkerConfig]) -> Comparison:
+    return Comparison.of(*(RunTree(config).run for config in configs))

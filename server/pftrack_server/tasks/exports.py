@@ -1,0 +1,58 @@
+"""The task of an export: compute a run from its recipe and write it as a file of another kind."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pftrack.exports.formats import exporting, exports_of
+from pftrack.model.export import export_named
+from pftrack.model.recipe import EARLIER, Recipe
+from pftrack.runs import record
+from pftrack.sources.sequence import Limits
+from pftrack_server.tasks.functions import Steps, reopened
+
+__all__ = ["Order", "write_export"]
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What is to be written of which run.
+
+    Attributes:
+        recipe: Of the run, as JSON values.
+        computed: The last frame that belongs to it.
+        position: The frame at which it stands.
+        export: Name of the export.
+        plot: Id of the one plot that a picture shall show; None for all.
+        path: Where to.
+    """
+
+    recipe: Mapping[str, Any]
+    computed: int
+    position: int
+    export: str
+    plot: str | None
+    path: str
+
+
+def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) -> Steps:
+    """Write an export; the first half of the steps computes the run, the second writes it.
+
+    Args:
+        order: What to write.
+        video: Path and index of the upload that the run was made on, if that is here.
+        limits: How large its frames may be.
+    """
+    recipe = Recipe.model_validate(order.recipe, context=EARLIER)
+    run = record.make(recipe, open_sequence=partial(reopened, video, limits))
+    last = min(order.computed, run.frames - 1)
+    frames = last + 1
+    for step in run.seeking(last):
+        yield step.diagnostics.frame + 1, 2 * frames
+    run.seek(min(order.position, last))
+    kind = export_named(exports_of(run.experiment), order.export)
+    for done, of in exporting(run, Path(order.path), kind, order.plot):
+        yield frames + frames * done // of, 2 * frames
+    return {}

@@ -1,0 +1,327 @@
+"""Task functions: work in a confined process, because an uploaded file is involved or because it takes a while.
+
+One that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
+"""
+
+import math
+import os
+import time
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.failures import Enacted, enact, entry
+from pftrack.model.finder import Sighting
+from pftrack.model.marks import read_mark
+from pftrack.model.parameters import ParameterError
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.model.series import to_json
+from pftrack.numerics.random import LARGEST_SEED
+from pftrack.rendering import png, render
+from pftrack.rendering.heat import over
+from pftrack.runs import record
+from pftrack.runs.reproduction import departure, difference
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import Limits, SourceError, open_sequence
+from pftrack.sources.truth import TruthError
+from pftrack_server.worker.run_tree import check_timeline
+
+__all__ = [
+    "Question",
+    "draw_experiment",
+    "enact_failure",
+    "find_mark",
+    "frame_jpeg",
+    "nothing",
+    "read_record",
+    "read_truth",
+    "reopened",
+    "survey",
+    "weigh_record",
+    "weigh_target",
+]
+
+# So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
+SEARCH_S = 1.5
+THUMBNAIL_FRAMES = 90
+THUMBNAIL_WIDTH_PX = 480
+MEBIBYTE = 1024**2
+
+Steps: TypeAlias = Generator[tuple[int, int], None, dict[str, Any]]
+
+
+def nothing() -> bool:
+    """Do nothing; the answer proves that processes can be started."""
+    return True
+
+
+def survey(path: str, limits: Limits, memory_bytes: int) -> str:
+    """Decode every frame of a file from a stranger, and return the index of it as JSON.
+
+    Args:
+        path: The file or folder.
+        limits: How large it may be.
+        memory_bytes: What this process may take.
+    """
+    # Tokens and passwords are none of a decoder's business. What was forked with this process may still hold them.
+    os.environ.clear()
+    try:
+        sequence = open_sequence(Path(path), limits)
+    except MemoryError:
+        allowed = f"{memory_bytes / MEBIBYTE:,.4g} MiB"
+        raise SourceError(f"decoding needs more than the {allowed} of memory that are allowed") from None
+    sequence.close()
+    return sequence.index.to_json()
+
+
+def draw_experiment(experiment_id: str) -> bytes:
+    """Return the PNG of a frame from the middle of an experiment's own simulated run, by its first preset if any."""
+    experiment = find(experiment_id)
+    setup = experiment.simulate()
+    if experiment.presets:
+        preset = experiment.presets[0]
+        timeline = (Change(0, preset.parameters),)
+        run = Run(experiment, setup, tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+    else:
+        run = Run(experiment, setup)
+    run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
+    drawing = experiment.draw(run.current, run.diagnostics)
+    scale = THUMBNAIL_WIDTH_PX / drawing.width
+    return png(render(drawing, layers=experiment.shown_layers, scale=scale, caption=False))
+
+
+def enact_failure(failure_id: str) -> dict[str, Any]:
+    """Return how the run of a failure went, and the cured one."""
+    shown = entry(EXPERIMENTS, failure_id)
+    failing, cured = (_course(enact(shown, cured=cured)) for cured in (False, True))
+    return {"unit": shown.experiment.unit, "failing": failing, "cured": cured}
+
+
+def _course(done: Enacted) -> dict[str, Any]:
+    finding = done.finding
+    return {
+        "errors": [to_json(math.nan if row.error is None else row.error) for row in done.rows],
+        "lost": [row.gone for row in done.rows],
+        "shown": finding.shown,
+        "finding": finding.words,
+        "numbers": {name: to_json(number) for name, number in finding.numbers.items()},
+    }
+
+
+def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
+    """Return a frame of an upload as JPEG."""
+    sequence = _opened(path, index, number, limits)
+    return _jpeg(sequence.picture(number))
+
+
+def _jpeg(picture_rgb: NDArray[np.uint8]) -> bytes:
+    done, encoded = cv2.imencode(".jpg", cv2.cvtColor(picture_rgb, cv2.COLOR_RGB2BGR))
+    if not done:
+        raise SourceError("the frame cannot be drawn")
+    return encoded.tobytes()
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Where to look for a target.
+
+    Attributes:
+        experiment: Identifier of the experiment.
+        frame: First frame of the upload to look into.
+        last: Last one, not before the first, or None for that of the upload.
+        looked: How many of the frames worth looking into were looked into before.
+        hint: Where a person has shown in that frame that the target is, as JSON values of a mark.
+    """
+
+    experiment: str
+    frame: int
+    last: int | None = None
+    looked: int = 0
+    hint: Mapping[str, Any] | None = None
+
+
+def find_mark(path: str, index: str | None, question: Question, limits: Limits) -> dict[str, Any]:
+    """Look for a target in an upload for a while, and return what came of it."""
+    finder = find(question.experiment).finder
+    if finder is None:
+        raise SourceError(f"the experiment {question.experiment} does not find its target by itself; mark it")
+    sequence = _opened(path, index, question.frame, limits)
+    if question.hint is not None:
+        hint = read_mark(finder.hints, question.hint)
+        if finder.within is None:
+            raise SourceError(f"the experiment {question.experiment} cannot look for its target in a part of a picture")
+        try:
+            seen = finder.within(sequence, question.frame, hint)
+        except ValueError as error:
+            raise SourceError(str(error)) from None
+        return _told(seen, 1, 1)
+    end = sequence.frame_count - 1
+    last = end if question.last is None else min(question.last, end)
+    if last < question.frame:
+        raise ParameterError("last", question.last, f"a frame from {question.frame} on")
+    frames = finder.frames(question.frame, last)
+    until, looked = time.monotonic() + SEARCH_S, min(question.looked, len(frames) - 1)
+    for seen in finder.search(sequence, frames[looked:]):
+        looked += 1
+        # What is only guessed may do where it was asked for, and is not looked for elsewhere.
+        if seen.sure or (seen.mark is not None and len(frames) == 1) or time.monotonic() > until:
+            break
+    if seen.sure and question.last is None:
+        seen = finder.better(sequence, seen)
+    guessed = seen.mark is not None and not seen.sure and len(frames) > 1
+    return _told(Sighting(seen.frame) if guessed else seen, looked, len(frames))
+
+
+def weigh_target(
+    path: str, index: str | None, experiment_id: str, frame: int, raw: Mapping[str, Any], limits: Limits
+) -> dict[str, Any]:
+    """Look whether the trackers of an experiment can follow a target that is marked in a frame of an upload."""
+    experiment = find(experiment_id)
+    sequence = _opened(path, index, frame, limits)
+    experiment.check_footage(sequence.index.kind)
+    if experiment.on_video is None or experiment.suits is None:
+        raise SourceError(f"the experiment {experiment_id} cannot tell beforehand whether it can follow a target")
+    mark = experiment.mark(raw)
+    try:
+        setup = experiment.on_video(sequence, mark, start=frame)
+    except ParameterError:
+        raise
+    except ValueError as error:
+        raise SourceError(str(error)) from None
+    assert setup.footage is not None  # noqa: S101 - a recording has one
+    found = experiment.suits(sequence, setup.footage, setup.parameters)
+    remark, *advice = found.sentences
+    picture = None
+    if found.likelihood is not None:
+        picture = _jpeg(over(sequence.picture(frame), found.likelihood, width=THUMBNAIL_WIDTH_PX))
+    return {
+        "value": found.value,
+        "grade": found.grade,
+        "remark": remark,
+        "advice": advice,
+        "better": found.better.model_dump(mode="json") if found.better else None,
+        "picture": picture,
+    }
+
+
+def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
+    return {
+        "frame": seen.frame,
+        "mark": seen.mark.model_dump(mode="json") if seen.mark else None,
+        "placed": list(seen.placed),
+        "remarks": [f"{remark[:1].upper()}{remark[1:]}." for remark in seen.remarks],
+        "looked": looked,
+        "of": of,
+    }
+
+
+def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
+    """Read a table of truth of the kind that goes with an experiment, for an upload with that many frames."""
+    kind, name = find(experiment_id).truth, Path(path).name
+    if kind is None:
+        raise TruthError(f"the experiment {experiment_id} takes no truth")
+    try:
+        table = kind.read(Path(path))
+    except TruthError as error:
+        # What the file is called here, and where it lies, is nobody's business.
+        said = str(error)
+        raise TruthError(f"the file{said.removeprefix(name) if said.startswith(name) else ' cannot be read'}") from None
+    rows = {frame: row for frame, row in table.rows.items() if frame < frames}
+    if not rows:
+        least = min(table.rows, default=None)
+        found = "lists none with any" if least is None else f"begins at frame {least}"
+        raise TruthError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
+    view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
+    warnings = [f"The file{warning.removeprefix(name)}." for warning in table.warnings]
+    return {**view, "warnings": warnings, "rows": rows}
+
+
+def _opened(path: str, index: str | None, number: int, limits: Limits) -> FrameSequence:
+    """Open an upload that has a frame."""
+    known = FrameIndex.from_json(index) if index else None
+    sequence = open_sequence(Path(path), limits, index=known)
+    if not 0 <= number < sequence.frame_count:
+        raise ParameterError("frame", number, f"a frame of the upload, 0 to {sequence.frame_count - 1}")
+    return sequence
+
+
+def read_record(path: str) -> dict[str, Any]:
+    """Read what a record says of its run."""
+    return _record(path).model_dump(mode="json")
+
+
+def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> Steps:
+    """Compute the run of a record as far as it was computed, and return what came of it; a step is a frame.
+
+    Args:
+        path: The record.
+        video: Path and index of the upload that it was made on, if that is here.
+        limits: How large their frames may be.
+    """
+    saved = _saved(path)
+    found = saved.record
+    recipe = found.recipe
+    if recipe.frames is not None and recipe.frames > limits.frames:
+        raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
+    if recipe.seed > LARGEST_SEED:
+        raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
+    run = record.make(recipe, open_sequence=partial(reopened, video, limits))
+    check_timeline(run.timeline.changes, run.frames)
+    last = min(max(found.computed, 1), run.frames) - 1
+    for step in run.seeking(last):
+        yield step.diagnostics.frame + 1, last + 1
+    drawing = run.experiment.draw(run.current, run.diagnostics)
+    apart = difference(run, saved)
+    return {
+        "title": run.experiment.title,
+        "summary": {
+            **run.summary().as_dict(),
+            "reproduced": apart is None,
+            **({"differs": {**apart.as_dict(), "sentence": apart.sentence}} if apart else {}),
+        },
+        "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),
+    }
+
+
+def reopened(video: tuple[str, str] | None, limits: Limits, footage: Footage) -> FrameSequence:
+    """Open the upload that a run was made on.
+
+    Args:
+        video: Its path and index, if it is here.
+        limits: How large its frames may be.
+        footage: What the run says of it.
+
+    Raises:
+        RecordError: It is not here.
+    """
+    if video is None:
+        name = footage.name or "a recording"
+        raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
+    index = FrameIndex.from_json(video[1])
+    return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
+
+
+def _record(path: str) -> record.Record:
+    return _saved(path).record
+
+
+def compare_record(path: str, estimates: list[list[float]]) -> str | None:
+    """Say where estimates differ from those of a record, in the frames that both have; None where they do not."""
+    apart = departure(estimates, _saved(path))
+    return None if apart is None else f"{apart.sentence[:1].upper()}{apart.sentence[1:]}."
+
+
+def _saved(path: str) -> record.Saved:
+    try:
+        return record.read_saved(Path(path))
+    except record.RecordError as error:
+        # What the file is called here is nobody's business.
+        raise record.RecordError(str(error).replace(Path(path).name, "The file")) from None

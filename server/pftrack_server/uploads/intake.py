@@ -1,0 +1,182 @@
+"""Intake: from files that have just arrived to an upload that may be used.
+
+Every frame is decoded once, in a confined process, before an upload is anybody's to use; what does not pass is deleted.
+"""
+
+import asyncio
+import contextlib
+import dataclasses
+import re
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import structlog
+
+from pftrack.model.sequence import FrameIndex
+from pftrack.sources.images import natural_order
+from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError
+from pftrack_server.errors import ConflictError, NoRoomError
+from pftrack_server.settings import Settings
+from pftrack_server.store.files import new_name, now
+from pftrack_server.store.room import mebibytes
+from pftrack_server.store.store import Store
+from pftrack_server.store.tables import UploadRow
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.uploads.multipart import Received
+from pftrack_server.uploads.probe import probe
+
+__all__ = ["check_room", "index_of", "limits_of", "take_in"]
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+
+log = structlog.get_logger(__name__)
+
+
+def limits_of(settings: Settings) -> Limits:
+    """Return how large a sequence may be on this server."""
+    return dataclasses.replace(
+        DEFAULT_LIMITS,
+        frames=settings.max_frames,
+        pixels=settings.max_pixels,
+        file_bytes=settings.max_upload_bytes,
+    )
+
+
+def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
+    """Make sure that there is a place for one more upload.
+
+    Raises:
+        ConflictError: There are as many as there may be.
+        NoRoomError: All together they would be larger than they may be.
+    """
+    if store.count(UploadRow) >= settings.max_uploads:
+        raise ConflictError(f"The server keeps at most {settings.max_uploads} uploads; delete one first.")
+    used = store.uploads_bytes()
+    if used + wanted_bytes > settings.max_uploads_bytes:
+        raise NoRoomError(
+            f"All uploads together may have {mebibytes(settings.max_uploads_bytes)}, of which {mebibytes(used)} are in "
+            f"use, and this one has {mebibytes(wanted_bytes)}; delete one first."
+        )
+
+
+async def index_of(store: Store, settings: Settings, tasks: ChildTasks, upload: str) -> str:
+    """Return what was found when an upload was decoded first, as JSON; if that is damaged or missing, decode it again.
+
+    Raises:
+        SourceError: The upload itself is damaged.
+    """
+    text = await asyncio.to_thread(_kept_index, store, upload)
+    if text is None:
+        log.warning("what was found in an upload is damaged or missing; it is decoded again", upload=upload)
+        text = (await probe(tasks, store.files.upload(upload), limits_of(settings))).to_json()
+        with contextlib.suppress(OSError):
+            await asyncio.to_thread(store.files.keep_index, upload, text)
+    return text
+
+
+def _kept_index(store: Store, upload: str) -> str | None:
+    try:
+        text = store.files.index(upload)
+        FrameIndex.from_json(text)
+    except (OSError, ValueError):
+        return None
+    return text
+
+
+async def take_in(
+    store: Store,
+    settings: Settings,
+    tasks: ChildTasks,
+    folder: Path,
+    received: Received,
+    stopped: Callable[[], bool],
+) -> UploadRow:
+    """Look through files that arrived, and keep them, unless the server stops meanwhile or nobody waits any more.
+
+    Raises:
+        SourceError: They are no sequence of pictures, or exceed the limits.
+        ConflictError: There are as many uploads as there may be.
+        NoRoomError: There is no room for this one.
+    """
+    await asyncio.to_thread(check_room, store, settings, received.size_bytes)
+    content, names = await _to_the_end(_arranged, folder, received)
+    try:
+        found = await probe(tasks, content, limits_of(settings), stopped=stopped)
+    except SourceError as error:
+        raise SourceError(_by_their_names(str(error), names)) from None
+
+    def keep() -> UploadRow:
+        with _keeping:
+            check_room(store, settings, received.size_bytes)
+            return _keep(store, _row(found, received), found, content)
+
+    return await _to_the_end(keep)
+
+
+async def _to_the_end(work: Callable[Given, Result], *arguments: Given.args, **options: Given.kwargs) -> Result:
+    """Do work in a thread, and leave it only when it has ended, also when nobody waits for it any more."""
+    working = asyncio.ensure_future(asyncio.to_thread(work, *arguments, **options))
+    try:
+        return await asyncio.shield(working)
+    except asyncio.CancelledError:
+        await asyncio.wait((working,))
+        raise
+
+
+_keeping = threading.Lock()
+"""Two that are kept at the same time would both find the last place free."""
+
+
+def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> UploadRow:
+    target = store.files.upload(row.id)
+    target.parent.mkdir(mode=0o700)
+    try:
+        store.files.keep_index(row.id, index.to_json())
+        content.replace(target)
+        store.add_upload(row)
+    except BaseException:
+        store.files.remove_upload(row.id)
+        raise
+    return row
+
+
+def _arranged(folder: Path, received: Received) -> tuple[Path, dict[str, str]]:
+    """Return one file as it is, several as a folder in which they stand in the natural order of their names.
+
+    Beside the folder come the names that they have there, each with the one that people know. A single file is never
+    spoken of by its name, and what looks like that in a sentence is from the file itself.
+    """
+    if len(received.paths) == 1:
+        return received.paths[0], {}
+    pictures = folder / "pictures"
+    pictures.mkdir()
+    named = sorted(zip(received.names, received.paths, strict=True), key=lambda pair: natural_order(pair[0]))
+    for number, (_, path) in enumerate(named):
+        path.rename(pictures / f"{number:06d}")
+    return pictures, {f"{number:06d}": name for number, (name, _) in enumerate(named)}
+
+
+def _by_their_names(text: str, names: Mapping[str, str]) -> str:
+    """Return a sentence in which files have the names that people know."""
+    return re.sub(r"\b\d{6}\b", lambda found: names.get(found[0], found[0]), text)
+
+
+def _row(found: FrameIndex, received: Received) -> UploadRow:
+    first, count = received.names[0], len(received.names)
+    return UploadRow(
+        id=new_name(),
+        name=first if count == 1 else f"{first} and {count - 1} more",
+        kind=found.kind,
+        frames=found.frame_count,
+        width=found.width,
+        height=found.height,
+        frame_rate_hz=found.frame_rate_hz,
+        duration_s=found.duration_s,
+        sha256=found.sha256,
+        warnings=list(found.warnings),
+        size_bytes=received.size_bytes,
+        created=now(),
+    )

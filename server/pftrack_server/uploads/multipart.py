@@ -1,0 +1,180 @@
+"""Uploading: a multipart body written to disk while it arrives, and cut off as soon as it is too large.
+
+FastAPI's own form parser keeps a whole upload before anybody can say no, so the parts are taken from the wire here. A
+part's file name is only ever a title and an order; what a file is called on disk is made up by the server.
+"""
+
+import asyncio
+import re
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+from fastapi import Request
+from python_multipart.exceptions import MultipartParseError
+from python_multipart.multipart import MultipartParser, parse_options_header
+from starlette.requests import ClientDisconnect
+
+from pftrack_server.errors import ApiError, RefusedError, TooLargeError
+from pftrack_server.store.room import Room
+
+__all__ = ["Received", "receive"]
+
+LONGEST_NAME = 200
+# So often the room on the disk is looked at while a body comes, which others may use up meanwhile.
+LOOK_BYTES = 4 * 1024 * 1024
+LONGEST_HEADER = 4096
+LONGEST_BOUNDARY = 70
+"""By RFC 2046, section 5.1.1."""
+# Boundaries and headers of the parts are not part of what somebody wants to keep.
+OVERHEAD_BYTES = 64 * 1024
+OVERHEAD_BYTES_A_FILE = 1024
+
+
+@dataclass
+class Received:
+    """The files received, in the order of arrival, with the names that the client gave them."""
+
+    paths: list[Path] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    size_bytes: int = 0
+
+
+async def receive(request: Request, folder: Path, room: Room, *, most_bytes: int, most_files: int) -> Received:
+    """Write the files of a multipart request's field `file` into a folder, made for them; on failure it is removed.
+
+    Raises:
+        TooLargeError: More bytes or files than allowed came, or are announced.
+        NoRoomError: There is not as much room on the disk.
+        RefusedError: There is no file in it.
+    """
+    kind, options = parse_options_header(request.headers.get("content-type"))
+    boundary = options.get(b"boundary")
+    if kind != b"multipart/form-data" or not boundary:
+        raise ApiError("Send the file as multipart/form-data in a field named file")
+    if len(boundary) > LONGEST_BOUNDARY:
+        raise ApiError(f"The boundary of multipart/form-data may have at most {LONGEST_BOUNDARY} characters")
+    announced = request.headers.get("content-length", "")
+    overhead = OVERHEAD_BYTES + OVERHEAD_BYTES_A_FILE * most_files
+    if announced.isdigit() and int(announced) > most_bytes + overhead:
+        raise TooLargeError(_too_large(most_bytes))
+    await asyncio.to_thread(room.check, int(announced) if announced.isdigit() else 0)
+    await asyncio.to_thread(folder.mkdir, mode=0o700)
+    parts = _Parts(folder, most_bytes, most_files)
+    try:
+        parser = MultipartParser(boundary, parts.callbacks(), max_header_size=LONGEST_HEADER)  # type: ignore[arg-type]  # its own table
+        await _read(request, parser, parts, room, most_bytes + overhead)
+    except BaseException:
+        parts.close()
+        await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
+        raise
+    return parts.received
+
+
+async def _read(request: Request, parser: MultipartParser, parts: "_Parts", room: Room, most_bytes: int) -> None:
+    total = looked = 0
+    try:
+        async for chunk in request.stream():
+            total += len(chunk)
+            if total > most_bytes:
+                raise TooLargeError(_too_large(parts.most_bytes))
+            if total - looked > LOOK_BYTES:
+                looked = total
+                await asyncio.to_thread(room.check)
+            if chunk:
+                await asyncio.to_thread(parser.write, chunk)
+        parser.finalize()
+    except ClientDisconnect:
+        raise ApiError("The connection broke during the upload") from None
+    except MultipartParseError:
+        raise ApiError(
+            "The request is not well-formed multipart/form-data, or the name of a file is longer than"
+            f" {LONGEST_HEADER} bytes"
+        ) from None
+    if parts.open:
+        raise ApiError("The request ended in the middle of a file")
+    if not parts.received.paths:
+        raise RefusedError("There is no file in the request; send it in a field named file", field="file")
+
+
+def _too_large(most_bytes: int) -> str:
+    return f"An upload may have at most {most_bytes / 1024**2:.4g} MiB"
+
+
+class _Parts:
+    """Takes the parser's callbacks and writes the files."""
+
+    def __init__(self, folder: Path, most_bytes: int, most_files: int) -> None:
+        self.received = Received()
+        self.most_bytes = most_bytes
+        self._most_files = most_files
+        self._folder = folder
+        self._file: IO[bytes] | None = None
+        self._name, self._value = b"", b""
+        self._disposition = b""
+
+    @property
+    def open(self) -> bool:
+        """Whether a file has begun and not ended."""
+        return self._file is not None
+
+    def callbacks(self) -> dict[str, Any]:
+        """Return what the parser calls."""
+        return {
+            "on_part_begin": self._begin,
+            "on_header_field": self._header_name,
+            "on_header_value": self._header_value,
+            "on_header_end": self._header_end,
+            "on_headers_finished": self._headers,
+            "on_part_data": self._data,
+            "on_part_end": self.close,
+        }
+
+    def close(self) -> None:
+        """Finish the current file."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _begin(self) -> None:
+        self._name = self._value = self._disposition = b""
+
+    def _header_name(self, data: bytes, start: int, end: int) -> None:
+        self._name += data[start:end]
+
+    def _header_value(self, data: bytes, start: int, end: int) -> None:
+        self._value += data[start:end]
+
+    def _header_end(self) -> None:
+        if self._name.lower() == b"content-disposition":
+            self._disposition = self._value
+        self._name = self._value = b""
+
+    def _headers(self) -> None:
+        _, options = parse_options_header(self._disposition)
+        # Other fields are read over; they count towards the size all the same.
+        if options.get(b"name") != b"file" or b"filename" not in options:
+            return
+        number = len(self.received.paths)
+        if number >= self._most_files:
+            raise TooLargeError(f"An upload may have at most {self._most_files} files")
+        path = self._folder / f"{number:06d}"
+        self._file = path.open("wb")
+        self.received.paths.append(path)
+        self.received.names.append(_title(options[b"filename"]))
+
+    def _data(self, data: bytes, start: int, end: int) -> None:
+        if self._file is None:
+            return
+        self.received.size_bytes += end - start
+        if self.received.size_bytes > self.most_bytes:
+            raise TooLargeError(_too_large(self.most_bytes))
+        self._file.write(memoryview(data)[start:end])
+
+
+def _title(raw: bytes) -> str:
+    """Return what may be shown of a file's name: its last part, without what does not print."""
+    text = re.split(r"[/\\]", raw.decode("utf-8", "replace"))[-1]
+    printable = "".join(character for character in text if character.isprintable()).strip()
+    return printable[:LONGEST_NAME] or "unnamed"

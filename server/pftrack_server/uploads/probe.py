@@ -1,0 +1,70 @@
+"""Probe: an uploaded file is decoded once, from end to end, in a confined child, before it is anybody's to use.
+
+A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
+more memory than there is. Whatever happens becomes an index of its frames, or a `SourceError` with a sentence.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from pftrack.model.sequence import FrameIndex
+from pftrack.process import Ending
+from pftrack.sources.sequence import Limits, SourceError
+from pftrack_server.tasks.child import MEBIBYTE, Budget
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.functions import survey
+from pftrack_server.worker.protocol import Failed, Reply
+
+__all__ = ["probe"]
+
+BUDGET = Budget(cpu_seconds=120, silence_s=240, file_bytes=0, answer_bytes=8 * MEBIBYTE)
+
+
+async def probe(
+    tasks: ChildTasks,
+    path: Path,
+    limits: Limits,
+    *,
+    budget: Budget = BUDGET,
+    stopped: Callable[[], bool] = lambda: False,
+) -> FrameIndex:
+    """Decode a sequence of pictures once, in a process of its own, without waiting for a turn.
+
+    Args:
+        tasks: Where that is done.
+        path: The file or folder.
+        limits: How large it may be.
+        budget: What decoding may take.
+        stopped: Asked ten times a second whether to give up.
+
+    Raises:
+        SourceError: It is not a sequence of pictures, is broken, exceeds the limits, or the decoder came to grief.
+    """
+    answer = await tasks.answer(survey, str(path), limits, budget.memory_bytes, budget=budget, stopped=stopped)
+    match answer:
+        case Reply(result=str(text)):
+            try:
+                return FrameIndex.from_json(text)
+            except ValueError:
+                how = Ending.CRASHED
+        case Failed(message=message):
+            raise SourceError(message)
+        case Ending():
+            how = answer
+        case _:
+            how = Ending.CRASHED
+    if stopped():
+        raise SourceError("decoding was stopped before it came to an end; give the file again")
+    raise SourceError(_fate(how, budget))
+
+
+def _fate(how: Ending, budget: Budget) -> str:
+    """Return why a process gave no answer."""
+    match how:
+        case Ending.OUT_OF_TIME:
+            return f"decoding takes longer than the {budget.silence_s:,g} s that are allowed"
+        case Ending.OUT_OF_CPU_TIME:
+            return f"decoding takes more than the {budget.cpu_seconds:,g} s of processor time that are allowed"
+        case Ending.KILLED:
+            return "decoding was ended by the system, which may be short of memory; expected a smaller file"
+    return "decoding the file makes the decoder crash; expected a file that is not damaged"

@@ -1,0 +1,66 @@
+"""Suitability: whether a target in an upload can be followed, looked at in a confined process and kept for a while.
+
+A person draws a box, moves it, and moves it back: what was found lately is kept in memory, so that nothing is looked at
+twice. It is small, and none of it is worth a place on the disk.
+"""
+
+import base64
+import json
+from collections import OrderedDict
+from collections.abc import Mapping
+from typing import Any
+
+from pftrack.experiment import Experiment
+from pftrack_server.schemas.uploads import SuitabilityPublic
+from pftrack_server.settings import Settings
+from pftrack_server.store import Store
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.functions import weigh_target
+from pftrack_server.uploads.intake import index_of, limits_of
+
+__all__ = ["Suitabilities"]
+
+MOST_KEPT = 64
+
+
+class Suitabilities:
+    """What was found of targets, the newest last."""
+
+    def __init__(self, store: Store, settings: Settings) -> None:
+        self._store = store
+        self._settings = settings
+        self._found: OrderedDict[str, SuitabilityPublic] = OrderedDict()
+
+    async def of(
+        self, tasks: ChildTasks, upload: str, experiment: Experiment, frame: int, mark: Mapping[str, Any]
+    ) -> SuitabilityPublic:
+        """Return how suitable a target is.
+
+        Args:
+            tasks: Those of the client that asks.
+            upload: Name of the upload.
+            experiment: Whose trackers are to follow it.
+            frame: Number of the picture in which it is marked.
+            mark: The target, as JSON values.
+
+        Raises:
+            RefusedError: The mark is none that the experiment takes, or is not within the picture.
+            UnavailableError: It took too long.
+        """
+        key = json.dumps([upload, experiment.id, frame, mark], sort_keys=True)
+        if key not in self._found:
+            where = str(self._store.files.upload(upload))
+            index = await index_of(self._store, self._settings, tasks, upload)
+            limits = limits_of(self._settings)
+            found = await tasks.run(weigh_target, where, index, experiment.id, frame, mark, limits)
+            self._found[key] = _public(found)
+            while len(self._found) > MOST_KEPT:
+                self._found.popitem(last=False)
+        self._found.move_to_end(key)
+        return self._found[key]
+
+
+def _public(found: dict[str, Any]) -> SuitabilityPublic:
+    picture = found.pop("picture")
+    encoded = f"data:image/jpeg;base64,{base64.b64encode(picture).decode()}" if picture else None
+    return SuitabilityPublic(**found, picture=encoded)

@@ -1,0 +1,86 @@
+"""Truths: tables of what is truly so in an upload, read once in a confined process and kept beside it.
+
+A truth belongs to an upload and a kind of truth, so that every session that begins on that upload is measured by it,
+whoever begins it.
+"""
+
+import asyncio
+import shutil
+from pathlib import Path
+
+import structlog
+
+from pftrack.experiment import Experiment
+from pftrack.files import write_whole
+from pftrack_server.errors import ConflictError
+from pftrack_server.schemas.uploads import TruthPublic
+from pftrack_server.store import Store
+from pftrack_server.store.tables import UploadRow
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.functions import read_truth
+from pftrack_server.uploads.multipart import Received
+
+__all__ = ["forget_truth", "keep_truth", "kept_truth", "rows_of"]
+
+log = structlog.get_logger(__name__)
+
+
+class _Kept(TruthPublic):
+    """What is kept beside an upload: the summary, and the rows by number of the frame."""
+
+    rows: dict[int, tuple[float, ...]]
+
+    def summary(self) -> TruthPublic:
+        return TruthPublic(**self.model_dump(exclude={"rows"}))
+
+
+async def keep_truth(
+    store: Store, tasks: ChildTasks, upload: UploadRow, experiment: Experiment, folder: Path, received: Received
+) -> TruthPublic:
+    """Keep a table that has just arrived, in place of one of its kind that was there.
+
+    Raises:
+        RefusedError: It is no such table, or has nothing to say of this upload.
+        ConflictError: The upload was deleted while the table was read.
+    """
+    try:
+        read = _Kept(**await tasks.run(read_truth, str(received.paths[0]), experiment.id, upload.frames))
+    finally:
+        await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
+    try:
+        content = read.model_dump_json().encode()
+        await asyncio.to_thread(write_whole, _place(store, upload.id, experiment), content)
+    except FileNotFoundError:
+        raise ConflictError("The upload was deleted in the meantime.") from None
+    return read.summary()
+
+
+def kept_truth(store: Store, upload: str, experiment: Experiment) -> TruthPublic | None:
+    """Return in short what is kept, if anything is."""
+    kept = _kept(store, upload, experiment)
+    return kept.summary() if kept else None
+
+
+def rows_of(store: Store, upload: str, experiment: Experiment) -> dict[int, tuple[float, ...]] | None:
+    """Return what is kept, by number of the frame, if anything is."""
+    kept = _kept(store, upload, experiment)
+    return kept.rows if kept else None
+
+
+def forget_truth(store: Store, upload: str, experiment: Experiment) -> None:
+    """Keep it no longer."""
+    _place(store, upload, experiment).unlink(missing_ok=True)
+
+
+def _kept(store: Store, upload: str, experiment: Experiment) -> _Kept | None:
+    try:
+        return _Kept.model_validate_json(_place(store, upload, experiment).read_bytes())
+    except FileNotFoundError:
+        return None
+    except ValueError:
+        log.warning("the truth of an upload is damaged and left out; give it again", upload=upload)
+        return None
+
+
+def _place(store: Store, upload: str, experiment: Experiment) -> Path:
+    return store.files.truth(upload, experiment.truth.form.several if experiment.truth else "none")

@@ -1,0 +1,23 @@
+"""The legend: which colour means what, in the same colours as in scene, plots and video."""
+
+from collections.abc import Iterable
+from html import escape
+
+from pftrack.model.layer import Key, ordered
+from pftrack.model.palette import COLOURS
+
+__all__ = ["caption_html", "legend_html"]
+
+
+def legend_html(keys: Iterable[Key]) -> str:
+    """Return the legend as one paragraph of coloured dots, each meaning once, in the palette's order."""
+    entries = "".join(
+        f'<span class="pf-key"><i style="background:rgb{COLOURS[key.colour]}"></i>{escape(key.meaning)}</span>'
+        for key in ordered(keys)
+    )
+    return f'<div class="pf-legend" role="note" aria-label="Legend">{entries}</div>'
+
+
+def caption_html(caption: str) -> str:
+    """Return the line about the frame that is shown."""
+    return f'<div class="pf-caption">{escape(caption) or "&nbsp;"}</div>'

@@ -1,0 +1,111 @@
+"""viser's client page, prepared to live inside a session's page.
+
+viser ships its client as one self-contained file that connects to its own address. This module puts the scripts and the
+style sheet of `client/` into its head, before the client's own script runs: keys that steer the run are handed to the
+page around, the scene reconnects without being clicked, light or dark follows the system, and everything is hidden that
+a lecture does not need. The client's own script and style sheet are served beside it, since each session has an address
+of its own and a browser would otherwise load and compile them again for each. What they say is left as it is, so that a
+new viser brings its own; one that is packed in another way is served in one piece.
+"""
+
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+import viser
+
+from pftrack_server.viewer.viser_adapter.client_bundle import Asset, Parts, take_apart
+
+__all__ = [
+    "ASSETS",
+    "CLIENT",
+    "CONTENT_SECURITY_POLICY",
+    "client_asset",
+    "client_page",
+    "client_parts",
+    "client_scripts",
+    "client_style",
+    "original_page",
+]
+
+_DIRECTIVES = (
+    "default-src 'none'",
+    # The client unpacks what it is sent by WebAssembly; it never evaluates text.
+    "script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob:",
+    "worker-src blob:",
+    "style-src 'self' 'unsafe-inline'",
+    "img-src 'self' data: blob:",
+    "font-src data:",
+    # Keeps `?websocket=...` from leading the page, with its keys and pictures, to another host.
+    "connect-src 'self' data: blob:",
+    "base-uri 'none'",
+    "form-action 'none'",
+    "frame-ancestors 'self'",
+)
+CONTENT_SECURITY_POLICY = "; ".join(_DIRECTIVES)
+
+ASSETS = "../client/"
+"""Where the files of the client are served, under their names, seen from the page: a follower has it elsewhere."""
+
+SCRIPTS = ("page.js", "frames.js", "colours.js", "state.js", "keys.js", "numbers.js", "folds.js")
+"""Scripts that run before viser's own script, in this order, each with names of its own."""
+
+CLIENT = Path(__file__).parent / "client"
+"""The scripts and the style sheet that are put into the page."""
+
+
+@cache
+def client_page() -> bytes:
+    """Return the page for `/viz/{session}/`, to be sent with `CONTENT_SECURITY_POLICY`."""
+    page = _opened() or original_page()
+    page = page.replace("<title>Viser</title>", "<title>pftrack scene</title>", 1)
+    head = page.index("<head>") + len("<head>")
+    body = page.index("</head>")
+    return f"{page[:head]}{client_scripts()}{page[head:body]}<style>{client_style()}</style>{page[body:]}".encode()
+
+
+def client_style() -> str:
+    """Return the style sheet that is put into viser's client."""
+    return (CLIENT / "style.css").read_text(encoding="utf-8")
+
+
+def client_scripts(names: Iterable[str] = SCRIPTS) -> str:
+    """Return scripts that are put into viser's client before its own, as HTML.
+
+    Args:
+        names: Of their files, in this order.
+    """
+    texts = ((CLIENT / name).read_text(encoding="utf-8") for name in names)
+    return "".join(f'<script>(() => {{\n"use strict";\n{text}}})();</script>' for text in texts)
+
+
+def client_asset(name: str) -> Asset | None:
+    """Return a file of the client, to be kept by browsers for good, if there is one of that name."""
+    parts = client_parts()
+    files = (parts.style, parts.script, parts.decoder) if parts else ()
+    return next((file for file in files if file.name == name), None)
+
+
+def _opened() -> str | None:
+    """Return viser's page with its script and its style sheet as files."""
+    parts = client_parts()
+    if parts is None:
+        return None
+    script = ASSETS + parts.script.name
+    return (
+        f'{parts.head}<link rel="stylesheet" href="{ASSETS}{parts.style.name}">'
+        f'<link rel="modulepreload" href="{script}"><script type="module">'
+        f'globalThis.__viserZstdWasm = await WebAssembly.compileStreaming(fetch("{ASSETS}{parts.decoder.name}"));'
+        f'await import("{script}");</script>{parts.rest}'
+    )
+
+
+@cache
+def client_parts() -> Parts | None:
+    """Return viser's client in parts, or None if it is packed in a way that is not known here."""
+    return take_apart(original_page())
+
+
+def original_page() -> str:
+    """Return the one file that viser's client is."""
+    return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")

@@ -1,0 +1,104 @@
+"""Worlds in the scene: each stands far to the right of the picture, in a ball as high as that.
+
+A world is placed as if it were a drawing seen from the front (`pftrack.rendering.projection`), and its primitives are
+then shown like those of any drawing, but free in space: nothing of them is pressed into the picture's plane. It is so
+far away that neither is in the way of whoever looks at the other, from any side. So the picture and its cameras are as
+they would be without worlds.
+"""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.drawing import COLOURS, Drawing, Links, Primitive, Text
+from pftrack.model.world import Viewpoint, World
+from pftrack.rendering.projection import Projection
+from pftrack_server.viewer.camera import Box, Side, View
+
+__all__ = ["placed", "preset", "sides", "view"]
+
+GAP = 4.0
+"""Between the picture and the first world, and between two worlds, in heights of the picture."""
+TITLE_ABOVE = 0.04
+"""Of a world's title above its ball, in heights of the picture."""
+FOV_RAD = float(np.deg2rad(16.0))
+MARGIN = 1.05
+STEEPEST_DEG = 89.0
+"""Straight from above no direction would be up for whoever goes on to turn the scene."""
+
+
+def placed(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:
+    """Yield the primitives of a drawing's worlds, in the drawing's px, each by a name of its own."""
+    for order, each in enumerate(drawing.worlds):
+        world, side = each.world, float(drawing.height)
+        projection = _projection(world, order, drawing.width, drawing.height)
+        corner = projection.place - np.array((side / 2.0, side / 2.0, 0.0))
+        inside = {name: projection.primitive(item) for name, item in each.primitives.items()}
+        for name, item in (inside | _beside(world, corner, side, projection.scale)).items():
+            yield f"world {world.name}: {name}", item
+
+
+def _beside(world: World, corner: NDArray[np.float64], side: float, scale: float) -> dict[str, Primitive]:
+    """Draw a world's title, and its ruler in each of the three directions: from aside one of them is foreshortened.
+
+    Args:
+        world: For its names.
+        corner: (3,) upper left corner of the square around its ball, px.
+        side: Of that square, px.
+        scale: px per unit.
+    """
+    colour, length = COLOURS["hidden"], world.ruler * scale
+    ends = np.array(((length, 0.0, 0.0), (0.0, -length, 0.0), (0.0, 0.0, length)))
+    start = corner + np.array((0.0, side, 0.0))
+    title = corner + np.array((side / 2.0, -TITLE_ABOVE * side, 0.0))
+    segments = np.stack((np.tile(start, (3, 1)), start + ends), axis=1)
+    words = f"{world.ruler:g} {world.unit}"
+    return {
+        "title": Text(title.astype(np.float32), f"{world.title}, {world.unit}", colour, "ruler", "middle"),
+        "ruler": Links(segments.astype(np.float32), colour, 1.5, "ruler"),
+        "ruler length": Text(start.astype(np.float32), words, colour, "ruler"),
+    }
+
+
+def preset(world: World, viewpoint: Viewpoint) -> str:
+    """Return the name of the camera preset that looks at a world from a viewpoint."""
+    return f"{world.name}/{viewpoint.name}"
+
+
+def sides(worlds: Sequence[World]) -> dict[str, Side]:
+    """Return all ways to look at worlds by the names of their presets."""
+    return {
+        preset(world, viewpoint): partial(view, order, world, viewpoint)
+        for order, world in enumerate(worlds)
+        for viewpoint in world.viewpoints
+    }
+
+
+def view(order: int, world: World, viewpoint: Viewpoint, box: Box, aspect: float) -> View:
+    """Return the camera that sees the whole of a world from a viewpoint.
+
+    Args:
+        order: How many worlds stand before it.
+        world: What is looked at.
+        viewpoint: From where.
+        box: The picture beside it.
+        aspect: The window's width over its height.
+    """
+    projection = _projection(world, order, box.width, box.height)
+    elevation = float(np.clip(viewpoint.elevation_deg, -STEEPEST_DEG, STEEPEST_DEG))
+    upright = np.array((1.0, -1.0, 1.0))  # a scene counts y upwards
+    towards = upright * (projection.turn @ world.turn(viewpoint.azimuth_deg, elevation)[2])
+    target = upright * projection.place
+    radius = projection.scale * world.radius
+    distance = MARGIN * radius / np.sin(FOV_RAD / 2.0) / min(1.0, max(aspect, 0.1))
+    return View(target + distance * towards, target, FOV_RAD)
+
+
+def _projection(world: World, order: int, width: float, height: float) -> Projection:
+    """Return how a world is placed: its front towards the viewer, its middle as high as the picture's."""
+    radius = height / 2.0
+    across = width - 0.5 + GAP * height + radius + order * (2.0 * radius + GAP * height)
+    place = np.array((across, (height - 1.0) / 2.0, 0.0))
+    return Projection(world.turn(0.0, 0.0), np.array(world.middle), radius / world.radius, place)

@@ -1,0 +1,344 @@
+"""The pipe protocol: what the web process and a worker say to each other.
+
+Commands go down, events come up, each a small frozen dataclass. A command with an answer carries a request number. The
+worker sends a drawing only when it holds a credit, and the web process gives the next credit when the last drawing has
+arrived and somebody looks: so drawings are never queued, and nobody draws for an empty room. A drawing travels in two
+forms, for the scene and for flat views, with a credit for each; both are made of one drawing and share its pictures.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+from pftrack.model.parameters import Value
+from pftrack.model.recipe import Recipe
+from pftrack.model.world import World
+from pftrack_server.flat.codec import EncodedDrawing
+from pftrack_server.pictures import SceneDrawing
+from pftrack_server.schemas.spec import BEGINNING, Goal
+
+__all__ = [
+    "OPENING",
+    "Activate",
+    "Branch",
+    "Call",
+    "Change",
+    "Command",
+    "Credit",
+    "Event",
+    "Export",
+    "Failed",
+    "Form",
+    "Heartbeat",
+    "Mistake",
+    "Picture",
+    "Progress",
+    "Ready",
+    "Reply",
+    "Request",
+    "Restart",
+    "RunStatus",
+    "Save",
+    "SessionInfo",
+    "Speed",
+    "Step",
+    "Transport",
+    "WorkerConfig",
+]
+
+Values: TypeAlias = dict[str, Value]
+Form: TypeAlias = Literal["scene", "flat"]
+"""The forms in which a drawing is sent."""
+
+OPENING = 0
+"""Number of the request that nobody sends: it is answered when the run is where the config wants it."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerConfig:
+    """Everything that a worker needs to know to make, or make again, a session's run.
+
+    Attributes:
+        session: The session's name, for the log.
+        recipe: What makes the run.
+        branch: Name of the branch to begin with.
+        goal: Where it shall go before anybody asks for anything.
+        speed: Times real time; 0 is as fast as possible.
+        video: Path of an upload, or None for a simulated scene.
+        index: What was found when the upload was decoded first, as JSON, so that it opens at once.
+        states: Folder in which checkpoints of the branches are kept, or None to keep none.
+        reserve_bytes: Free space on the disk that they must leave.
+        memory_bytes: What the worker may allocate.
+        cpu_seconds: CPU time that the worker may use.
+        max_frames: Longest run allowed.
+        max_pixels: Most pixels of a frame allowed.
+        max_particles: Most particles allowed.
+        gives_way: Whether it computes only when no other session wants to.
+    """
+
+    session: str
+    recipe: Recipe
+    branch: str
+    goal: Goal = BEGINNING
+    speed: float = 1.0
+    video: str | None = None
+    index: str | None = None
+    states: str | None = None
+    reserve_bytes: int = 0
+    memory_bytes: int = 1 << 30
+    cpu_seconds: int = 7200
+    max_frames: int = 20_000
+    max_pixels: int = 1920 * 1080 * 2
+    max_particles: int = 100_000
+    gives_way: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class SessionInfo:
+    """The properties of a session that do not change while it lives, as page and panel need them."""
+
+    experiment: str
+    title: str
+    declarations: list[dict[str, Any]]
+    trackers: dict[str, str]
+    layers: list[dict[str, Any]]
+    width: int
+    height: int
+    frame_rate_hz: float
+    frames: int
+    unit: str = "px"
+    target: str = "target"
+    series: list[dict[str, Any]] = field(default_factory=list)
+    plots: list[dict[str, Any]] = field(default_factory=list)
+    readings: list[dict[str, Any]] = field(default_factory=list)
+    measures: list[dict[str, Any]] = field(default_factory=list)
+    success_measure: str = ""
+    worlds: tuple[World, ...] = ()
+    exports: list[dict[str, Any]] = field(default_factory=list)
+    about: list[str] = field(default_factory=list)
+    watch: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RunStatus:
+    """The position and state of a run.
+
+    Attributes:
+        branch: The active branch.
+        position: Frame that is shown.
+        computed: Furthest frame computed.
+        playing: Whether it goes on by itself.
+        ended: Whether it stands on the last frame.
+        speed: Times real time; 0 is as fast as possible.
+        recipe: What makes the active branch again, but for the truth.
+        tracker: Tracker in force for the next frame.
+        values: Parameters in force for the next frame.
+        restarts: Counts how often the branch was restarted, which drops its past.
+        first_values: Parameters at frame 0.
+        second: Branch that is drawn beside the active one, if there is one.
+        goal: Where it is on its way to, while it is.
+        measures: Of the active branch so far, by name; while it plays, of a moment ago.
+    """
+
+    branch: str
+    position: int
+    computed: int
+    playing: bool
+    ended: bool
+    speed: float
+    recipe: Recipe
+    tracker: str
+    values: Values
+    restarts: int
+    first_values: Values = field(default_factory=dict)
+    second: str | None = None
+    goal: Goal | None = None
+    measures: dict[str, float | int] = field(default_factory=dict)
+
+
+# ---------------------------------------------------------------- commands
+
+
+@dataclass(frozen=True, slots=True)
+class Transport:
+    """Play, pause, step, back, or seek to a frame."""
+
+    action: str
+    frame: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """Play at a multiple of real time; 0 is as fast as possible."""
+
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Restart:
+    """Restart the active branch with the values in force, and with another seed if one is given."""
+
+    seed: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Change parameters; in the past this makes the branch that is named here."""
+
+    values: dict[str, object]
+    branch: str
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """Leave the active branch at a frame and go on under a new name."""
+
+    branch: str
+    frame: int
+    values: dict[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class Activate:
+    """Show another branch; what is given here makes it again where this worker does not hold it."""
+
+    branch: str
+    recipe: Recipe
+    goal: Goal
+
+
+@dataclass(frozen=True, slots=True)
+class Save:
+    """Write the active branch to a file; answered with `Saved` as a dictionary."""
+
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Draw the current frame; answered with the bytes of a PNG."""
+
+
+@dataclass(frozen=True, slots=True)
+class Export:
+    """Write a file of the run or of the current frame; answered when it is there.
+
+    Attributes:
+        name: Of the export.
+        path: Where to.
+        plot: Id of the one plot that a picture shall show; None for all.
+    """
+
+    name: str
+    path: str
+    plot: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Credit:
+    """One drawing may be sent in this form; no answer."""
+
+    form: Form
+
+
+Command: TypeAlias = Transport | Speed | Restart | Change | Branch | Activate | Save | Picture | Export
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A command that wants the answer with this number."""
+
+    number: int
+    command: Command
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function to call; what the worker of lessons is asked, whose pipe knows no other request."""
+
+    function: Callable[..., Any]
+    arguments: tuple[object, ...]
+
+
+# ---------------------------------------------------------------- events
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """The run stands at its beginning or at its checkpoint; the first event of every worker that did not fail.
+
+    Attributes:
+        card: Its shape.
+        status: Where it stands.
+        rows: Diagnostics of the frames computed.
+    """
+
+    card: SessionInfo
+    status: RunStatus
+    rows: list[dict[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Frames were computed or another one is shown.
+
+    Attributes:
+        status: Where the run stands now.
+        rows: Diagnostics of the frames computed since the last event, in order.
+        scene: The newest drawing for the scene, where a credit was left for it.
+        flat: The newest drawing for flat views, where a credit was left for it.
+    """
+
+    status: RunStatus
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    scene: SceneDrawing | None = None
+    flat: EncodedDrawing | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """The answer to a request: a result, or the error that refused it."""
+
+    number: int
+    result: object = None
+    error: Exception | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """The worker is alive; sent when there is nothing else to say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A task has come so far."""
+
+    done: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """The worker cannot go on; the last event before it ends.
+
+    Attributes:
+        message: Sentence for a person.
+        error: The refusal that stopped it from starting, where it was one.
+    """
+
+    message: str
+    error: Exception | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """A task came to an end that nobody has foreseen; its last event.
+
+    Attributes:
+        traceback: For the log.
+    """
+
+    traceback: str
+
+
+Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Step | Failed | Mistake

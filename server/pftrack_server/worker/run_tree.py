@@ -1,0 +1,384 @@
+"""The run tree: the runs of one session, a branch each, and what a person may do with them.
+
+It knows neither pipe nor clock: the worker drives it, and tests can too.
+"""
+
+import dataclasses
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiments import find
+from pftrack.exports.formats import exporting, exports_of
+from pftrack.files import free_bytes
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.drawing import Drawing
+from pftrack.model.export import export_named
+from pftrack.model.faults import without_faults
+from pftrack.model.layer import Key
+from pftrack.model.legend import drawn_keys
+from pftrack.model.palette import COLOURS
+from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise, with_role
+from pftrack.model.recipe import Footage, Recipe
+from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.runs import checkpoint, record
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
+from pftrack_server.schemas.spec import Goal
+from pftrack_server.worker.protocol import RunStatus, SessionInfo, WorkerConfig
+
+__all__ = ["RunTree", "check_timeline"]
+
+OFFERED = "name", "title", "short", "suffix", "media_type", "group", "slow"
+"""What a page is told of an export."""
+
+
+class RunTree:
+    """The branches of a session's run, one of them active."""
+
+    def __init__(self, config: WorkerConfig, on_step: Callable[[], None] = lambda: None) -> None:
+        """Wire the experiment and begin the run at frame 0, or where its checkpoint is.
+
+        Args:
+            config: What makes the run.
+            on_step: Called after each step that is repeated for a branch, which may take a while.
+
+        Raises:
+            ParameterError: A value of the config is refused.
+            SourceError: The upload cannot be opened.
+            RecordError: The upload is another one, or shows no target.
+            LookupError: There is no such experiment.
+        """
+        self._recipe = config.recipe
+        self.experiment: Experiment = find(config.recipe.experiment)
+        self._max_particles = config.max_particles
+        self._on_step = on_step
+        self._states = Path(config.states) if config.states else None
+        self._reserve_bytes = config.reserve_bytes
+        frames = config.recipe.frames
+        if frames is not None and frames > config.max_frames:
+            raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
+        self._setup = self._wired(config)
+        self.active = config.branch
+        self._runs: dict[str, Run] = {}  # the one that was active last comes last
+        self._left: dict[str, str] = {}
+        self._restarts = 0
+        self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
+        self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
+        self._runs[self.active] = self._begin(config.recipe)
+        check_timeline(config.recipe.timeline, self.run.frames)
+        self._recall()
+
+    @property
+    def run(self) -> Run:
+        """The active branch."""
+        return self._runs[self.active]
+
+    @property
+    def ended(self) -> bool:
+        """Whether the active branch stands on its last frame."""
+        return self.run.position >= self.run.frames - 1
+
+    @property
+    def at_newest(self) -> bool:
+        """Whether the next frame has to be computed."""
+        return self.run.position == self.run.computed
+
+    def card(self) -> SessionInfo:
+        """Return what does not change while the session lives."""
+        source = self.run.source
+        width, height = source.size
+        preset = self._preset()
+        return SessionInfo(
+            experiment=self.experiment.id,
+            title=self.experiment.title,
+            declarations=[item.model_dump(mode="json") for item in declarations(type(self._setup.parameters))],
+            trackers={name: tracker.title for name, tracker in self.experiment.trackers.items()},
+            layers=[dataclasses.asdict(layer) for layer in self.experiment.layers],
+            width=width,
+            height=height,
+            frame_rate_hz=source.frame_rate_hz,
+            frames=self.run.frames,
+            unit=self.experiment.unit,
+            target=self.experiment.target,
+            series=[dataclasses.asdict(series) for series in self.experiment.declared()],
+            plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
+            readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
+            measures=[measure.as_dict() for measure in self.experiment.run_measures],
+            success_measure=self._setup.success,
+            worlds=self.experiment.worlds,
+            exports=[{name: getattr(one, name) for name in OFFERED} for one in exports_of(self.experiment)],
+            about=list(self.experiment.subjects(preset)),
+            watch=preset.watch if preset else "",
+        )
+
+    def _preset(self) -> Preset | None:
+        """Return the preset that the active branch begins as; a recording is none."""
+        run = self.run
+        if run.recipe.footage is not None:
+            return None
+        values, defaults = flat(run.parameters_at(0)), flat(self._setup.parameters)
+        return self.experiment.preset_of(run.tracker_at(0), run.recipe.seed, values, defaults)
+
+    def measures(self) -> dict[str, float | int]:
+        """Return the measures of the active branch so far, by name."""
+        of = self.active, self._restarts, self.run.computed
+        if self._measured[0] != of:
+            self._measured = of, dict(self.run.measures())
+        return self._measured[1]
+
+    def status(
+        self,
+        *,
+        playing: bool,
+        speed: float,
+        goal: Goal | None = None,
+        measures: dict[str, float | int] | None = None,
+    ) -> RunStatus:
+        """Return where the active branch stands, where it is on its way to, and what is known of its measures."""
+        run = self.run
+        following = run.position + 1
+        return RunStatus(
+            branch=self.active,
+            position=run.position,
+            computed=run.computed,
+            playing=playing,
+            ended=self.ended,
+            speed=speed,
+            recipe=run.recipe.with_footage(truth=None),
+            tracker=run.tracker_at(following),
+            values=flat(run.parameters_at(following)),
+            restarts=self._restarts,
+            first_values=flat(run.parameters_at(0)),
+            second=self.second,
+            goal=goal,
+            measures=measures or {},
+        )
+
+    def forward(self) -> dict[str, Any] | None:
+        """Go to the next frame; return its diagnostics when it had to be computed."""
+        if self.at_newest:
+            return self.run.advance().diagnostics.as_dict()
+        self.run.seek(self.run.position + 1)
+        return None
+
+    def bound_for(self, goal: Goal) -> Goal:
+        """Return a goal as far as the run goes."""
+        computed = min(goal.computed, self.run.frames - 1)
+        return Goal(computed, min(goal.position, max(computed, self.run.computed)))
+
+    def way(self, goal: Goal) -> Iterator[dict[str, Any] | None]:
+        """Go to a goal; after each step on the way yield the diagnostics of its frame, if that had to be computed."""
+        if goal.computed > self.run.computed:
+            for _ in self.run.seeking(self.run.computed):
+                yield None
+            while self.run.computed < goal.computed:
+                yield self.forward()
+        for _ in self.run.seeking(goal.position):
+            yield None
+
+    def keep_states(self) -> None:
+        """Write a checkpoint of the active branch, if it is wanted and there is room.
+
+        Raises:
+            OSError: It cannot be written.
+            ValueError: The tracker's states cannot.
+        """
+        if self._states is None or free_bytes(self._states.parent) < self._reserve_bytes:
+            return
+        self._states.mkdir(exist_ok=True, mode=0o700)
+        checkpoint.write(self.run.checkpoint(), self._place(self._states))
+
+    def _recall(self) -> None:
+        """Have the active branch begin with what its checkpoint holds."""
+        if self._states is not None:
+            package = type(self._setup.parameters).__module__.partition(".")[0]
+            place = self._place(self._states)
+            found = checkpoint.read(place, package)
+            if found is not None and self.run.recall(found):
+                os.utime(place)  # the checkpoints that nobody has used for the longest time are the first to go
+
+    def _place(self, folder: Path) -> Path:
+        return folder / f"{self.active}.states"
+
+    def rows(self, first: int) -> list[dict[str, Any]]:
+        """Return the diagnostics of the active branch from a frame on."""
+        return [row.as_dict() for row in self.run.diagnostics[first:]]
+
+    def drawing(self) -> Drawing:
+        """Return what is to be seen of the frame that is shown, without what no viewer can show."""
+        step = self._as_drawn()
+        past = self.run.diagnostics[: step.frame.index + 1]
+        drawing = without_faults(self.experiment.draw(step, past, self.other))
+        drawn = dict.fromkeys(drawn_keys(drawing, self.experiment.layers))
+        if self._legend[0] != step.tracker:
+            self._legend = step.tracker, {}
+        # What a method has drawn once stays in its legend, which would flicker otherwise; its first belief, which may
+        # be of another kind than all that follow, does not.
+        if step.frame.index > 0:
+            self._legend[1].update(drawn)
+        legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
+        return dataclasses.replace(drawing, legend=tuple(legend))
+
+    def redraws(self, values: Mapping[str, object]) -> bool:
+        """Return whether a change of these shows in the frame that is shown, and not from the next one on."""
+        return any(item.name in values for item in with_role(type(self._setup.parameters), "drawing"))
+
+    def _as_drawn(self) -> Step:
+        """Return the step that is shown, with what is only drawn as it is in force from the next frame on."""
+        step, following = self.run.current, self.run.parameters_at(self.run.position + 1)
+        shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
+        return dataclasses.replace(step, parameters=step.parameters.model_copy(update=shown)) if shown else step
+
+    def export(self, name: str, path: Path, plot: str | None) -> None:
+        """Write a file of the run, or of the frame that is shown, one of those that are offered."""
+        for _ in exporting(self.run, path, export_named(exports_of(self.experiment), name), plot):
+            pass
+
+    @property
+    def second(self) -> str | None:
+        """The branch that the active one left, else the one active before it, of those that see the same scene."""
+        others = [name for name, run in self._runs.items() if name != self.active and run.seed == self.run.seed]
+        left = self._left.get(self.active)
+        return left if left in others else others[-1] if others else None
+
+    @property
+    def other(self) -> Diagnostics | None:
+        """The frame that is shown, in the second branch.
+
+        None if that has not come so far, or estimates the same: branches share their past.
+        """
+        if self.second is None:
+            return None
+        rows = self._runs[self.second].diagnostics
+        here = self.run.current.diagnostics
+        there = rows[here.frame] if here.frame < len(rows) else None
+        return there if there is not None and there.estimate != here.estimate else None
+
+    def change(self, values: Mapping[str, object], branch: str) -> None:
+        """Change parameters from the next frame on.
+
+        In the past this makes a branch, unless it changes no number; a parameter that cannot change in the middle of a
+        run restarts it.
+
+        Raises:
+            ParameterError: A value is refused; nothing has changed then.
+        """
+        self._limit_particles(values, self.run.position + 1)
+        fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
+        if fixed & values.keys():
+            self._restart(values)
+        elif not self.at_newest and not self.run.is_only_drawn(values):
+            self.branch(branch, self.run.position, values)
+        else:
+            self.run.change(values)
+
+    def branch(self, name: str, frame: int, values: Mapping[str, object]) -> None:
+        """Leave the active branch at a frame and go on under a new name.
+
+        Raises:
+            ParameterError: The frame or a value is refused; nothing has changed then.
+        """
+        if not 0 <= frame <= self.run.computed:
+            raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.computed}")
+        self._limit_particles(values, frame)
+        self._runs[name] = self.run.branch(frame, values, on_step=self._on_step)
+        self._left[name] = self.active
+        self._show(name)
+
+    def activate(self, name: str, recipe: Recipe) -> bool:
+        """Show another branch; return whether it had to be computed again because this worker did not hold it."""
+        missing = name not in self._runs
+        if missing:
+            self._runs[name] = self._begin(recipe)
+        self._show(name)
+        if missing:
+            self._recall()
+        return missing
+
+    def restart(self, seed: int | None = None) -> None:
+        """Restart the active branch with the values in force and an empty past.
+
+        Args:
+            seed: What to begin with instead of the seed so far; it is then the seed of all branches to come.
+        """
+        if seed is not None:
+            self._recipe = self._recipe.model_copy(update={"seed": seed})
+        self._restart({})
+
+    def save(self, path: Path) -> dict[str, Any]:
+        """Write the active branch to a file and return its summary."""
+        record.save(self.run, path)
+        return self.run.summary().as_dict()
+
+    def _show(self, name: str) -> None:
+        self._runs[self.active] = self._runs.pop(self.active)
+        self.active = name
+
+    def _restart(self, values: Mapping[str, object]) -> None:
+        run = self.run
+        following = run.position + 1
+        tracker: Any = values.get("tracker", run.tracker_at(following))
+        defaults = flat(self._setup.parameters)
+        inforce: dict[str, Any] = {
+            key: value for key, value in flat(run.parameters_at(following)).items() if value != defaults[key]
+        }
+        inforce.update({key: value for key, value in values.items() if key != "tracker"})
+        timeline = (Change(0, inforce),) if inforce else ()
+        self._runs[self.active] = self._begin(
+            self._recipe.model_copy(update={"tracker": tracker, "timeline": timeline})
+        )
+        self._restarts += 1
+
+    def _begin(self, recipe: Recipe) -> Run:
+        changes: dict[int, dict[str, object]] = {0: {}}
+        for change in recipe.timeline:
+            changes.setdefault(change.frame, {}).update(change.values)
+        parameters, name = self._setup.parameters, recipe.tracker or self.experiment.default_tracker
+        for frame in sorted(changes):
+            parameters, name = _limited(parameters, name, changes[frame], self._max_particles)
+        return Run.from_recipe(recipe, self.experiment, self._setup)
+
+    def _wired(self, config: WorkerConfig) -> Setup:
+        """Wire the recipe's footage, which is the upload, or the simulated scene."""
+        footage = config.recipe.footage
+        if footage is None or config.video is None:
+            return self.experiment.simulate()
+        video = Path(config.video)
+        limits = dataclasses.replace(DEFAULT_LIMITS, frames=config.max_frames, pixels=config.max_pixels)
+        index = FrameIndex.from_json(config.index) if config.index else None
+
+        def opened(footage: Footage) -> FrameSequence:
+            return open_sequence(video, limits, index=index, square=footage.square)
+
+        setup = record.wire(self.experiment, footage, opened)
+        if setup.footage is None or not footage.name:
+            return setup
+        # A saved run speaks of the recording by the name that people know.
+        return dataclasses.replace(setup, footage=setup.footage.model_copy(update={"name": footage.name}))
+
+    def _limit_particles(self, values: Mapping[str, object], frame: int) -> None:
+        """Refuse a change of what is in force in a frame of the active branch, if it makes too many particles."""
+        run = self.run
+        _limited(run.parameters_at(frame), run.tracker_at(frame), values, self._max_particles)
+
+
+def _limited(parameters: Parameters, tracker: str, values: Mapping[str, object], most: int) -> tuple[Parameters, str]:
+    """Return parameters and tracker after a change; refuse those with more particles than are allowed."""
+    tracker = str(values.get("tracker", tracker))
+    changed = revise(parameters, {name: value for name, value in values.items() if name != "tracker"})
+    limit_particles(type(changed), flat(changed), tracker, most)
+    return changed, tracker
+
+
+def check_timeline(timeline: Iterable[Change], frames: int) -> None:
+    """Refuse a change that no frame of the run would ever see.
+
+    Raises:
+        ParameterError: A change lies beyond the last frame.
+    """
+    last = max((change.frame for change in timeline), default=0)
+    if last >= frames:
+        raise ParameterError("timeline", last, f"changes within the run, frames 0 to {frames - 1}")

@@ -1,0 +1,389 @@
+"""The worker: one process that owns a session's run and computes it at the speed asked for.
+
+Between two frames it listens to the pipe. It reports every computed frame, at most thirty times a second, and draws
+only when the web process has taken the last drawing. Where many frames have to be computed, for a seek or to come back
+to where a session was, they are worked off in the same loop, so that everybody can watch and a pause or another seek
+can cut it short.
+"""
+
+import os
+import socket
+import sys
+import time
+import traceback
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+from pftrack.model.drawing import Drawing
+from pftrack.model.export import ExportError
+from pftrack.model.parameters import ParameterError
+from pftrack.process import confine, leave_interrupts_to_parent
+from pftrack.rendering import png, render
+from pftrack.runs.record import RecordError
+from pftrack.runs.run import EndOfRun, PastError
+from pftrack.sources.sequence import SourceError
+from pftrack_server.flat.codec import DrawingEncoder
+from pftrack_server.pictures import PictureEncoder
+from pftrack_server.schemas.spec import Goal
+from pftrack_server.worker.checkpoints import Checkpoints
+from pftrack_server.worker.pipe import WorkerEnd
+from pftrack_server.worker.protocol import (
+    OPENING,
+    Activate,
+    Branch,
+    Change,
+    Command,
+    Credit,
+    Export,
+    Failed,
+    Form,
+    Heartbeat,
+    Picture,
+    Progress,
+    Ready,
+    Reply,
+    Request,
+    Restart,
+    RunStatus,
+    Save,
+    Speed,
+    Transport,
+    WorkerConfig,
+)
+from pftrack_server.worker.run_tree import RunTree
+
+__all__ = ["Worker", "main"]
+
+# What a command may be answered with; anything else is a mistake of ours and ends the session.
+REFUSALS = (ExportError, ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
+FORMS: tuple[Form, ...] = get_args(Form)
+TELL_S = 1 / 30
+# A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
+EARLY = 0.8
+HEARTBEAT_S = 1.0
+MEASURED_EVERY_S = 1.0
+"""While frames keep coming; measures look at all frames so far."""
+NICENESS, GIVING_WAY = 3, 8
+"""Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
+# So long a command or a start may take before it becomes a way that others can watch and cut short.
+AT_ONCE_S = 0.5
+OPEN_FILES = 256
+
+
+def main(end: socket.socket, config: WorkerConfig) -> None:
+    """Run a session's worker until the web process hangs up."""
+    from pftrack_server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
+
+    assert_preloaded()
+    leave_interrupts_to_parent()
+    os.nice(GIVING_WAY if config.gives_way else NICENESS)
+    confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
+    pipe = WorkerEnd(end)
+    try:
+        worker = _made(pipe, config)
+        if worker is not None:
+            worker.serve()
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return
+    except MemoryError:
+        mebibytes = config.memory_bytes >> 20
+        _farewell(pipe, Failed(f"The run needed more than the {mebibytes} MiB of memory that a session may use."))
+        sys.exit(1)
+    except Exception as error:  # noqa: BLE001 - whatever it was, it is reported once and ends this session alone
+        traceback.print_exc()
+        _farewell(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
+        sys.exit(1)
+
+
+def _made(pipe: WorkerEnd, config: WorkerConfig) -> "Worker | None":
+    """Return the worker, or tell what of the config was refused."""
+    try:
+        return Worker(pipe, config)
+    except (ParameterError, SourceError, RecordError) as error:
+        _farewell(pipe, Failed(str(error), error))
+    except LookupError as error:
+        # A session of an older version, whose experiment is no more.
+        _farewell(pipe, Failed(str(error.args[0])))
+    return None
+
+
+def _farewell(pipe: WorkerEnd, failed: Failed) -> None:
+    try:
+        pipe.send(failed)
+    except OSError:
+        return
+
+
+@dataclass
+class Way:
+    """The way to a goal, a step at a time, and the request that waits for the end of it."""
+
+    goal: Goal
+    number: int
+    steps: Iterator[dict[str, Any] | None]
+
+
+class Worker:
+    """The loop of a worker."""
+
+    def __init__(self, pipe: WorkerEnd, config: WorkerConfig) -> None:
+        self._pipe = pipe
+        self._told = time.monotonic()
+        self._tree = RunTree(config, self._live_on)
+        self._checkpoints = Checkpoints(self._tree)
+        self._playing = False
+        self._speed = config.speed
+        self._due = 0.0
+        self._measures: dict[str, float | int] = {}
+        self._measured = 0.0
+        self._rows: list[dict[str, Any]] = []
+        self._news = False
+        self._credits: set[Form] = set()
+        self._undrawn: set[Form] = set(FORMS)
+        self._drawing: Drawing | None = None
+        self._pictures = PictureEncoder()
+        self._encoder = DrawingEncoder(self._pictures)
+        self._way: Way | None = None
+        self._go(config.goal, OPENING)
+
+    def serve(self) -> None:
+        """Say that the run stands, then listen and compute until the web process hangs up."""
+        self._rows = []
+        self._pipe.send(Ready(self._tree.card(), self._status(), self._tree.rows(0)))
+        self._told = time.monotonic()
+        if self._way is None:
+            self._pipe.send(Reply(OPENING))
+        while True:
+            message = self._pipe.receive(self._patience())
+            if isinstance(message, Credit):
+                self._credits.add(message.form)
+            elif isinstance(message, Request):
+                self._answer(message)
+            self._compute()
+            self._tell()
+
+    # ------------------------------------------------------------ time
+
+    def _patience(self) -> float:
+        """Return how long nothing has to be done, s."""
+        if self._way is not None or (self._playing and self._speed == 0):
+            return 0.0
+        now = time.monotonic()
+        waits = [self._told + HEARTBEAT_S - now]
+        if self._playing:
+            waits.append(self._due - now)
+        if self._news or (self._undrawn & self._credits):
+            waits.append(self._told + EARLY * TELL_S - now)
+        return min(waits)
+
+    @property
+    def _period(self) -> float:
+        """Time between two frames, s; 0 as fast as possible."""
+        return 1 / (self._tree.run.source.frame_rate_hz * self._speed) if self._speed else 0.0
+
+    def _compute(self) -> None:
+        """Go on by one frame if one is due."""
+        if (way := self._way) is not None:
+            if not self._step(way):
+                self._reply(way.number)
+        elif self._playing and time.monotonic() >= self._due:
+            self._forward()
+            if self._speed:
+                # After a stall the clock goes on from now: nobody wants to see the lost time in fast motion.
+                self._due = max(self._due + self._period, time.monotonic() - self._period)
+            if self._tree.ended:
+                self._playing = False
+
+    def _forward(self) -> None:
+        begun = time.monotonic()
+        row = self._tree.forward()
+        self._went(row, begun)
+
+    def _went(self, row: dict[str, Any] | None, begun: float) -> None:
+        """Take note of a step and of how long its frame took, if it had to be computed."""
+        if row is not None:
+            self._rows.append(row)
+            self._checkpoints.computed(time.monotonic() - begun)
+        self._changed()
+
+    def _go(self, goal: Goal, number: int, *, at_once_s: float = AT_ONCE_S) -> None:
+        """Go to a goal: at once if that takes but a moment, else step by step from now on."""
+        goal = self._tree.bound_for(goal)
+        way = self._way = Way(goal, number, self._tree.way(goal))
+        end = time.monotonic() + at_once_s
+        while time.monotonic() < end and self._step(way):
+            pass
+
+    def _step(self, way: Way) -> bool:
+        """Go a step; return whether there was one left."""
+        begun = time.monotonic()
+        try:
+            self._went(next(way.steps), begun)
+        except StopIteration:
+            self._way = None
+            return False
+        return True
+
+    def _changed(self) -> None:
+        self._news, self._undrawn, self._drawing = True, set(FORMS), None
+
+    def _live_on(self) -> None:
+        """Tell in the middle of something long that this process is alive."""
+        if time.monotonic() - self._told > HEARTBEAT_S:
+            self._heartbeat()
+
+    def _heartbeat(self) -> None:
+        self._pipe.send(Heartbeat())
+        self._told = time.monotonic()
+
+    # ------------------------------------------------------------ events
+
+    def _status(self) -> RunStatus:
+        goal = self._way.goal if self._way is not None else None
+        now = time.monotonic()
+        if not (self._playing or self._way) or now - self._measured > MEASURED_EVERY_S:
+            self._measures, self._measured = self._tree.measures(), now
+        return self._tree.status(playing=self._playing, speed=self._speed, goal=goal, measures=self._measures)
+
+    def _tell(self) -> None:
+        """Tell what is new, thirty times a second at most, or that there is life."""
+        now = time.monotonic()
+        if (self._news or self._undrawn & self._credits) and now - self._told >= EARLY * TELL_S:
+            self._report(draw=True)
+            self._told = time.monotonic()
+        elif now - self._told >= HEARTBEAT_S:
+            self._heartbeat()
+
+    def _report(self, *, draw: bool) -> None:
+        rows, self._rows = self._rows, []
+        forms = self._undrawn & self._credits if draw else set[Form]()
+        scene = flat = None
+        if forms:
+            # Whoever wants the other form a little later gets it of the same drawing.
+            self._drawing = self._drawing or self._tree.drawing()
+            # The finer pictures, which do for the scene as well, come first.
+            flat = self._encoder.encode(self._drawing, self._tree.run.position) if "flat" in forms else None
+            scene = self._pictures.for_scene(self._drawing) if "scene" in forms else None
+            self._credits -= forms
+            self._undrawn -= forms
+        self._pipe.send(Progress(self._status(), rows, scene, flat))
+        self._news = False
+
+    def _reply(self, number: int, result: object = None) -> None:
+        # What the answer rests on goes first, so that it never contradicts what is known. While it plays that is told
+        # out of turn and without a drawing: the next frame, which shows what the command did, finds the way free.
+        self._report(draw=not self._playing)
+        self._pipe.send(Reply(number, result))
+
+    # ------------------------------------------------------------ commands
+
+    def _answer(self, request: Request) -> None:
+        # A look at the picture interrupts nothing; any other command ends the way to a goal.
+        looks = isinstance(request.command, Picture | Export)
+        if self._way is not None and not looks:
+            waiting, self._way = self._way.number, None
+            self._reply(waiting)
+        try:
+            result = self._obey(request.command, request.number)
+        except REFUSALS as error:
+            if self._news or self._rows:
+                self._report(draw=not self._playing)
+            self._pipe.send(Reply(request.number, error=error))
+            return
+        if self._way is None or looks:
+            self._reply(request.number, result)
+
+    def _obey(self, command: Command, number: int) -> object:  # noqa: C901, PLR0912 - one case a command
+        match command:
+            case Transport(action="play"):
+                self._play()
+            case Transport(action="pause"):
+                self._playing = False
+            case Transport(action="step"):
+                self._seek(self._tree.run.position + 1, number, clamp=True)
+            case Transport(action="back"):
+                self._seek(self._tree.run.position - 1, number, clamp=True)
+            case Transport(action="seek", frame=frame):
+                self._seek(frame, number)
+            case Speed(speed=speed):
+                # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
+                self._speed = speed
+                self._due = min(self._due, time.monotonic() + self._period)
+            case Restart(seed=seed):
+                self._tree.restart(seed)
+                self._restarted()
+            case Change(values=values, branch=branch):
+                return self._change(values, branch)
+            case Branch(branch=branch, frame=frame, values=values):
+                self._flush()
+                self._tree.branch(branch, frame, values)
+            case Activate():
+                self._activate(command, number)
+            case Save(path=path):
+                return {"summary": self._tree.save(Path(path)), "thumbnail": self._picture()}
+            case Picture():
+                return self._picture()
+            case Export(name=name, path=path, plot=plot):
+                self._tree.export(name, Path(path), plot)
+                return None
+        self._changed()
+        return None
+
+    def _play(self) -> None:
+        if self._tree.ended:
+            self._tree.run.seek(0)
+        self._playing, self._due = True, time.monotonic()
+
+    def _seek(self, frame: int, number: int, *, clamp: bool = False) -> None:
+        last = self._tree.run.frames - 1
+        if clamp:
+            frame = min(max(frame, 0), last)
+        if not 0 <= frame <= last:
+            raise ParameterError("frame", frame, f"a frame of the run, 0 to {last}")
+        self._playing = False
+        known = self._tree.run.computed
+        self._go(Goal(max(frame, known), frame), number, at_once_s=AT_ONCE_S if frame <= known else 0.0)
+
+    def _change(self, values: dict[str, object], branch: str) -> object:
+        """Change parameters; the answer is the frame from which they count."""
+        self._flush()
+        before = self._tree.status(playing=False, speed=0).restarts
+        self._tree.change(values, branch)
+        if self._tree.status(playing=False, speed=0).restarts != before:
+            self._restarted()
+            return 0
+        if self._tree.redraws(values):
+            self._changed()
+        return self._tree.run.position + 1
+
+    def _activate(self, command: Activate, number: int) -> None:
+        self._flush()
+        again = self._tree.activate(command.branch, command.recipe)
+        self._playing = False
+        if again:
+            # The web process may never have had them: it forgets all diagnostics when the server ends.
+            self._rows = self._tree.rows(0)
+            self._go(command.goal, number)
+
+    def _restarted(self) -> None:
+        """Report the rows of a run that has just been restarted."""
+        self._rows = self._tree.rows(0)
+        self._due = time.monotonic()
+        self._changed()
+
+    def _flush(self) -> None:
+        """Tell the active branch's rows before another one becomes active."""
+        if self._rows:
+            self._report(draw=False)
+
+    def _picture(self) -> bytes:
+        drawing = self._tree.drawing()
+        layers = self._tree.experiment.shown_layers
+        return png(render(drawing, layers=layers, scale=_scale(drawing.width), caption=False))
+
+
+def _scale(width: int) -> float:
+    """Return by how much a picture is drawn larger so that it can be looked at, up to 640 px wide."""
+    return max(1.0, min(4.0, 640 / max(width, 1)))

@@ -1,0 +1,66 @@
+import importlib.util
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from pftrack.numerics.compiled import mark_of
+
+HEAD = "from pftrack.numerics.compiled import compiled\n"
+INNER = HEAD + "@compiled\ndef inner(x):\n    return x + {}\n"
+OUTER = HEAD + "from inner import inner\n@compiled\ndef outer(x):\n    return 2 * inner(x)\n"
+CALL = "import outer; print(outer.outer(1), sum(outer.outer.stats.cache_misses.values()))"
+
+
+@pytest.fixture
+def call(tmp_path: Path) -> Callable[[], str]:
+    (tmp_path / "inner.py").write_text(INNER.format(1))
+    (tmp_path / "outer.py").write_text(OUTER)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])}
+    environment.pop("NUMBA_CACHE_DIR", None)
+
+    def call() -> str:
+        done = subprocess.run([sys.executable, "-c", CALL], check=True, capture_output=True, text=True, env=environment)
+        return done.stdout.strip()
+
+    return call
+
+
+def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, call: Callable[[], str]) -> None:
+    """A compiled function has those inside that it calls, so it is compiled again when their file changes.
+
+    Content counts, so that another checkout of the same files, or a copy of them, keeps what was compiled.
+    """
+    assert call() == "4 1"
+    for name in ("inner.py", "outer.py"):
+        os.utime(tmp_path / name, (1, 1))
+    assert call() == "4 0"
+    (tmp_path / "inner.py").write_text(INNER.format(2))
+    assert [call(), call()] == ["6 1", "6 0"]
+
+
+def module(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    return made
+
+
+def test_other_files_do_not_matter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A function that neither calls nor is called by the changed one keeps its mark."""
+    marks = []
+    for change in (1, 2):
+        folder = tmp_path / str(change)
+        folder.mkdir()
+        (folder / "inner.py").write_text(INNER.format(change))
+        (folder / "apart.py").write_text(INNER.format(7).replace("inner", "apart"))
+        monkeypatch.syspath_prepend(folder)
+        marks.append([mark_of(getattr(module(folder / f"{name}.py"), name).py_func) for name in ("inner", "apart")])
+    assert marks[0][0] != marks[1][0]
+    assert marks[0][1] == marks[1][1]
