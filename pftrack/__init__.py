@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from pftrack.numerics import machine
+from pftrack.version import __version__
 
 if TYPE_CHECKING:
     from pftrack.api import compare, load, run
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from pftrack.runs.run import Run
 
 __all__ = ["Comparison", "Experiment", "Recipe", "Run", "__version__", "compare", "load", "run", "show"]
-
-__version__ = "0.2.0"
 
 _HOMES = {
     "Comparison": "pftrack.comparison",

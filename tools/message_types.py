@@ -13,8 +13,8 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
 
-import pftrack_server.schemas
 from pftrack.lessons.figure import Figure
+from pftrack_server import schemas
 from pftrack_server.stream.duplex import GONE
 
 __all__ = ["files"]
@@ -70,8 +70,7 @@ def _interfaces(models: list[tuple[type[BaseModel], JsonSchemaMode]]) -> tuple[l
 
 
 def _models() -> Iterator[type[BaseModel]]:
-    found = pkgutil.iter_modules(pftrack_server.schemas.__path__, "pftrack_server.schemas.")
-    for module in (*(each.name for each in found), "pftrack_server.sweeps.views"):
+    for module in (it.name for it in pkgutil.iter_modules(schemas.__path__, f"{schemas.__name__}.")):
         for value in vars(importlib.import_module(module)).values():
             if isinstance(value, type) and issubclass(value, BaseModel) and value.__module__ == module:
                 is_base = value.__name__ in {"Message", "RequestBody"}

@@ -12,7 +12,7 @@ import { Together } from "./together.js";
 /** @import { ViewKind } from "../session/view_choice.js" */
 /** @import { ComparedPublic, ComparedRun, ComparisonOutline, Recipe, RunComparisonPublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
-/** @import { Arrangement, Wanted } from "./link.js" */
+/** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 /** @import { Member } from "./together.js" */
 
 /**

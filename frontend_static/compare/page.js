@@ -10,16 +10,16 @@ import { notice } from "../shared/notice.js";
 import { present, presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
-import { followChip } from "../follow/lead/chip.js";
-import { Lead } from "../follow/lead/lead.js";
+import { followChip } from "../lead/chip.js";
+import { Lead } from "../lead/lead.js";
 import { viewSwitch } from "../session/scene.js";
 import { compare } from "./compare.js";
 import { help } from "./help.js";
-import { linkTo, wantedOf } from "./link.js";
+import { linkTo, wantedOf } from "../shared/comparison_link.js";
 
 /** @import { ComparedRun } from "../shared/messages.js" */
 /** @import { Compared } from "./compare.js" */
-/** @import { Arrangement, Wanted } from "./link.js" */
+/** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 
 const SKELETON_AFTER_MS = 200;
 const WORK = { label: "Choose saved runs", href: "/work?show=runs" };

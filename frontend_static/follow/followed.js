@@ -4,7 +4,7 @@ import { socketAddress } from "../shared/socket.js";
 import { Stream } from "../shared/stream.js";
 import { attempt } from "../shared/toast.js";
 import { Topics } from "../shared/topics.js";
-import { followed } from "./api.js";
+import { followed } from "../lead/api.js";
 
 /** @import { FigureShown, FollowHello, FollowNews, FollowPublic, MinePublic } from "../shared/messages.js" */
 

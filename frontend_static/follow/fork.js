@@ -3,7 +3,7 @@
 import { openDialog } from "../shared/dialog.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { attempt } from "../shared/toast.js";
-import { followed as api } from "./api.js";
+import { followed as api } from "../lead/api.js";
 import { sessionTitle } from "./sessions_view.js";
 
 /** @import { Mounted } from "../session/mount.js" */

@@ -7,7 +7,7 @@ import { later } from "../shared/timing.js";
 import { Followed } from "./followed.js";
 import { forkButton } from "./fork.js";
 import { followingLine } from "./line.js";
-import { PollView } from "./poll.js";
+import { PollView } from "../lead/poll.js";
 import { Shown } from "./shown.js";
 
 const SKELETON_AFTER_MS = 200;

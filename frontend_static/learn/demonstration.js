@@ -3,7 +3,7 @@
 import { messageOf } from "../shared/api.js";
 import { h } from "../shared/dom.js";
 import { toast } from "../shared/toast.js";
-import { follows } from "../follow/api.js";
+import { follows } from "../lead/api.js";
 import { lessons } from "./api.js";
 import { Controls, SEED, declared, seedControl } from "./controls.js";
 import { LessonFigure } from "./figure/figure.js";

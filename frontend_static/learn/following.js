@@ -1,7 +1,7 @@
 /** A lesson that a class follows: its figure, or the run that stands in its place. */
 
-import { followChip } from "../follow/lead/chip.js";
-import { Lead } from "../follow/lead/lead.js";
+import { followChip } from "../lead/chip.js";
+import { Lead } from "../lead/lead.js";
 
 /** @import { LessonDetail } from "../shared/messages.js" */
 /** @import { Course } from "./course.js" */

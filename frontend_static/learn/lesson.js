@@ -1,6 +1,6 @@
 /** The page of a lesson: it finds the lesson, and says so where there is none. */
 
-import { GIVE_BACK, giveBack } from "../follow/give_back.js";
+import { GIVE_BACK, giveBack } from "../lead/give_back.js";
 import { BASE, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, lastOfAddress, part } from "../shared/dom.js";
 import { brand, isFollower, isGuest } from "../shared/guest.js";

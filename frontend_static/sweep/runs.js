@@ -4,7 +4,7 @@ import { messageOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { later } from "../shared/timing.js";
-import { linkToReferences } from "../compare/link.js";
+import { linkToReferences } from "../shared/comparison_link.js";
 import { runPage, sweeps } from "./api.js";
 import { placeOf } from "./cell_words.js";
 import { select } from "./choices.js";

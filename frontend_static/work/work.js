@@ -3,7 +3,7 @@
 import { api, messageOf } from "../shared/api.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
-import { linkToReferences } from "../compare/link.js";
+import { linkToReferences } from "../shared/comparison_link.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { themeButton } from "../shared/theme.js";

@@ -16,9 +16,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from pftrack import __version__
 from pftrack.cli import checks, exports, failures, learn, lessons, listing, run, sweep
 from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
+from pftrack.version import __version__
 
 __all__ = ["app", "main"]
 

@@ -7,13 +7,13 @@ of the estimates tells whether they are the same. A recording is not carried eit
 from collections.abc import Collection, Iterator
 from pprint import pformat
 
-from pftrack import __version__
 from pftrack.experiment import Experiment
 from pftrack.exports.notebook import Cell, code, markdown, notebook
 from pftrack.model.plot import Plot
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.runs.columns import PREFIX
 from pftrack.runs.run import Run
+from pftrack.version import __version__
 
 __all__ = ["run_cells", "run_notebook"]
 

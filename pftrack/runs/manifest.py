@@ -9,11 +9,11 @@ import hashlib
 import json
 from typing import Any
 
-from pftrack import __version__
 from pftrack.model.references import Citation
 from pftrack.numerics import machine
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
+from pftrack.version import __version__
 
 __all__ = ["FORMAT", "bibtex_of", "citation_of", "embedded", "extent_of", "manifest_of", "title_of"]
 

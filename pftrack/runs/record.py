@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pftrack import __version__
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
 from pftrack.files import part_of, settle
@@ -32,6 +31,7 @@ from pftrack.runs import migrate
 from pftrack.runs.columns import columns_of
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthKind
+from pftrack.version import __version__
 
 __all__ = [
     "OpenSequence",

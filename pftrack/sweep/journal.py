@@ -16,12 +16,12 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from pftrack import __version__
 from pftrack.files import write_whole
 from pftrack.sweep.chunks import Chunk, Chunks
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import conformed, schema
+from pftrack.version import __version__
 
 __all__ = ["Journal", "begin", "plan_of", "resume"]
 

@@ -13,12 +13,12 @@ import cv2
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from pftrack import __version__
 from pftrack.runs.batch import outcomes
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import compute
+from pftrack.version import __version__
 
 __all__ = ["as_text", "computed", "measured", "one_thread", "version"]
 

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { JointStore } from "../../frontend_static/compare/joint_store.js";
-import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/compare/link.js";
+import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/shared/comparison_link.js";
 import { outcomeLines, sentence } from "../../frontend_static/compare/words.js";
 import { coated } from "../../frontend_static/session/flat/overlay.js";
 import { Clock } from "../../frontend_static/session/clock.js";

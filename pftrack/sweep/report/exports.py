@@ -5,7 +5,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pftrack import __version__
 from pftrack.figures.picture import PictureForm, encoded
 from pftrack.files import part_of, settle, write_whole
 from pftrack.model.export import ExportError
@@ -13,6 +12,7 @@ from pftrack.runs.manifest import FORMAT
 from pftrack.sweep.report.figures import figures
 from pftrack.sweep.report.study import Study
 from pftrack.sweep.result import Result, csv_pieces, summary
+from pftrack.version import __version__
 
 __all__ = ["SUFFIXES", "export_result", "manifest_of_result"]
 

@@ -12,10 +12,10 @@ from pftrack.runs.record import Record
 from pftrack_server.api.dependencies import ARun, ASession, AStore, TheExports, TheTasks
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.experiments import asked_for
-from pftrack_server.middleware.system_errors import failure
 from pftrack_server.runs.exports import Exporting, Subject
 from pftrack_server.schemas.exports import ExportJobPublic, ExportsPublic, PlotChoice
 from pftrack_server.sessions.view import EXPORTS
+from pftrack_server.system_errors import failure
 from pftrack_server.tasks.functions import read_record
 
 __all__ = ["router"]

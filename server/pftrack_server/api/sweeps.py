@@ -9,10 +9,10 @@ from fastapi import APIRouter, Path, Query
 from pftrack.sweep import MOST_RUNS
 from pftrack_server.api.dependencies import AnExperiment, ASweep, ASweeps, Begin
 from pftrack_server.schemas.messages import SessionPublic
+from pftrack_server.schemas.sweep_views import CellsPublic, Correction, EstimatePublic, RowsPublic, SweepPublic, Test
 from pftrack_server.schemas.sweeps import EstimateRequest, OpenRequest, SweepCreate
 from pftrack_server.sweeps.examples import example
 from pftrack_server.sweeps.opening import opened
-from pftrack_server.sweeps.views import CellsPublic, Correction, EstimatePublic, RowsPublic, SweepPublic, Test
 
 __all__ = ["router"]
 

@@ -11,11 +11,11 @@ from fastapi import APIRouter, Query
 from pftrack_server.api.dependencies import AManager, AStore, ASweeps
 from pftrack_server.api.runs import shown
 from pftrack_server.schemas.messages import SessionPublic
+from pftrack_server.schemas.sweep_views import SweepPublic
 from pftrack_server.schemas.uploads import UploadPublic
 from pftrack_server.schemas.work import Kind, WorkCounts, WorkPublic
 from pftrack_server.search import Words, dated, named
 from pftrack_server.store.tables import RunRow, UploadRow
-from pftrack_server.sweeps.views import SweepPublic
 
 __all__ = ["router"]
 

@@ -20,7 +20,7 @@ from pftrack.sources.sequence import SourceError
 from pftrack.sweep import SweepError
 from pftrack_server.errors import ApiError, response, shape
 from pftrack_server.middleware.long_numbers import field_of_long_number
-from pftrack_server.middleware.system_errors import told
+from pftrack_server.system_errors import told
 
 __all__ = ["Net", "install"]
 

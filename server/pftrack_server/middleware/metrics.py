@@ -10,9 +10,9 @@ from prometheus_client.registry import Collector
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server.schemas.messages import Phase
+from pftrack_server.schemas.sweep_views import State
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.sweeps.manager import Sweeps
-from pftrack_server.sweeps.views import State
 
 __all__ = ["Metrics", "Stopwatch"]
 

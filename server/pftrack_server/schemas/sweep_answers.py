@@ -7,8 +7,15 @@ from numpy.typing import NDArray
 
 from pftrack.model.parameters import Value, declarations
 from pftrack.sweep import CellMap, Code, Comparison, Plan
-from pftrack_server.sweeps.tally import Pair
-from pftrack_server.sweeps.views import AxisPublic, CellsPublic, ComparisonPublic, Correction, MapPublic, Verdict
+from pftrack_server.schemas.sweep_views import (
+    AxisPublic,
+    CellsPublic,
+    ComparisonPublic,
+    Correction,
+    MapPublic,
+    Pair,
+    Verdict,
+)
 
 __all__ = ["NO_AXIS", "axis_view", "cells_view", "comparison_view", "fixed_views"]
 

@@ -7,7 +7,7 @@ A page that is slow gets fewer and larger messages, never old ones.
 from typing import Literal
 
 from pftrack_server.schemas.stream import Message
-from pftrack_server.sweeps.views import CellsPublic, MapPublic, State, SweepPublic
+from pftrack_server.schemas.sweep_views import CellsPublic, MapPublic, State, SweepPublic
 
 __all__ = ["Cells", "Hello", "Progress"]
 

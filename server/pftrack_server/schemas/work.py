@@ -6,8 +6,8 @@ from pydantic import BaseModel, Field
 
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.runs import RunPublic
+from pftrack_server.schemas.sweep_views import SweepPublic
 from pftrack_server.schemas.uploads import UploadPublic
-from pftrack_server.sweeps.views import SweepPublic
 
 __all__ = ["Kind", "WorkCounts", "WorkPublic"]
 

@@ -15,7 +15,7 @@ from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from pftrack_server.errors import ApiError, shape
-from pftrack_server.middleware.system_errors import failure
+from pftrack_server.system_errors import failure
 
 __all__ = ["PanelCommands"]
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from pftrack_server.schemas.stream import Pong, encode
 from pftrack_server.schemas.sweep_messages import Cells, Hello, Progress
+from pftrack_server.schemas.sweep_views import CellsPublic, MapPublic
 from pftrack_server.stream.listeners import Listener
-from pftrack_server.sweeps.views import CellsPublic, MapPublic
 
 if TYPE_CHECKING:
     from pftrack_server.sweeps.sweep import Sweep

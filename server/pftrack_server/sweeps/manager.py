@@ -9,6 +9,7 @@ import structlog
 
 from pftrack.sweep import Plan, SweepError
 from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
+from pftrack_server.schemas.sweep_views import EstimatePublic, ValuesPublic
 from pftrack_server.schemas.sweeps import EstimateRequest, SweepCreate
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
@@ -19,7 +20,6 @@ from pftrack_server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, withi
 from pftrack_server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
 from pftrack_server.sweeps.sweep import Sweep, check_idle, default_title
 from pftrack_server.sweeps.task import Measure
-from pftrack_server.sweeps.views import EstimatePublic, ValuesPublic
 
 __all__ = ["Sweeps"]
 

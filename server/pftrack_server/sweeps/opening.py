@@ -4,9 +4,9 @@ from pftrack.runs.loss import approach
 from pftrack.sweep import Plan
 from pftrack_server.errors import ConflictError, RefusedError
 from pftrack_server.schemas.spec import SessionSpec
+from pftrack_server.schemas.sweep_views import RowPublic
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sweeps.results import Results
-from pftrack_server.sweeps.views import RowPublic
 
 __all__ = ["opened"]
 

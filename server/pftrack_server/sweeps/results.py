@@ -10,8 +10,16 @@ from typing import Any
 from pftrack.sweep import Plan, Quantity, Result, cells, compare, quantities, read_result, rows_of, samples
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.schemas.sweep_answers import NO_AXIS, cells_view, comparison_view
-from pftrack_server.sweeps.tally import Pair, Tally
-from pftrack_server.sweeps.views import CellsPublic, ComparisonPublic, Correction, RowPublic, RowsPublic, Test
+from pftrack_server.schemas.sweep_views import (
+    CellsPublic,
+    ComparisonPublic,
+    Correction,
+    Pair,
+    RowPublic,
+    RowsPublic,
+    Test,
+)
+from pftrack_server.sweeps.tally import Tally
 
 __all__ = ["Results"]
 

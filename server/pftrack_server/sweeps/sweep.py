@@ -20,6 +20,7 @@ from pftrack_server.errors import ConflictError
 from pftrack_server.log import Seldom
 from pftrack_server.schemas.measures import MeasurePublic
 from pftrack_server.schemas.sweep_answers import axis_view, fixed_views
+from pftrack_server.schemas.sweep_views import CellsPublic, State, SweepPublic
 from pftrack_server.settings import Settings
 from pftrack_server.stream.listeners import Listeners
 from pftrack_server.sweeps.child import Child
@@ -27,7 +28,6 @@ from pftrack_server.sweeps.listener import SweepListener
 from pftrack_server.sweeps.reasons import reason as why
 from pftrack_server.sweeps.results import Results
 from pftrack_server.sweeps.task import Resume
-from pftrack_server.sweeps.views import CellsPublic, State, SweepPublic
 
 __all__ = ["Sweep"]
 

@@ -5,14 +5,11 @@ methods block for some milliseconds; whoever calls them holds the lock.
 """
 
 from pathlib import Path
-from typing import TypeAlias
 
 from pftrack.sweep import Counts, Plan, Result, SweepError, cells, columns, count, partial_of, read_chunk
+from pftrack_server.schemas.sweep_views import Pair
 
-__all__ = ["Pair", "Tally"]
-
-Pair: TypeAlias = tuple[str | None, str | None]
-"""Names of the axes of a map, across and up; None pools all values."""
+__all__ = ["Tally"]
 
 TOTAL: Pair = (None, None)
 

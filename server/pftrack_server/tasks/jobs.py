@@ -15,8 +15,8 @@ from typing import Any, Generic, TypeAlias, TypeVar
 import structlog
 
 from pftrack_server.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
-from pftrack_server.middleware.system_errors import failure
 from pftrack_server.store.files import new_name
+from pftrack_server.system_errors import failure
 
 __all__ = ["Job", "Jobs", "Work", "failure_of"]
 

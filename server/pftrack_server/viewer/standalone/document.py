@@ -8,13 +8,13 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from pftrack import __version__
 from pftrack.displays import summary_lines
 from pftrack.displays.readings import readings_of, said
 from pftrack.displays.sparkline import track
 from pftrack.model.plot import Reading
 from pftrack.runs.manifest import citation_of, manifest_of, title_of
 from pftrack.runs.run import Run
+from pftrack.version import __version__
 from pftrack_server.viewer.camera import FLAT_RAD, FULL_RELIEF_RAD, RELIEF_STEPS
 from pftrack_server.viewer.modules import joined
 from pftrack_server.viewer.standalone.plots import PagePlot, plots_of

@@ -3,11 +3,11 @@
  * on the page.
  */
 
-import { h, setText } from "../../shared/dom.js";
-import { icon } from "../../shared/icons.js";
+import { h, setText } from "../shared/dom.js";
+import { icon } from "../shared/icons.js";
 import { leadPoll } from "./lead_poll.js";
 import { openSheet } from "./sheet.js";
-import { following } from "../words.js";
+import { following } from "./words.js";
 
 /**
  * @param {import("./lead.js").Lead} lead

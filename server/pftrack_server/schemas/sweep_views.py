@@ -1,6 +1,6 @@
 """Views: sweeps as everybody outside sees them."""
 
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from pydantic import BaseModel
 
@@ -15,6 +15,7 @@ __all__ = [
     "Correction",
     "EstimatePublic",
     "MapPublic",
+    "Pair",
     "RowPublic",
     "RowsPublic",
     "State",
@@ -27,6 +28,8 @@ State = Literal["running", "stopped", "done"]
 Test = Literal["chi-square", "fisher", "rank-sum"]
 Correction = Literal["none", "holm"]
 Verdict = Literal["first", "second", "none", "untested"]
+Pair: TypeAlias = tuple[str | None, str | None]
+"""Names of the axes of a map, across and up; None pools all values."""
 
 
 class AxisPublic(BaseModel):

@@ -1,7 +1,7 @@
 /** The poll of a class on the lecturer's page, where the class in the room sees it as well. */
 
-import { h } from "../../shared/dom.js";
-import { PollView } from "../poll.js";
+import { h } from "../shared/dom.js";
+import { PollView } from "./poll.js";
 
 /** @import { Lead } from "./lead.js" */
 

@@ -1,9 +1,9 @@
 /** Who follows, who tries it themselves, and how many may. */
 
-import { h, setText } from "../../shared/dom.js";
-import { moment } from "../../shared/format.js";
+import { h, setText } from "../shared/dom.js";
+import { moment } from "../shared/format.js";
 import { amount, limit } from "./beginning.js";
-import { following } from "../words.js";
+import { following } from "./words.js";
 
 /** @import { Lead } from "./lead.js" */
 

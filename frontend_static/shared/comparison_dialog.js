@@ -1,10 +1,10 @@
 /** From a session to a comparison: with its other branches, or with the same run by other methods. */
 
-import { openDialog } from "../shared/dialog.js";
-import { h } from "../shared/dom.js";
-import { linkToReferences } from "./link.js";
+import { openDialog } from "./dialog.js";
+import { h } from "./dom.js";
+import { linkToReferences } from "./comparison_link.js";
 
-/** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
+/** @import { BranchPublic, SessionPublic } from "./messages.js" */
 
 const MOST_OTHERS = 3;
 const SAVED = "Saved runs are compared in My work, methods over many conditions in a sweep.";

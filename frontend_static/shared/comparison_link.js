@@ -3,9 +3,9 @@
  * which no server logs, so that a link shows the same wherever it is opened.
  */
 
-import { encode, parse } from "../shared/share_link.js";
+import { encode, parse } from "./share_link.js";
 
-/** @import { ComparedRun } from "../shared/messages.js" */
+/** @import { ComparedRun } from "./messages.js" */
 
 /** @typedef {"side"|"over"} Arrangement Side by side, or one over the other. */
 

@@ -3,14 +3,14 @@
  * limits, and the end.
  */
 
-import { confirmLoss, openDialog } from "../../shared/dialog.js";
-import { fill, h } from "../../shared/dom.js";
+import { confirmLoss, openDialog } from "../shared/dialog.js";
+import { fill, h } from "../shared/dom.js";
 import { beginning } from "./beginning.js";
 import { limits } from "./limits.js";
 import { linkPart } from "./link.js";
 import { ownPoll } from "./lead_poll.js";
 import { pollForm } from "./poll_form.js";
-import { following } from "../words.js";
+import { following } from "./words.js";
 
 /** @import { Lead } from "./lead.js" */
 

@@ -3,16 +3,16 @@
  * there, too, and decides what the class shall see.
  */
 
-import { statusOf } from "../../shared/api.js";
-import { classOfLink, isGuest } from "../../shared/guest.js";
-import { socketAddress } from "../../shared/socket.js";
-import { Stream } from "../../shared/stream.js";
-import { latest } from "../../shared/timing.js";
-import { attempt, toast } from "../../shared/toast.js";
-import { Topics } from "../../shared/topics.js";
-import { follows } from "../api.js";
+import { statusOf } from "../shared/api.js";
+import { classOfLink, isGuest } from "../shared/guest.js";
+import { socketAddress } from "../shared/socket.js";
+import { Stream } from "../shared/stream.js";
+import { latest } from "../shared/timing.js";
+import { attempt, toast } from "../shared/toast.js";
+import { Topics } from "../shared/topics.js";
+import { follows } from "./api.js";
 
-/** @import { FollowOwned, FollowUpdate, PollCreate, OwnedHello, OwnedNews } from "../../shared/messages.js" */
+/** @import { FollowOwned, FollowUpdate, PollCreate, OwnedHello, OwnedNews } from "../shared/messages.js" */
 
 /**
  * What a page has to show to a class.

@@ -1,11 +1,11 @@
 /** The link of a class: short enough to be typed, as a QR code, to be copied, and large enough for the back of a room. */
 
-import { copyButton } from "../../shared/copy.js";
-import { openDialog } from "../../shared/dialog.js";
-import { h } from "../../shared/dom.js";
-import { follows } from "../api.js";
+import { copyButton } from "../shared/copy.js";
+import { openDialog } from "../shared/dialog.js";
+import { h } from "../shared/dom.js";
+import { follows } from "./api.js";
 
-/** @import { FollowOwned } from "../../shared/messages.js" */
+/** @import { FollowOwned } from "../shared/messages.js" */
 
 /** @param {FollowOwned} follow */
 export function linkPart(follow) {

@@ -1,9 +1,9 @@
 /** The form by which a lecturer asks the class: a question, and two to eight answers. */
 
-import { h } from "../../shared/dom.js";
-import { iconButton } from "../../shared/icons.js";
+import { h } from "../shared/dom.js";
+import { iconButton } from "../shared/icons.js";
 
-/** @import { PollCreate } from "../../shared/messages.js" */
+/** @import { PollCreate } from "../shared/messages.js" */
 
 const FEWEST = 2;
 const MOST = 8;
@@ -71,7 +71,7 @@ export function pollForm(ask) {
   }
 }
 
-/** @param {import("../../shared/elements.js").Properties} properties */
+/** @param {import("../shared/elements.js").Properties} properties */
 function text(properties) {
   return h("input", { type: "text", autocomplete: "off", ...properties });
 }

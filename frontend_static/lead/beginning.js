@@ -1,8 +1,8 @@
 /** Before a class begins: what it is, how many may come, and the classes that there are already. */
 
-import { fill, h } from "../../shared/dom.js";
-import { follows } from "../api.js";
-import { following } from "../words.js";
+import { fill, h } from "../shared/dom.js";
+import { follows } from "./api.js";
+import { following } from "./words.js";
 
 /** @import { Lead, Limits } from "./lead.js" */
 

@@ -1,0 +1,5 @@
+"""The version of the library, apart from what offers it, so that all can write it into their files."""
+
+__all__ = ["__version__"]
+
+__version__ = "0.2.0"
