@@ -16,6 +16,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from pftrack.entry_points import find
 from pftrack.warming.memory import existing, writable
 
 if TYPE_CHECKING:
@@ -176,7 +177,7 @@ def _codecs() -> tuple[Status, str]:
 
 
 def _pages() -> tuple[Status, str]:
-    plugin = next(iter(metadata.entry_points(group="pftrack.commands", name="serve")), None)
+    plugin = find("pftrack.commands", "serve")
     if plugin is None:
         return "broken", "the command serve is not installed; reinstall pftrack with pip"
     plugin.load()

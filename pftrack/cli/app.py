@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 
 from pftrack.cli import checks, exports, failures, learn, lessons, listing, run, sweep
 from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
+from pftrack.entry_points import find
 from pftrack.version import __version__
 
 __all__ = ["app", "main"]
@@ -34,7 +35,7 @@ class _Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401 - typer's own command has no public name
         found = super().get_command(ctx, cmd_name)
-        plugin = next(iter(entry_points(group=PLUGINS, name=cmd_name)), None) if found is None else None
+        plugin = find(PLUGINS, cmd_name) if found is None else None
         return found if plugin is None else _adopted(plugin)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pftrack.comparison.alignment import Alignment, align
 from pftrack.comparison.paired import Paired, Parting, paired, parting
 from pftrack.comparison.settings import Setting, settings
+from pftrack.entry_points import PRESENTERS, provided
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.measures import Measure
 from pftrack.model.palette import BRANCHES, hexadecimal
@@ -175,9 +176,7 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: what differs, what came of each run, and what one gains."""
-        from pftrack.displays import comparison_html  # noqa: PLC0415 - which draws comparisons
-
-        return comparison_html(self)
+        return cast("str", provided(PRESENTERS, "comparison_html")(self))
 
     def _computed(self) -> Iterator[list[Diagnostics]]:
         """Yield what each run has computed of the frames that they have in common."""

@@ -21,7 +21,7 @@ from pftrack.exports.run_notebook import run_notebook
 from pftrack.exports.table_files import csv_of, json_lines_of, npz_of, parquet_of
 from pftrack.exports.viewers import write_page
 from pftrack.files import part_of, settle, write_whole
-from pftrack.model.export import Export, ExportError
+from pftrack.model.export import Export, Exported, ExportError
 from pftrack.runs.manifest import bibtex_of, citation_of, extent_of, manifest_of
 from pftrack.runs.run import Run
 
@@ -29,7 +29,6 @@ __all__ = [
     "FORMATS",
     "MANIFEST",
     "NOTEBOOK",
-    "Exported",
     "Group",
     "RunExport",
     "Steps",
@@ -94,21 +93,6 @@ class RunExport:
     slow: bool = False
     beside: bool = False
     short: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Exported:
-    """What came of an export.
-
-    Attributes:
-        files: The file, and that of its manifest where it has one of its own.
-        frames: How much of the run they hold, in words.
-        complete: Whether that is all of it.
-    """
-
-    files: tuple[Path, ...]
-    frames: str
-    complete: bool
 
 
 def exports_of(experiment: Experiment) -> tuple[RunExport, ...]:

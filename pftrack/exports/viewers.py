@@ -6,10 +6,10 @@ on this machine. pftrack's own server provides both.
 """
 
 from collections.abc import Iterator
-from importlib import metadata
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
+from pftrack.entry_points import provided
 from pftrack.model.export import ExportError
 from pftrack.runs.run import Run
 
@@ -54,7 +54,7 @@ def write_page(run: Run, path: Path, _plot: str | None = None) -> Iterator[tuple
         OSError: The file cannot be written.
     """
     try:
-        write = _provided("page")
+        write = provided(GROUP, "page")
     except LookupError as error:
         raise ExportError(str(error)) from None
     yield from write(run, path)
@@ -72,11 +72,4 @@ def show(run: Run, *, port: int = 0, browser: bool | None = None) -> Shown:
         LookupError: No viewer is installed that can do that.
         OSError: The port is taken.
     """
-    return cast("Shown", _provided("show")(run, port=port, browser=browser))
-
-
-def _provided(name: str) -> Any:  # noqa: ANN401 - what another package provides
-    found = next(iter(metadata.entry_points(group=GROUP, name=name)), None)
-    if found is None:
-        raise LookupError(f"no package is installed that provides {name!r} of {GROUP}; pftrack's own server does")
-    return found.load()
+    return cast("Shown", provided(GROUP, "show")(run, port=port, browser=browser))

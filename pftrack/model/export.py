@@ -6,11 +6,12 @@ taking to another program, such as the model of a head, its experiment declares;
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from pftrack.model.diagnostics import Diagnostics
 
-__all__ = ["Export", "ExportError", "Make", "export_named"]
+__all__ = ["Export", "ExportError", "Exported", "Make", "export_named"]
 
 Make: TypeAlias = Callable[[Any, Sequence[Diagnostics]], bytes]
 """(the tracker's state, the rows of all frames from 0 to this one) -> the file; an `ExportError` says why not."""
@@ -37,6 +38,21 @@ class Export:
     suffix: str
     media_type: str
     make: Make
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """What came of an export.
+
+    Attributes:
+        files: The file, and that of its manifest where it has one of its own.
+        frames: How much of the run they hold, in words.
+        complete: Whether that is all of it.
+    """
+
+    files: tuple[Path, ...]
+    frames: str
+    complete: bool
 
 
 class Named(Protocol):

@@ -15,12 +15,14 @@ from os import PathLike
 from pathlib import Path
 from statistics import median
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from pftrack.entry_points import PRESENTERS, provided
 from pftrack.experiment import Experiment, Setup, Step
 from pftrack.model.diagnostics import Diagnostics, diagnose
+from pftrack.model.export import Exported
 from pftrack.model.frame import Frame
 from pftrack.model.measures import Course, measured
 from pftrack.model.parameters import ParameterError, Parameters, flat, with_role
@@ -37,7 +39,6 @@ from pftrack.runs.summary import Summary
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from pftrack.exports.formats import Exported
 
 __all__ = ["LONGEST_RUN", "Change", "EndOfRun", "PastError", "Run", "Timeline"]
 
@@ -341,9 +342,7 @@ class Run:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: the frame at which it stands, a summary, and the error at a glance."""
-        from pftrack.displays import run_html  # noqa: PLC0415 - which draws runs
-
-        return run_html(self)
+        return cast("str", provided(PRESENTERS, "run_html")(self))
 
     def __repr__(self) -> str:
         done = f"{self.computed + 1} of {self.frames} frames computed"
@@ -358,7 +357,7 @@ class Run:
 
         return table_of(self)
 
-    def export(self, path: str | PathLike[str], *, plot: str | None = None) -> "Exported":
+    def export(self, path: str | PathLike[str], *, plot: str | None = None) -> Exported:
         """Write the run, as far as it has been computed, as a file of another kind, told by its suffix.
 
         Args:
@@ -372,9 +371,7 @@ class Run:
             ExportError: There is no such kind of file, no such folder or no such plot; it names those that there are.
             OSError: The file cannot be written; what was there before is still there.
         """
-        from pftrack.exports.formats import export  # noqa: PLC0415 - which writes runs
-
-        return export(self, Path(path), plot=plot)
+        return cast(Exported, provided(PRESENTERS, "export")(self, Path(path), plot=plot))
 
     def _course(self) -> Course:
         return course_of(self.diagnostics, self.experiment.declared(), judged=self.experiment.judges_loss)

@@ -1,0 +1,29 @@
+"""What other packages, or rooms above, provide under a name: entry points, found when somebody asks for one.
+
+So a run can be shown, exported and served, though it knows nobody who does that.
+"""
+
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+__all__ = ["PRESENTERS", "find", "provided"]
+
+PRESENTERS = "pftrack.presenters"
+"""Group of the functions that show or write a run or a comparison."""
+
+
+def find(group: str, name: str) -> EntryPoint | None:
+    """Return the entry point of a group that has this name, or None."""
+    return next(iter(entry_points(group=group, name=name)), None)
+
+
+def provided(group: str, name: str) -> Any:  # noqa: ANN401 - whatever a package provides
+    """Return what is provided under a name.
+
+    Raises:
+        LookupError: Nobody provides it.
+    """
+    found = find(group, name)
+    if found is None:
+        raise LookupError(f"no package is installed that provides {name!r} of {group}; pftrack's own does")
+    return found.load()
