@@ -13,7 +13,6 @@ PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text
 REQUIRED = {found.name: found for found in map(Requirement, PROJECT["dependencies"])}
 LAST_WITH_A_HOLE = {
     "av": "18.0.99",
-    "bokeh": "3.8.1",
     "fonttools": "4.60.99",
     "h11": "0.15.0",
     "jinja2": "3.1.5",

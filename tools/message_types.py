@@ -39,7 +39,7 @@ class _Told(GenerateJsonSchema):
 
 def files() -> dict[Path, str]:
     """Return the text of each generated file."""
-    return {PAGES / "shared" / "messages.d.ts": _messages(), PAGES / "learn" / "figure" / "types.d.ts": _figures()}
+    return {PAGES / "shared" / "messages.d.ts": _messages(), PAGES / "shared" / "figure" / "types.d.ts": _figures()}
 
 
 def _messages() -> str:

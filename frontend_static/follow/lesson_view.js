@@ -1,13 +1,13 @@
 /** The figure of a lesson that a class follows, as the lecturer has it, with its numbers and what the lecturer has moved. */
 
 import { lessons } from "../learn/api.js";
-import { LessonFigure } from "../learn/figure/figure.js";
+import { FigureView } from "../shared/figure/figure.js";
 import { showNumbers } from "../learn/numbers.js";
 import { fill, h } from "../shared/dom.js";
 import { ofLesson, showInForce } from "./in_force.js";
 
 /** @import { FigurePublic, LessonDetail } from "../shared/messages.js" */
-/** @import { Figure } from "../learn/figure/types.js" */
+/** @import { Figure } from "../shared/figure/types.js" */
 
 export class LessonView {
   #figure;
@@ -30,7 +30,7 @@ export class LessonView {
     const stage = h("div", { class: "lesson-show" }, figure);
     fill(place, h("div", { class: "follow-lesson" }, h("h2", { class: "visually-hidden" }, "Figure"), stage, this.#numbers, this.#inForce));
     // What the lecturer turns is turned nowhere else.
-    this.#figure = new LessonFigure(figure, { turn: () => {}, declared: (name) => this.#declared(name) }, signal);
+    this.#figure = new FigureView(figure, { turn: () => {}, declared: (name) => this.#declared(name) }, signal);
     this.#find();
   }
 

@@ -1,6 +1,5 @@
 /** While somebody looks at the start page, fetch what a session's page will need. */
 
-import { SCRIPTS } from "../session/plots/bokeh.js";
 import { h } from "../shared/dom.js";
 import { idle } from "../shared/timing.js";
 
@@ -13,7 +12,7 @@ export async function ahead() {
     const answer = await fetch(PAGE);
     const page = new DOMParser().parseFromString(await answer.text(), "text/html");
     const modules = [...page.querySelectorAll("link[rel=modulepreload]")].map((link) => link.getAttribute("href"));
-    for (const script of [...modules, ...SCRIPTS]) document.head.append(h("link", { rel: "prefetch", href: script, as: "script" }));
+    for (const script of modules) document.head.append(h("link", { rel: "prefetch", href: script, as: "script" }));
   } catch {
     // Then it is fetched when it is needed.
   }

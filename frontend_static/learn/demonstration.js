@@ -6,13 +6,13 @@ import { toast } from "../shared/toast.js";
 import { follows } from "../lead/api.js";
 import { lessons } from "./api.js";
 import { Controls, SEED, declared, seedControl } from "./controls.js";
-import { LessonFigure } from "./figure/figure.js";
+import { FigureView } from "../shared/figure/figure.js";
 import { Newest } from "./newest.js";
 import { showNumbers } from "./numbers.js";
 
 /** @import { FigurePublic, FigureRequest, LessonDetail, VerdictPublic } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
-/** @import { Figure } from "./figure/types.js" */
+/** @import { Figure } from "../shared/figure/types.js" */
 
 /**
  * @typedef {object} Places
@@ -55,7 +55,7 @@ export class Demonstration {
     this.#seed = seed;
     const place = h("div", { class: "lesson-figure-place", data: { part: "figure" } });
     places.show.replaceChildren(place);
-    this.#figure = new LessonFigure(
+    this.#figure = new FigureView(
       place,
       {
         turn: (name, value) => this.#turn(name, value, true),

@@ -43,6 +43,7 @@ export const HELP = [
   { keys: "C", what: "Compare this run with others" },
   { keys: "[ ]", what: "Slower, faster" },
   { keys: "1 – 9", what: "Start a preset" },
+  { keys: "+ - 0", what: "In the plots: look closer at this frame, see more, see all; so does Ctrl with the wheel" },
   { keys: "F", what: "Present in large type; escape ends it" },
   { keys: "?", what: "This help" },
 ];

@@ -2,5 +2,3 @@
 interface Window {
   pftrackScene?: { drawn(): null | "there" | "in place" };
 }
-
-declare var Bokeh: import("../session/plots/bokeh_api.js").BokehApi;

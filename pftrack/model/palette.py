@@ -2,7 +2,7 @@
 
 All are, or are mixed from, the eight colours of Okabe and Ito (Color Universal Design, 2008), which can be
 distinguished without red and green. A colour is sRGB, (red, green, blue) of 0 to 255; `hexadecimal` writes it as CSS,
-matplotlib and Bokeh read it. Where a page has a dark form of a colour, a `Themed` pair holds both.
+matplotlib reads it. Where a page has a dark form of a colour, a `Themed` pair holds both.
 """
 
 from typing import NamedTuple, TypeAlias

@@ -7,12 +7,9 @@ whether they have changed.
 """
 
 import hashlib
-import importlib.util
 import re
 from functools import lru_cache
 from http import HTTPStatus
-from importlib.metadata import version
-from pathlib import Path
 
 from fastapi import APIRouter, FastAPI, Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response
@@ -141,21 +138,12 @@ def install(app: FastAPI) -> None:
     """Add the pages and their files to an app."""
     app.include_router(router)
     for place in ("/static/version/{version}", "/static"):
-        app.mount(f"{place}/bokeh", Files(directory=_bokeh()))
         app.mount(place, Files(directory=FRONTEND))
 
 
-def _bokeh() -> Path:
-    """Return where BokehJS lies in Bokeh's wheel, without importing Bokeh, which takes half a second."""
-    spec = importlib.util.find_spec("bokeh")
-    if spec is None or spec.origin is None:
-        raise RuntimeError("bokeh is not installed; the pages draw their plots with its BokehJS")
-    return Path(spec.origin).parent / "server" / "static" / "js"
-
-
 def _version() -> str:
-    """Return what tells the files as they are now from others of the same names: sizes, times, and Bokeh's version."""
-    digest = hashlib.sha256(version("bokeh").encode())
+    """Return what tells the files as they are now from others of the same names: sizes and times."""
+    digest = hashlib.sha256()
     for path in sorted(FRONTEND.rglob("*")):
         status = path.stat()
         digest.update(f"{path} {status.st_size} {status.st_mtime_ns}\n".encode())

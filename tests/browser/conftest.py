@@ -94,14 +94,6 @@ def complaints() -> Complaints:
 # It asks for a context of WebGL to find that out, which takes as long as a small test, unless somebody has chosen.
 CHOSEN = "if (location.origin !== 'null') localStorage['pftrack-view'] ??= '{}'"
 
-# The plots are half of what it costs to open a page. Without their script the page waits for it and shows the rest.
-WITHOUT_PLOTS = """
-window.withoutPlots = true;
-const src = Object.getOwnPropertyDescriptor(HTMLScriptElement.prototype, 'src');
-const set = function (value) { if (!value.includes('/bokeh/')) src.set.call(this, value); };
-Object.defineProperty(HTMLScriptElement.prototype, 'src', { ...src, set });
-"""
-
 
 @pytest.fixture(scope="session")
 def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
@@ -123,16 +115,11 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
 def unchosen(
     contexts: Callable[[Server], Any], server: Server, complaints: Complaints, request: pytest.FixtureRequest
 ) -> Iterator[Any]:
-    """A page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean.
-
-    It draws plots where the test is marked with `plots`.
-    """
+    """A page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean."""
     context = contexts(server)
     if server.token:
         context.request.get("/", params={"token": server.token})  # trades it for a cookie
     page = context.new_page()
-    if not request.node.get_closest_marker("plots"):
-        page.add_init_script(WITHOUT_PLOTS)
     page.on("pageerror", lambda error: complaints.hear(str(error)))
     page.on("console", lambda line: complaints.hear(line.text) if line.type == "error" else None)
     yield page

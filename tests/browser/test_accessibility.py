@@ -42,7 +42,6 @@ def test_my_work(page: Any, server: Server) -> None:
     fits(page)
 
 
-@pytest.mark.plots
 def test_a_session_in_the_flat_view(watch: Watch, server: Server) -> None:
     """With its plots, its panel unfolded, a note of the tour, the help and a menu; also presented."""
     shown = watch(seed=0, parameters={"sample_count": 40})
@@ -112,7 +111,6 @@ def test_the_course_and_a_lesson(page: Any) -> None:
     fits(page)
 
 
-@pytest.mark.plots
 def test_a_sweep(page: Any, server: Server) -> None:
     """Its maps and the runs of a cell."""
     sweep = server.post("sweeps", {**SMALL, "trials": 1, "frames": 10})

@@ -250,7 +250,7 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
     page.get_by_role("button", name="Show this page").click()
     page.locator("[data-role=class-link]").wait_for()
     lecturer.press("Escape")
-    all_of(followers, lambda one: one.page.locator(".lesson-figure[data-shown]").count() == 1, "the figure is there")
+    all_of(followers, lambda one: one.page.locator(".figure-view[data-shown]").count() == 1, "the figure is there")
     all_of(followers, lambda one: "400" in one.text(".in-force"), "the number of particles is listed")
     page.locator(".lesson-question").get_by_role("button", name="Skip").click()
     slider = page.locator(".lesson-controls input[type=range]").first
@@ -263,7 +263,7 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
     follower = followers[0]
     follower.page.get_by_role("button", name="Try it yourself").click()
     follower.page.wait_for_url("**/learn/*")
-    follower.page.locator(".lesson-figure[data-shown]").wait_for()
+    follower.page.locator(".figure-view[data-shown]").wait_for()
     assert follower.page.locator("header a:visible").all_inner_texts() == ["Back to the class"]
     follower.page.get_by_title("End what you try here").click()
     follower.page.locator(".following[data-state=open]").wait_for()

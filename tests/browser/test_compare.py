@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from tests.browser.accessible import check, fits
-from tests.browser.conftest import WITHOUT_PLOTS, Complaints
+from tests.browser.conftest import Complaints
 from tests.browser.host import Server
-from tests.browser.views import GLYPH, LINES, SessionPage, View
+from tests.browser.views import LINES, TRACE, SessionPage, View
 
 FRAMES = (
     "[...document.querySelectorAll('.flat-canvas')].map((it) => it.dataset.frame)"
@@ -79,13 +79,11 @@ def elsewhere(contexts: Callable[[Server], Any], beside_others: Server) -> Itera
     context = contexts(beside_others)
     context.request.get("/", params={"token": beside_others.token})
     page = context.new_page()
-    page.add_init_script(WITHOUT_PLOTS)
     yield ComparePage(page)
     page.close()
     beside_others.end_sessions()
 
 
-@pytest.mark.plots
 def test_a_branch_is_compared_with_its_run(
     watch: Callable[..., SessionPage], shown: ComparePage, elsewhere: ComparePage, server: Server
 ) -> None:
@@ -107,7 +105,7 @@ def test_a_branch_is_compared_with_its_run(
     page.keyboard.press("d")
     shown.stand_at(21, 21)
     shown.until(lambda: [lines(page).get(f"error {run}") for run in (0, 1)] == [22, 22], "both are in one plot")
-    assert {page.evaluate(GLYPH, f"error {run}")["colour"] for run in (0, 1)} == {"#0072b2", "#009e73"}
+    assert {page.evaluate(TRACE, f"error {run}")["ink"] for run in (0, 1)} == {"#0072b2", "#009e73"}
 
     shown.button("Over each other").click()
     shown.until(lambda: page.evaluate(TOPMOST)["green"] > 20, "the second run is drawn in its colour")

@@ -36,7 +36,6 @@ def film() -> bytes:
     return file.getvalue()
 
 
-@pytest.mark.plots
 def test_the_tank_is_watched_and_turned(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery the fish is followed, with the plots of its heading and bend."""
     page = gallery.page

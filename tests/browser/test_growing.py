@@ -41,7 +41,6 @@ def points_json(count: int) -> bytes:
     return as_json(FEATURES[:count], person(102).points_mm[:count])
 
 
-@pytest.mark.plots
 @pytest.mark.scene
 def test_the_mean_head_becomes_the_drivers(watch: Callable[..., SessionPage], server: Server) -> None:
     """The mesh in the scene begins as the mean face, changes with the frames, and its error falls; or it begins again.
@@ -59,10 +58,10 @@ def test_the_mean_head_becomes_the_drivers(watch: Callable[..., SessionPage], se
     view.until(lambda: (surface(view) or first)["colours"] > 20, "it is coloured by how sure it is")
     name = f"shape_error {view.session['branch']}"
     view.page.locator("[data-plot=shape_error]").scroll_into_view_if_needed()
-    view.until(lambda: len((view.glyph(name) or {}).get("value", [])) > 40, "the error is plotted")
-    glyph = view.glyph(name)
-    assert glyph is not None
-    assert glyph["value"][40] < 0.85 * glyph["value"][0], "the error falls"
+    view.until(lambda: len((view.trace(name) or {}).get("y", [])) > 40, "the error is plotted")
+    drawn = view.trace(name)
+    assert drawn is not None
+    assert drawn["y"][40] < 0.85 * drawn["y"][0], "the error falls"
     restart(view)
 
 

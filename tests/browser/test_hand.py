@@ -2,7 +2,6 @@
 
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import av
 import cv2
@@ -45,19 +44,6 @@ def film() -> bytes:
     return file.getvalue()
 
 
-def place_of(page: Any, frame: int, row: int) -> tuple[float, float]:
-    """Where a node of the tree is within its plot, px."""
-    x, y = page.evaluate(
-        """([frame, row]) => {
-            const has = ({ model }) => model.renderers.some(({ name }) => name === "hands");
-            const { x_scale, y_scale } = [...window.Bokeh.index].find(has).frame;
-            return [x_scale.compute(frame), y_scale.compute(row)];
-        }""",
-        [frame, row],
-    )
-    return x, y
-
-
 def to_the_end(shown: SessionPage, server: Server) -> None:
     """Go to the last frame without a look at those on the way."""
     last = shown.session["frames"] - 1
@@ -65,7 +51,6 @@ def to_the_end(shown: SessionPage, server: Server) -> None:
     shown.stands_at(last)
 
 
-@pytest.mark.plots
 def test_a_hand_that_one_hypothesis_loses_is_kept_by_four_and_the_tree_shows_each(
     gallery: Gallery, server: Server
 ) -> None:
@@ -83,9 +68,8 @@ def test_a_hand_that_one_hypothesis_loses_is_kept_by_four_and_the_tree_shows_eac
     rows = server.column(kept.id, "series")
     frame, hands = next((place, row["hands"]) for place, row in enumerate(rows) if len(row["hands"]["weights"]) == 4)
     count = sum(len(row["hands"]["weights"]) for row in rows)
-    kept.until(lambda: len((kept.glyph("hands") or {"place": []})["place"]) == count, "all hands are nodes")
-    x, y = place_of(page, frame, 3)
-    page.locator("[data-plot=hands] .plot").click(position={"x": x, "y": y})
+    kept.until(lambda: len((kept.trace("hands") or {"y": []})["y"]) == count, "all hands are nodes")
+    page.locator("[data-plot=hands] .plot").click(position=kept.place_in("hands", frame, 3))
     kept.stands_at(frame)
     said = f"hand 3 of 4, {100 * hands['weights'][2]:.0f} %"
     kept.until(lambda: said in page.inner_text(".flat-caption"), "the third hand is drawn and told")

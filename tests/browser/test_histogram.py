@@ -1,14 +1,11 @@
 """A window by its colours in the browser: from the gallery, and on a film that somebody brings."""
 
-import pytest
-
 from tests.browser.host import Server
 from tests.browser.test_suitability import draw, grade
 from tests.browser.test_upload import clip as clip  # noqa: PLC0414 - a fixture
 from tests.browser.views import Gallery, SessionPage
 
 
-@pytest.mark.plots
 def test_the_lawn_and_a_film_are_tracked_live(gallery: Gallery, server: Server, clip: bytes) -> None:
     """A preset plays with its plot of the likeness; a disc in a box drawn on a film is followed to its end."""
     page = gallery.page

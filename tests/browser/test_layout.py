@@ -17,7 +17,6 @@ def box(page: Any, selector: str) -> dict[str, float]:
     return found
 
 
-@pytest.mark.plots
 def test_from_a_wide_window_to_a_phone(watch: Watch) -> None:
     """Plots stand beside the scene where there is room, below it where there is less, and fit a phone."""
     shown = watch()
@@ -79,7 +78,6 @@ def on_a_phone(shown: SessionPage) -> None:
     assert page.evaluate(OVERFLOW) <= 0
 
 
-@pytest.mark.plots
 def test_the_picture_has_six_tenths_of_the_width(watch: Watch) -> None:
     """Beside a panel and plots, which stay within the page, the picture's place is the widest by far."""
     shown = watch(seed=0, frames=None)
@@ -194,13 +192,11 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     assert "second run" not in legend.inner_text()
 
 
-@pytest.mark.plots
 def test_names_are_written_out_where_there_is_room(watch: Watch) -> None:
     """On a wide screen the features of a face have words for names, and all plots keep one axis of frames."""
     shown = watch(experiment="head", frames=20)
-    names = """[...(window.Bokeh?.index ?? [])].flatMap(({ model }) =>
-        [...(model.left?.[0]?.major_label_overrides?.values() ?? [])])"""
-    borders = "[...new Set([...(window.Bokeh?.index ?? [])].map(({ model }) => model.min_border_left))].length"
+    names = "[...document.querySelectorAll('.plot .figure-up')].map((it) => it.textContent)"
+    borders = "[...new Set([...document.querySelectorAll('.plot .figure-plot')].map((it) => it.dataset.left))].length"
     shown.until(lambda: "rlc" in shown.page.evaluate(names), "short names")
     shown.page.set_viewport_size({"width": 1920, "height": 900})
     shown.until(lambda: "right eye, outer corner" in shown.page.evaluate(names), "the names are written out")

@@ -10,7 +10,6 @@ from tests.browser.views import BALL, SessionPage
 Watch = Callable[..., SessionPage]
 
 
-@pytest.mark.plots
 @pytest.mark.scene
 def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch) -> None:
     """After a few steps the scene holds the ball and the particles, and each plot a line.
@@ -51,7 +50,6 @@ def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch) -> None:
     shown.until(lambda: shown.page.inner_text(".amount") == "1", "the frame is bookmarked")
 
 
-@pytest.mark.plots
 def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, server: Server) -> None:
     """Few particles and a wide pillar lose the ball; from before the loss another tracker keeps it."""
     shown = watch(tracker="condensation")
@@ -83,7 +81,6 @@ def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, se
     shown.until(lambda: shown.lines.get(f"error {first}") == 90, "the first one's is still there")
 
 
-@pytest.mark.plots
 def test_a_change_in_the_past_makes_a_branch(watch: Watch, server: Server) -> None:
     """The past is the past: a parameter changed there counts from there on, under a new name and colour."""
     shown = watch()

@@ -14,14 +14,14 @@ from tests.browser.views import View
 
 BARE = """<head><title>Figures</title><link rel="stylesheet" href="/static/shared/palette.css">
 <link rel="stylesheet" href="/static/shared/style.css">
-<link rel="stylesheet" href="/static/learn/figure/figure.css"></head>
+<link rel="stylesheet" href="/static/shared/figure/figure.css"></head>
 <body><header class="visually-hidden"><h1>Lesson</h1><h2>Figures</h2></header>
 <main style="height: 560px"></main></body>"""
 
 START = """async (text) => {
     Object.assign(document.documentElement, { lang: 'en', innerHTML: text });
     const loaded = [...document.querySelectorAll('link')].map((link) => new Promise((done) => (link.onload = done)));
-    const { LessonFigure } = await import('/static/learn/figure/figure.js');
+    const { FigureView } = await import('/static/shared/figure/figure.js');
     await Promise.all(loaded);
     const z = { title: 'Measured', unit: 'm', minimum: -3, maximum: 3, step: 0.5 };
     const on = {
@@ -30,7 +30,7 @@ START = """async (text) => {
         declared: (name) => (name === 'z' ? z : undefined),
     };
     window.heard = [];
-    window.figure = new LessonFigure(document.querySelector('main'), on, new AbortController().signal);
+    window.figure = new FigureView(document.querySelector('main'), on, new AbortController().signal);
 }"""
 
 # The colours within 3 px of a place of a panel, given as shares of its box from the upper left.
@@ -329,11 +329,11 @@ def test_it_leaves_nothing_behind(figures: FigurePage) -> None:
     """With its signal the figure goes, and its tooltip."""
     gone = figures.page.evaluate(
         """async (shown) => {
-            const { LessonFigure } = await import('/static/learn/figure/figure.js');
+            const { FigureView } = await import('/static/shared/figure/figure.js');
             const [end, place] = [new AbortController(), document.createElement('div')];
             const before = document.querySelectorAll('.tooltip').length;
             document.querySelector('main').append(place);
-            const other = new LessonFigure(place, { turn: () => {} }, end.signal);
+            const other = new FigureView(place, { turn: () => {} }, end.signal);
             await other.show(shown, { locked: false });
             end.abort();
             await other.show(shown, { locked: false });

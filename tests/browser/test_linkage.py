@@ -19,7 +19,6 @@ REAL_JOINTS = {"root": (622, 85), "second joint": (430, 100), "third joint": (38
 """In the first of these frames: cuff, wrist, knuckles and ball, px."""
 
 
-@pytest.mark.plots
 def test_regions_split_and_one_is_refuted_while_one_watches(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery two regions are followed from a split until one is refuted; the scrubber marks both."""
     page = gallery.page

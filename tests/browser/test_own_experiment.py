@@ -78,7 +78,6 @@ def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: 
     assert ready(page, server).session["recipe"]["experiment"] == NAME
 
 
-@pytest.mark.plots
 @pytest.mark.scene
 def test_a_live_session_has_its_sliders_and_plots(page: Any, server: Server) -> None:
     """A slider changes how many hypotheses there are from the next frame on; its plots and its mesh follow."""
@@ -96,7 +95,7 @@ def test_a_live_session_has_its_sliders_and_plots(page: Any, server: Server) -> 
     rows = server.column(shown.id, "series")
     assert [len(row["places"]["weights"]) for row in rows] == [5] * 21 + [7] * 39
     count = 5 * 21 + 7 * 39
-    shown.until(lambda: len((shown.glyph("places") or {"y1": []})["y1"]) == count, "all hypotheses are drawn")
+    shown.until(lambda: len((shown.trace("places") or {"y1": []})["y1"]) == count, "all hypotheses are drawn")
     titles = lambda: [it.inner_text() for it in page.locator(".readout dt:visible").all()]  # noqa: E731
     shown.until(lambda: titles() == ["estimate", "likeliest"], "so are its readings")
 
@@ -193,7 +192,6 @@ def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: b
     assert v == pytest.approx(60, abs=2)
 
 
-@pytest.mark.plots
 def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> None:
     """The form is filled with its own example; the map is complete; a row opens as that very run."""
     page.goto("/")

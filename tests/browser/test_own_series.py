@@ -37,7 +37,6 @@ def readings(shown: SessionPage) -> list[str]:
     return [title.inner_text() for title in shown.page.locator(".readout dt:visible").all()]
 
 
-@pytest.mark.plots
 def test_all_that_a_method_reports_is_drawn_and_nothing_else(page: Any, server: Server) -> None:
     """In one visit to a run that has been played to its end."""
     shown = opened(page, server)
@@ -51,21 +50,22 @@ def hypotheses_and_intervals_are_drawn_as_they_were_written_down(shown: SessionP
     """Each possibility leads from place to place, the more opaque the more probable; intervals have both ends."""
     rows = server.column(shown.id, "series")
     count = sum(len(row["bank"]["weights"]) for row in rows)
-    shown.until(lambda: len((shown.glyph("hypotheses") or {"y1": []})["y1"]) == count, "all possibilities are drawn")
-    drawn = shown.glyph("hypotheses")
+    shown.until(lambda: len((shown.trace("hypotheses") or {"y1": []})["y1"]) == count, "all possibilities are drawn")
+    drawn = shown.trace("hypotheses")
     assert drawn is not None
     assert drawn["y1"] == [value for row in rows for (value,) in row["bank"]["values"]]
     weights = np.array([weight for row in rows for weight in row["bank"]["weights"]])
-    assert np.allclose(drawn["alpha"], FAINTEST + (1 - FAINTEST) * weights)
+    assert np.allclose(drawn["opacity"], FAINTEST + (1 - FAINTEST) * weights)
     # The third possibility is there in every third frame only, and so begins anew each time.
-    new = np.array(drawn["x1"]) - np.array(drawn["frame"]) == 0.5
+    new = np.array(drawn["x1"]) - np.array(drawn["x0"]) == 0.5
     assert new.sum() == 2 + 13
     branch = shown.session["branch"]
     shown.until(lambda: shown.lines.get(f"range {branch} low 0") == 40, "the interval is drawn")
-    found = shown.glyph(f"range {branch} high 0")
+    found, truth = shown.trace("range band 0"), shown.trace("range truth")
     assert found is not None
-    assert list(zip(found["low 0"], found["high 0"], strict=True)) == [tuple(row["range"]) for row in rows]
-    assert found["truth"] == [row["truth"] for row in rows]
+    assert truth is not None
+    assert list(zip(found["low"], found["high"], strict=True)) == [tuple(row["range"]) for row in rows]
+    assert truth["y"] == [row["truth"] for row in rows]
     best = max(rows[-1]["bank"]["weights"])
     panel = shown.page.locator("[data-plot=hypotheses]")
     shown.until(lambda: f"{100 * best:.0f} %, one of" in panel.inner_text(), "the heading says how probable it is")
@@ -83,28 +83,21 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
     """A click goes to the frame of a hypothesis and shows it, arrows choose another one, and no branch comes of it."""
     rows = server.column(shown.id, "series")
     count = sum(len(row["bank"]["weights"]) for row in rows)
-    shown.until(lambda: len((shown.glyph("tree") or {"place": []})["place"]) == count, "all possibilities are drawn")
-    way, edges = shown.glyph("tree way"), shown.glyph("tree edges")
+    shown.until(lambda: len((shown.trace("tree") or {"y": []})["y"]) == count, "all possibilities are drawn")
+    way, edges = shown.trace("tree way"), shown.trace("tree edges")
     assert way is not None
     assert edges is not None
     # From frame 39 back to 31, whose best comes from the mirror image, which comes from the first, and so on.
     expected = [2 if frame % 10 == 0 and frame < 39 else 1 for frame in range(39, -1, -1)]
-    assert [way["frame"], way["place"]] == [list(range(39, -1, -1)), expected]
+    assert [way["x"], way["y"]] == [list(range(39, -1, -1)), expected]
     assert len(edges["x1"]) == count - 2
 
     tree = shown.page.locator("[data-plot=tree] .plot")
-    frame, place = shown.page.evaluate(
-        """() => {
-            const has = ({ model }) => model.renderers.some(({ name }) => name === "tree");
-            const { x_scale, y_scale } = [...window.Bokeh.index].find(has).frame;
-            return [x_scale.compute(20), y_scale.compute(2)];
-        }"""
-    )
-    tree.click(position={"x": frame, "y": place})
+    tree.click(position=shown.place_in("tree", 20, 2))
     shown.stands_at(20)
     shown.until(lambda: shown.session["parameters"]["shown"] == 2, "the second possibility is shown")
-    ring = lambda: shown.glyph("tree shown") or {"frame": []}  # noqa: E731
-    shown.until(lambda: (ring()["frame"], ring().get("place")) == ([20], [2]), "it has a ring")
+    ring = lambda: shown.trace("tree shown") or {"x": []}  # noqa: E731
+    shown.until(lambda: (ring()["x"], ring().get("y")) == ([20], [2]), "it has a ring")
     assert tree.get_attribute("aria-valuetext") == shown.page.locator("[data-plot=tree] output").inner_text()
     tree.focus()
     tree.press("ArrowUp")
@@ -114,7 +107,6 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
     assert shown.position == 20
 
 
-@pytest.mark.plots
 def test_a_method_may_take_over_that_reports_something_else(page: Any, server: Server) -> None:
     """What a method does not report is left out of its frames; the curves of the frames before stay."""
     shown = opened(page, server, tracker="plain")
@@ -128,6 +120,6 @@ def test_a_method_may_take_over_that_reports_something_else(page: Any, server: S
     assert ["bank" in row for row in rows] == [False] * 11 + [True] * 29
     branch = shown.session["branch"]
     shown.until(lambda: shown.lines.get(f"range {branch} low 0") == 40, "the interval is drawn")
-    found = shown.glyph(f"range {branch} low 0")
+    found = shown.trace(f"range {branch} low 0")
     assert found is not None
-    assert np.isnan(np.array(found["low 0"], dtype=np.float64)).tolist() == [True] * 11 + [False] * 29
+    assert np.isnan(np.array(found["y"], dtype=np.float64)).tolist() == [True] * 11 + [False] * 29

@@ -21,10 +21,8 @@ HEAD = find("head")
 UNMEASURED = ("own_share", "shape_error", "free_energy")
 """Plots of the head that only a growing face has numbers for."""
 LIMITS = """async ([extent, smallest]) => {
-    const { Figure } = await import("/static/session/plots/figure.js");
-    const range = {};
-    Figure.prototype.enclose.call({ range }, extent, smallest);
-    return [range.start, range.end];
+    const { enclose } = await import("/static/session/plots/limits.js");
+    return enclose(extent, smallest);
 }"""
 CUT_OFF = "(title) => title.scrollWidth > title.clientWidth"
 # How many px of the scrubber's lowest band have the colour of what is lost.
@@ -46,9 +44,8 @@ def series(server: Server, session: str, name: str, branch: str | None = None) -
 
 def alpha_on_the_page(shown: SessionPage) -> NDArray[np.float64]:
     """Return alpha (frames, features) as it is drawn: the row of a feature is 1 high, and counted from the top."""
-    drawn = shown.glyph("alpha")
-    assert drawn is not None
-    rows = np.array(drawn["ys"], dtype=np.float64)
+    drawn = [shown.trace(f"alpha x{place}") for place in range(1, 9)]
+    rows = np.array([row["y"] for row in drawn if row is not None], dtype=np.float64)
     return ((np.arange(len(rows))[:, None] + 1 - 0.12 - rows) / 0.76).T
 
 
@@ -61,11 +58,10 @@ def on_screen(shown: SessionPage, place: Any) -> dict[str, float]:
     return area
 
 
-@pytest.mark.plots
 def test_alpha_of_a_hidden_corner_ramps_up(watch: Watch, server: Server) -> None:
     """Played at full speed, the row of a rear corner climbs over 20 to 40 frames after it hides, which is shaded."""
     shown = watch(experiment="prism", frames=625)
-    shown.until(lambda: shown.glyph("alpha"), "the rows of alpha are drawn")
+    shown.until(lambda: shown.trace("alpha x1"), "the rows of alpha are drawn")
     shown.play_to_the_end()
     shown.until(lambda: len(alpha_on_the_page(shown)) == 625, "the rows hold all frames")
     alpha = alpha_on_the_page(shown)
@@ -90,7 +86,6 @@ def test_alpha_of_a_hidden_corner_ramps_up(watch: Watch, server: Server) -> None
     shown.until(lambda: recognised() == ["8", "of", "8"], "all corners are recognised in the end")
 
 
-@pytest.mark.plots
 def test_a_run_of_a_pose_is_drawn(watch: Watch, server: Server) -> None:
     """All that plots show of a pose, in one visit: to the end, with a second branch, and in a small window."""
     shown = watch(experiment="prism", frames=40)
@@ -104,14 +99,16 @@ def test_a_run_of_a_pose_is_drawn(watch: Watch, server: Server) -> None:
 def a_pose_has_a_band_around_it_and_the_truth_in_it(shown: SessionPage, server: Server) -> None:
     """Yaw is drawn as it was written down, within two standard deviations, beside the truth."""
     branch = shown.session["branch"]
-    shown.until(lambda: len((shown.glyph(f"yaw {branch}") or {"frame": []})["frame"]) == 40, "yaw is drawn")
-    drawn = shown.glyph(f"yaw {branch}")
+    shown.until(lambda: len((shown.trace(f"yaw {branch}") or {"x": []})["x"]) == 40, "yaw is drawn")
+    drawn, band, truth = (shown.trace(f"yaw {name}") for name in (branch, "band 0", "truth"))
     assert drawn is not None
+    assert band is not None
+    assert truth is not None
     yaw, sd = (series(server, shown.id, name) for name in ("yaw_deg", "yaw_deg_sd"))
-    assert np.allclose(drawn["value"], yaw)
-    assert np.allclose(drawn["high"], yaw + 2 * sd)
-    assert np.allclose(drawn["low"], yaw - 2 * sd)
-    assert np.allclose(drawn["truth"], series(server, shown.id, "yaw_deg_true"))
+    assert np.allclose(drawn["y"], yaw)
+    assert np.allclose(band["high"], yaw + 2 * sd)
+    assert np.allclose(band["low"], yaw - 2 * sd)
+    assert np.allclose(truth["y"], series(server, shown.id, "yaw_deg_true"))
     shown.until(
         lambda: f"{yaw[-1]:.1f} ± {sd[-1]:.1f}" in panel(shown, "yaw").inner_text(), "its heading says where it is"
     )
@@ -123,10 +120,10 @@ def calibration_is_the_share_so_far(shown: SessionPage, server: Server) -> None:
     for name in ("within_50", "within_95"):
         line = f"calibration {shown.session['branch']} {name}"
         shown.until(lambda line=line: shown.lines.get(line) == 40, "the share is drawn")  # type: ignore[misc]
-        drawn = shown.glyph(line)
+        drawn = shown.trace(line)
         assert drawn is not None
         inside = series(server, shown.id, name).mean(axis=1)
-        assert np.allclose(drawn[name], 100 * np.cumsum(inside) / np.arange(1, 41))
+        assert np.allclose(drawn["y"], 100 * np.cumsum(inside) / np.arange(1, 41))
 
 
 def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: SessionPage) -> None:
@@ -137,10 +134,10 @@ def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: Sessi
     shown.until(lambda: shown.lines.get(f"yaw {second}") and shown.lines.get(f"yaw {first}"), "there are two lines")
     colours = {branch["id"]: branch["colour"] for branch in shown.session["branches"]}
     for branch in (first, second):
-        drawn = shown.glyph(f"yaw {branch}")
+        drawn = shown.trace(f"yaw {branch}")
         assert drawn is not None
-        assert drawn["colour"] == colours[branch]
-    shown.until(lambda: (shown.glyph("alpha") or {}).get("colour") == colours[second], "alpha is the second branch's")
+        assert drawn["ink"] == colours[branch]
+    shown.until(lambda: (shown.trace("alpha x1") or {}).get("ink") == colours[second], "alpha is the second branch's")
 
 
 def at_800_they_are_one_row(shown: SessionPage) -> None:
@@ -154,11 +151,10 @@ def at_800_they_are_one_row(shown: SessionPage) -> None:
     assert min(on_screen(shown, place)["width"] for place in page.locator(".panel").all()) >= 120
 
 
-@pytest.mark.plots
 def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> None:
     """At 1280 px all plots begin and end at the same x, and the numbers of the frame stay in sight."""
     shown = watch(experiment="head", parameters={"image_width_px": 160}, frames=12)
-    shown.until(lambda: shown.glyph("alpha"), "the plots are drawn")
+    shown.until(lambda: shown.trace("alpha nose"), "the plots are drawn")
     drawn = shown.page.locator(".plot:visible")
     shown.until(
         lambda: drawn.count() == len(HEAD.plots) - len(UNMEASURED), "what this method has no series for is hidden"
@@ -187,7 +183,6 @@ def test_what_hardly_changes_looks_flat(bare: Any) -> None:
     assert bare.evaluate(LIMITS, [[12.0, 87.0], 1.0]) == [10.0, 90.0]
 
 
-@pytest.mark.plots
 def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
     """The figures beside it leave room for what a plot is of, those of a growing face included."""
     values = {"image_width_px": 160, "face_model": "growing"}
@@ -199,7 +194,6 @@ def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
     assert [title.inner_text() for title in titles.all() if title.evaluate(CUT_OFF)] == []
 
 
-@pytest.mark.plots
 def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Server) -> None:
     """The page says that there is no face and since when, and when it is back that it was found again."""
     shown = watch(
@@ -251,7 +245,6 @@ def clip() -> bytes:
     return file.getvalue()
 
 
-@pytest.mark.plots
 def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watch, server: Server, clip: bytes) -> None:
     """What nobody knows is said to be unknown; the loss is told all the same, and one can go back to before it."""
     target = simulated(60)[0].target
@@ -279,3 +272,44 @@ def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watc
     shown.until(
         lambda: shown.verdict == "truth not known", "the face is there, and how well it is tracked nobody knows"
     )
+
+
+def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
+    """The wheel with Ctrl zooms all plots at the pointer, dragging moves them, a double click shows all."""
+    shown = watch(frames=60)
+    server.seek(shown.id, 59)
+    shown.stands_at(59)
+    page, branch = shown.page, shown.session["branch"]
+    shown.until(lambda: shown.lines.get(f"error {branch}") == 60, "the error is drawn")
+    frames = """[...document.querySelectorAll('.plot .figure-view')].filter((it) => it.figure)
+        .map(({ figure: { panels: [{ x }] } }) => [x.low, x.high])"""
+    assert {tuple(it) for it in page.evaluate(frames)} == {(0, 59)}
+
+    plot = page.locator("[data-plot=error] .plot")
+    drawn = shown.trace(f"error {branch}")
+    assert drawn is not None
+    plot.hover(position=shown.place_in("error", 30, drawn["y"][30]))
+    shown.until(lambda: "frame 30 · error" in page.locator(".tooltip:visible").inner_text(), "the value is told")
+    page.keyboard.down("Control")
+    page.mouse.wheel(0, -300)
+    page.keyboard.up("Control")
+    shown.until(lambda: page.evaluate(frames)[0] != [0, 59], "fewer frames are seen")
+    seen = {tuple(it) for it in page.evaluate(frames)}
+    shown.until(lambda: len({tuple(it) for it in page.evaluate(frames)}) == 1, "in all plots")
+    ((low, high),) = {tuple(it) for it in page.evaluate(frames)}
+    assert high - low < 30
+    assert low < 30 < high, seen
+
+    area = plot.bounding_box()
+    page.mouse.down()
+    page.mouse.move(area["x"] + area["width"] - 5, area["y"] + 20)
+    page.mouse.up()
+    shown.until(lambda: page.evaluate(frames)[0][0] < low, "earlier frames come into sight")
+    assert shown.position == 59
+    plot.dblclick(position={"x": area["width"] / 2, "y": 20})
+    shown.until(lambda: page.evaluate(frames)[0] == [0, 59], "all is seen again")
+    page.locator(".plots").focus()
+    page.keyboard.press("+")
+    shown.until(lambda: page.evaluate(frames)[0][0] > 20, "the key zooms at the frame that is shown")
+    page.keyboard.press("0")
+    shown.until(lambda: page.evaluate(frames)[0] == [0, 59], "and shows all")

@@ -13,7 +13,6 @@ from tests.conftest import FRUGAL
 Watch = Callable[..., SessionPage]
 
 
-@pytest.mark.plots
 def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, chromium: Any) -> None:
     """Seed, tracker, timeline and position travel in the link; a stranger's browser computes the same errors."""
     shown = watch(tracker="condensation", parameters={"occlusion_width_px": 55})
@@ -39,7 +38,6 @@ def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, 
     context.close()
 
 
-@pytest.mark.plots
 def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     """Position, branches, bookmarks and curves come back."""
     shown = watch()

@@ -1,13 +1,10 @@
 """A body's shape in the browser: from the gallery, and from a table of tracks that somebody brings."""
 
-import pytest
-
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 from tests.tracks import table
 
 
-@pytest.mark.plots
 def test_a_shape_is_found_while_one_watches(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery, the shape error falls, and the plots and the world of the shape are there."""
     page = gallery.page

@@ -22,7 +22,6 @@ def path() -> str:
     return "\n".join(lines) + "\n"
 
 
-@pytest.mark.plots
 def test_tracks_are_followed_while_one_watches(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery, tracks go straight through outliers, and errors of all of them are plotted."""
     page = gallery.page

@@ -48,31 +48,33 @@ BALL = """(() => {
 
 PAINTED = "document.querySelector('.flat-canvas')?.dataset.frame !== undefined"
 
-# Lines drawn by BokehJS, by name, with how many points each holds.
+# The traces of the plots, by name, with how many points each holds.
 LINES = """(() => {
-    if (window.withoutPlots) throw new Error('this page draws no plots: mark the test with `plots`');
-    const lines = {};
-    for (const view of window.Bokeh?.index ?? []) {
-        for (const renderer of view.model.renderers ?? []) {
-            const length = renderer.data_source?.get_length?.() ?? 0;
-            if (renderer.name) lines[renderer.name] = renderer.visible ? length : 0;
-        }
-    }
-    return lines;
+    const figures = [...document.querySelectorAll('.plot .figure-view')].map(({ figure }) => figure);
+    const traces = figures.flatMap((figure) => figure?.panels[0].traces ?? []);
+    return Object.fromEntries(traces.map(({ name, x, x0 }) => [name, (x ?? x0 ?? []).length]));
 })()"""
 
-# The data of a glyph by its name: column -> values. Beside it `colour`, that of its line.
-GLYPH = """(name) => {
-    if (window.withoutPlots) throw new Error('this page draws no plots: mark the test with `plots`');
-    for (const view of window.Bokeh?.index ?? []) {
-        for (const renderer of view.model.renderers ?? []) {
-            if (renderer.name !== name || !renderer.visible) continue;
-            const columns = Object.entries(renderer.data_source.data);
-            const data = Object.fromEntries(columns.map(([column, values]) => [column, [...values]]));
-            return { ...data, colour: renderer.glyph.line_color.value };
-        }
-    }
-    return null;
+# A trace of the plots by its name.
+TRACE = """(name) => {
+    const figures = [...document.querySelectorAll('.plot .figure-view')].map(({ figure }) => figure);
+    const traces = figures.flatMap((figure) => figure?.panels[0].traces ?? []);
+    const found = traces.find((trace) => trace.name === name && (trace.x ?? trace.x0 ?? trace.intervals).length > 0);
+    return found ? { ...found } : null;
+}"""
+
+
+# Where values lie in a plot.
+PLACE = """([plot, x, y]) => {
+    const place = document.querySelector(`[data-plot="${plot}"] .plot`);
+    const [panel] = place.querySelector('.figure-view').figure.panels;
+    const inner = place.querySelector('.figure-plot');
+    const [left, top, width, height] = ['left', 'top', 'width', 'height'].map((name) => Number(inner.dataset[name]));
+    const [across, up] = [place.getBoundingClientRect(), inner.getBoundingClientRect()];
+    return {
+        x: up.x - across.x + left + (x - panel.x.low) / (panel.x.high - panel.x.low) * width,
+        y: up.y - across.y + top + (panel.y.high - y) / (panel.y.high - panel.y.low) * height,
+    };
 }"""
 
 
@@ -170,10 +172,15 @@ class SessionPage(View):
         lines: dict[str, int] = self.page.evaluate(LINES)
         return lines
 
-    def glyph(self, name: str) -> dict[str, Any] | None:
-        """Return the data of a glyph of the plots; None while it is not there."""
-        data: dict[str, Any] | None = self.page.evaluate(GLYPH, name)
-        return data
+    def trace(self, name: str) -> dict[str, Any] | None:
+        """Return a trace of the plots; None while it is not there."""
+        found: dict[str, Any] | None = self.page.evaluate(TRACE, name)
+        return found
+
+    def place_in(self, plot: str, x: float, y: float) -> dict[str, float]:
+        """Return where values lie in a plot, px of its element."""
+        place: dict[str, float] = self.page.evaluate(PLACE, [plot, x, y])
+        return place
 
     def stands_at(self, frame: int) -> None:
         self.until(lambda: self.position == frame, f"the page stands at frame {frame}")

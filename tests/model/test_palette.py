@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_hexadecimal() -> None:
-    """A colour is written as style sheets, matplotlib and Bokeh read it."""
+    """A colour is written as style sheets and matplotlib read it."""
     assert hexadecimal((0, 114, 178)) == "#0072b2"
     assert hexadecimal((255, 255, 255)) == "#ffffff"
 

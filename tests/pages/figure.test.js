@@ -1,12 +1,12 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { boxOf, furniture, isSame, margins, scales } from "../../frontend_static/learn/figure/box.js";
-import { boundsOf, moved, stepped } from "../../frontend_static/learn/figure/grip.js";
-import { kept, nearestOf, nearestOn } from "../../frontend_static/learn/figure/polyline.js";
-import { Scale } from "../../frontend_static/learn/figure/scale.js";
-import { even, ticksOf, written } from "../../frontend_static/learn/figure/ticks.js";
-import { describe as describePanel, named, titled, valueOn } from "../../frontend_static/learn/figure/words.js";
+import { boxOf, furniture, isSame, margins, scales } from "../../frontend_static/shared/figure/box.js";
+import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/grip.js";
+import { kept, nearestOf, nearestOn } from "../../frontend_static/shared/figure/polyline.js";
+import { Scale } from "../../frontend_static/shared/figure/scale.js";
+import { even, ticksOf, written } from "../../frontend_static/shared/figure/ticks.js";
+import { describe as describePanel, named, titled, valueOn } from "../../frontend_static/shared/figure/words.js";
 
 const AXIS = { title: "position", unit: "m", low: 0, high: 10, log: false, names: [], hidden: false };
 const LOG = { ...AXIS, low: 10, high: 10_000, log: true };

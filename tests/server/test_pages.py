@@ -27,9 +27,9 @@ PAGES = Path(__file__).parents[2] / "frontend_static"
 VERSIONED = re.compile(r"^/static/version/\w+/")
 
 
-@pytest.mark.parametrize("path", ["/static/shared/style.css", "/static/shared/api.js", "/static/bokeh/bokeh.min.js"])
+@pytest.mark.parametrize("path", ["/static/shared/style.css", "/static/shared/api.js"])
 def test_files(client: httpx.Client, path: str) -> None:
-    """Pages' files and BokehJS are served, to be asked for again each time where their name has no version."""
+    """Pages' files are served, to be asked for again each time where their name has no version."""
     answer = client.get(path)
     assert answer.status_code == 200
     assert answer.headers["cache-control"] == "no-cache"
@@ -51,8 +51,6 @@ def test_files_have_a_version(client: httpx.Client, monkeypatch: pytest.MonkeyPa
     answer = client.get(first)
     assert answer.text == client.get("/static/shared/early.js").text
     assert answer.headers["cache-control"] == "max-age=31536000, immutable"
-    bokeh = re.sub("/shared/.*", "/bokeh/bokeh.min.js", first)
-    assert client.get(bokeh).headers["cache-control"] == "max-age=31536000, immutable"
     (tmp_path / "pages" / "shared" / "early.js").write_text("// another\n")
     assert named() != first
     never_served = client.get("/static/version/0123456789abcdef/shared/early.js")

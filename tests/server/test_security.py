@@ -253,7 +253,7 @@ class TestPaths:
             "/static/../server/app.py",
             "/static/%2e%2e/server/app.py",
             "/static/..%2f..%2fetc/passwd",
-            "/static/bokeh/../../../../../../etc/passwd",
+            "/static/shared/../../../../../../etc/passwd",
             "/static//etc/passwd",
             "/api/v1/runs/..%2f..%2fpftrack.sqlite/download",
             "/api/v1/runs/%2e%2e/download",

@@ -1,20 +1,19 @@
 /**
- * The live plots, drawn by BokehJS: what the experiment declares, one panel each, over one shared axis of frames. Data
- * comes in about ten times a second at the most.
+ * The live plots: what the experiment declares, one figure each, over one shared axis of frames. Data comes in about ten
+ * times a second at the most. The axis can be looked at more closely, in all plots at once (`zoom.js`).
  */
 
+import { Alignment, FigureView } from "../../shared/figure/figure.js";
 import { h, setText } from "../../shared/dom.js";
-import { onTheme, tokens } from "../../shared/theme.js";
-import { idle, throttle } from "../../shared/timing.js";
+import { throttle } from "../../shared/timing.js";
 import { curve } from "../history.js";
 import { samplers } from "../series.js";
-import { loadBokeh } from "./bokeh.js";
 import { KINDS } from "./kinds/kinds.js";
+import { Zoom } from "./zoom.js";
 
 /** @import { History } from "../history.js" */
 /** @import { View } from "../mount.js" */
 /** @import { Store } from "../store.js" */
-/** @import { BokehApi, Range } from "./bokeh_api.js" */
 /** @import { Plot } from "./kinds/plot.js" */
 
 const REDRAW_MS = 100;
@@ -22,13 +21,15 @@ const REDRAW_MS = 100;
 const WIDE_PX = 1000;
 /** From this width on the plots have room for names that are written out. */
 const ROOMY_PX = 350;
-const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
+/** Of the numbers at the axes, in the size of the page's letters. */
+const LETTERS = 11 / 16;
 
 /**
  * Where a plot stands.
  *
  * @typedef {object} Panel
  * @property {Plot} plot
+ * @property {FigureView} figure
  * @property {HTMLElement} section
  * @property {HTMLElement} title
  * @property {HTMLOutputElement} value The figures of the frame that is shown.
@@ -37,41 +38,24 @@ const INKS = ["ink", "muted", "line", "lost", "hidden", "truth"];
  */
 
 /**
- * The scene's script goes first; then come the plots, into the place that is kept for them.
- *
  * @param {HTMLElement} root
  * @param {View} view
  */
 export async function plots(root, view) {
-  const { store, scene, signal } = view;
+  const { store, signal } = view;
   await declared(store);
+  if (signal.aborted) return;
   const shown = view.plots.length > 0 ? store.known.plots.filter(({ id }) => view.plots.includes(id)) : store.known.plots;
-  const panels = shown.map((plot) => panel(root, new KINDS[plot.kind](plot, store.known)));
+  const setting = { isCompact: true, letters: LETTERS, inks: samplers(store.known).map(({ colour }) => colour), alignment: new Alignment() };
+  const panels = shown.map((plot) => panel(root, new KINDS[plot.kind](plot, store.known), (place) => new FigureView(place, {}, signal, setting)));
   const label = throttle(() => {
     const histories = store.branches.map(({ id }) => store.historyOf(id));
     for (const each of panels) write(each, store, histories);
   }, REDRAW_MS, signal);
   store.on(["session", "position", "history", "branches"], label);
   label();
-
-  // Its script has run by then; while it waits for its data and its shaders, the browser has time for the plots.
-  await scene?.loaded;
-  await idle();
-  let Bokeh;
-  try {
-    Bokeh = await loadBokeh();
-  } catch {
-    root.append(h("p", { class: "hint" }, "The plots could not be loaded; the scrubber below shows the same curves."));
-    return;
-  }
-  if (signal.aborted) return;
-  const axis = new Bokeh.Range1d({ start: 0, end: 1 });
-  for (const { plot, place } of panels) {
-    plot.build(Bokeh, axis);
-    if (!store.isReadOnly) plot.listen(place, view);
-  }
-  await show(Bokeh, panels, signal);
-  if (!signal.aborted) keepDrawn(root, view, axis, panels);
+  if (!store.isReadOnly) for (const { plot, figure, place } of panels) plot.listen(place, figure, view);
+  keepDrawn(root, view, panels);
 }
 
 /**
@@ -79,54 +63,45 @@ export async function plots(root, view) {
  *
  * @param {HTMLElement} root
  * @param {View} view
- * @param {Range} axis
  * @param {Panel[]} panels
  */
-function keepDrawn(root, { store, signal }, axis, panels) {
-  /** @type {Set<Plot>} */
+function keepDrawn(root, { store, signal }, panels) {
+  /** @type {Set<Panel>} */
   const inSight = new Set();
-  const draw = throttle(() => {
-    if (document.hidden) return;
-    axis.end = Math.max(1, store.known.frames - 1);
-    for (const plot of inSight) plot.draw(store);
-  }, REDRAW_MS, signal);
   const view = root.closest(".session-view, .comparison") ?? root;
   const isLong = panels.some(({ plot }) => plot.rowTitles.length > 0);
-  const shape = () => ({ isNarrow: view.clientWidth < WIDE_PX, isRoomy: isLong && root.clientWidth >= ROOMY_PX });
-  let { isNarrow, isRoomy } = shape();
-  let last = lastOf(panels);
-  const dress = () => {
-    const ink = tokens(...INKS, ...samplers(store.known).map(({ colour }) => colour));
-    last = lastOf(panels);
-    for (const each of panels) {
+  const shape = () => ({ isSparkline: view.clientWidth < WIDE_PX, isRoomy: isLong && root.clientWidth >= ROOMY_PX });
+  const draw = throttle(() => {
+    if (document.hidden) return;
+    const last = lastOf(panels);
+    const look = { ...shape(), frames: zoom.within(Math.max(1, store.known.frames - 1)) };
+    for (const each of inSight) {
       // The last plot, and the tall ones, which may be in sight without it, say which frames these are.
-      each.plot.figure.showsFrames = each === last || each.plot.rows > 1;
-      each.plot.figure.isRoomy = isRoomy;
-      each.plot.dress(ink, isNarrow);
+      const showsFrames = each === last || each.plot.rows > 1;
+      each.figure.show({ panels: [each.plot.panel(store, { ...look, showsFrames })] }, { locked: true });
     }
-  };
+  }, REDRAW_MS, signal);
+  const zoom = new Zoom(draw);
+  // What scrolls can be scrolled, and looked at more closely, by keys as well.
+  for (const [name, value] of Object.entries({ tabindex: "0", role: "group", "aria-label": "Plots" })) root.setAttribute(name, value);
+  zoom.listenToKeys(root, () => store.known.position, signal);
   store.on(["session", "position", "history", "branches"], draw);
   document.addEventListener("visibilitychange", draw, { signal });
-  onTheme(dress, signal);
-  dress();
-  const sizes = new ResizeObserver(() => {
-    const now = shape();
-    if (now.isNarrow === isNarrow && now.isRoomy === isRoomy) return;
-    ({ isNarrow, isRoomy } = now);
-    dress();
-  });
+  const sizes = new ResizeObserver(draw);
   sizes.observe(view);
   // There may be more plots than there is room for; what is out of sight is drawn when it comes into sight.
   const sight = new IntersectionObserver((changes) => {
     for (const { target, isIntersecting } of changes) {
       const found = panels.find(({ place }) => place === target);
-      if (found && isIntersecting) inSight.add(found.plot);
-      else if (found) inSight.delete(found.plot);
+      if (found && isIntersecting) inSight.add(found);
+      else if (found) inSight.delete(found);
     }
-    if (lastOf(panels) !== last) dress();
     draw();
   });
-  for (const { place } of panels) sight.observe(place);
+  for (const { plot, figure, place } of panels) {
+    sight.observe(place);
+    zoom.listen(place, (event) => figure.valuesAt(plot.id, event)?.x ?? null, signal);
+  }
   signal.addEventListener("abort", () => {
     sizes.disconnect();
     sight.disconnect();
@@ -159,9 +134,10 @@ function declared(store) {
 /**
  * @param {HTMLElement} root
  * @param {Plot} plot
+ * @param {(place: HTMLElement) => FigureView} draw
  * @returns {Panel}
  */
-function panel(root, plot) {
+function panel(root, plot, draw) {
   const title = h("span", {});
   const value = h("output", {});
   const place = h("div", { class: "plot", role: "img", "aria-label": plot.declared.description });
@@ -173,7 +149,7 @@ function panel(root, plot) {
     section.style.setProperty("--rows", String(plot.rows));
   }
   root.append(section);
-  return { plot, section, title, value, place, missing };
+  return { plot, figure: draw(place), section, title, value, place, missing };
 }
 
 /**
@@ -203,28 +179,4 @@ function write({ plot, section, title, value, place, missing }, store, histories
  */
 function inWords({ declared: { description, title, unit } }, frame, reading) {
   return reading === "" ? description : `${description} In frame ${frame} ${`${title} ${reading} ${unit}`.trim()}.`;
-}
-
-/**
- * Draw all figures as one document, since they share their axis of frames; each in its own panel.
- *
- * @param {BokehApi} Bokeh
- * @param {Panel[]} panels
- * @param {AbortSignal} signal
- */
-async function show(Bokeh, panels, signal) {
-  const book = new Bokeh.Document();
-  // They tell of a connection to a Bokeh server, which there is not, and would stay in the page.
-  book.config.notifications = null;
-  for (const { plot } of panels) book.add_root(plot.figure.model);
-  const views = await Bokeh.embed.add_document_standalone(book, document.body, panels.map(({ place }) => place));
-  const close = () => {
-    for (const view of [...views]) view.remove();
-    views.clear();
-    book.clear();
-    const known = Bokeh.documents.indexOf(book);
-    if (known >= 0) Bokeh.documents.splice(known, 1);
-  };
-  if (signal.aborted) close();
-  else signal.addEventListener("abort", close);
 }

@@ -1,26 +1,22 @@
 /** Kinds that draw where a number lies: within a band of two standard deviations, or between the ends of intervals. */
 
+import { written } from "../../../shared/figure/ticks.js";
 import { number, quantity, smallestSpan } from "../../../shared/format.js";
 import { isGone } from "../../history.js";
 import { valueOf } from "../../series.js";
-import { Lines } from "../lines.js";
-import { Plot, columns, made } from "./plot.js";
+import { BranchColumns } from "../branch_columns.js";
+import { enclose, reach } from "../limits.js";
+import { Shades } from "../shades.js";
+import { Plot, columns } from "./plot.js";
 
-/** @import { BranchPublic, Plot as Declared, SessionPublic } from "../../../shared/messages.js" */
+/** @import { Plot as Declared, SessionPublic } from "../../../shared/messages.js" */
+/** @import { Trace } from "../../../shared/figure/traces.js" */
 /** @import { Curve, Row } from "../../history.js" */
 /** @import { Store } from "../../store.js" */
-/** @import { BokehApi, Range, Source } from "../bokeh_api.js" */
-/** @import { Ink, Ticks } from "../figure.js" */
-/** @import { Glyphs } from "../lines.js" */
-
-const DASHES = [4, 3];
+/** @import { Limits } from "./plot.js" */
 
 /** Areas of the active branch with the truth in them, and lines of all branches. */
 class AreaPlot extends Plot {
-  /** @type {Lines|null} */
-  #lines = null;
-  /** Columns that the axis reaches to. */
-  limits = ["truth"];
   /**
    * Pairs of columns that an area lies between.
    *
@@ -33,12 +29,18 @@ class AreaPlot extends Plot {
    * @type {[field: string, name: string][]}
    */
   drawn = [];
-  /** @type {Ticks} */
-  ticks = { desired_num_ticks: 2 };
+  shades = [new Shades("lost", 0.16, isGone)];
+  columns;
 
-  /** The lines, once they are made. */
-  get lines() {
-    return made(this.#lines);
+  /**
+   * @param {Declared} declared
+   * @param {SessionPublic} session
+   * @param {string[]} limits Columns that the axis reaches to.
+   */
+  constructor(declared, session, limits) {
+    super(declared, session);
+    const read = () => ({ ...this.values(), truth: (/** @type {Row|undefined} */ row) => valueOf(row, declared.truth) });
+    this.columns = new BranchColumns((history, from) => columns(history, from, read()), { limits });
   }
 
   /** @returns {Record<string, Curve>} */
@@ -47,60 +49,43 @@ class AreaPlot extends Plot {
   }
 
   /**
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
+   * @param {Store} store
+   * @returns {Trace[]}
    */
-  build(Bokeh, frames) {
-    super.build(Bokeh, frames, this.ticks);
-    /** @type {Record<string, Curve>} */
-    const values = { ...this.values(), truth: (row) => valueOf(row, this.declared.truth) };
-    this.#lines = new Lines(this.figure, (history, from) => columns(history, from, values), (source, branch) => this.#make(source, branch), this.limits);
-    this.figure.shade("lost", 0.16, isGone);
-  }
-
-  /**
-   * @param {Source} source
-   * @param {BranchPublic} branch
-   * @returns {Glyphs}
-   */
-  #make(source, branch) {
-    const { figure } = this;
-    const truth = { line_color: figure.ink.truth, line_dash: DASHES, line_width: 1.2, tags: ["truth"] };
-    const areas = this.areas.map(([low, high]) =>
-      figure.area(source, low, high, { fill_alpha: 0.22, tags: ["branch"] }),
-    );
-    return {
-      active: [...areas, figure.line(source, "truth", truth)],
-      all: this.drawn.map(([field, name]) => figure.line(source, field, { name: `${this.id} ${branch.id}${name}` })),
-    };
-  }
-
-  /**
-   * @param {Ink} ink
-   * @param {boolean} sparkline
-   */
-  dress(ink, sparkline) {
-    super.dress(ink, sparkline);
-    for (const one of this.lines.ofActive) if (one.tags.includes("truth")) one.glyph.line_color = ink.truth;
-  }
-
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    this.lines.draw(store);
+  traces(store) {
+    return this.columns.update(store).flatMap(({ branch, data, isActive }) => {
+      const { colour: ink } = branch;
+      const lines = this.drawn.map(([field, name]) =>
+        this.line({ name: `${this.id} ${branch.id}${name}`, x: data.frame, y: data[field], ink, width: isActive ? 1.8 : 1.2 }),
+      );
+      if (!isActive) return lines;
+      const areas = this.areas.map(
+        ([low, high], place) =>
+          /** @type {Trace} */ ({
+            ...{ kind: "band", title: "", name: `${this.id} band ${place}`, ink, opacity: 0.22 },
+            ...{ x: data.frame, low: data[low], high: data[high] },
+          }),
+      );
+      return [...areas, this.truth(data), ...lines];
+    });
   }
 }
 
 /** The axis has 0 in its middle. */
 export class BandPlot extends AreaPlot {
-  /** @type {Ticks} */
-  ticks = { ticks: [0] };
-  // The band may be as wide as it likes; the axis follows what is estimated and what is true.
-  limits = ["value", "truth"];
   /** @type {[string, string][]} */
   areas = [["low", "high"]];
   /** @type {[string, string][]} */
   drawn = [["value", ""]];
+
+  /**
+   * @param {Declared} declared
+   * @param {SessionPublic} session
+   */
+  constructor(declared, session) {
+    // The band may be as wide as it likes; the axis follows what is estimated and what is true.
+    super(declared, session, ["value", "truth"]);
+  }
 
   /** @returns {Record<string, Curve>} */
   values() {
@@ -115,10 +100,10 @@ export class BandPlot extends AreaPlot {
     return withSpread(history.at(known.position), this.declared);
   }
 
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    this.figure.reach(Math.max(smallestSpan(this.declared.unit), this.lines.most), { both: true });
+  /** @returns {Limits} */
+  limits() {
+    const end = reach(Math.max(smallestSpan(this.declared.unit), this.columns.most));
+    return { low: -end, high: end, ticks: [-end, 0, end].map((at) => ({ at, text: written(at) })) };
   }
 }
 
@@ -128,10 +113,9 @@ export class IntervalPlot extends AreaPlot {
    * @param {SessionPublic} session
    */
   constructor(declared, session) {
-    super(declared, session);
+    super(declared, session, ["truth", ...declared.series.flatMap((_, place) => [`low ${place}`, `high ${place}`])]);
     for (const place of declared.series.keys()) this.areas.push([`low ${place}`, `high ${place}`]);
     for (const field of this.areas.flat()) this.drawn.push([field, ` ${field}`]);
-    this.limits = ["truth", ...this.areas.flat()];
   }
 
   /** @returns {Record<string, Curve>} */
@@ -150,10 +134,10 @@ export class IntervalPlot extends AreaPlot {
     return between(history.at(known.position), this.declared.series[0], this.declared.unit);
   }
 
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    this.figure.enclose(this.lines.extent, smallestSpan(this.declared.unit));
+  /** @returns {Limits} */
+  limits() {
+    const [low, high] = enclose(this.columns.extent, smallestSpan(this.declared.unit));
+    return { low, high };
   }
 }
 

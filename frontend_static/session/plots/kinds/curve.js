@@ -3,24 +3,20 @@
 import { number, quantity, smallestSpan } from "../../../shared/format.js";
 import { curve, isGone } from "../../history.js";
 import { numberOf, ofRole, valueOf } from "../../series.js";
-import { Lines } from "../lines.js";
-import { Plot, columns, made } from "./plot.js";
+import { BranchColumns } from "../branch_columns.js";
+import { reach, enclose } from "../limits.js";
+import { Shades } from "../shades.js";
+import { Plot, columns } from "./plot.js";
 
 /** @import { SessionPublic, ThresholdPublic } from "../../../shared/messages.js" */
 /** @import { Curve } from "../../history.js" */
 /** @import { Store } from "../../store.js" */
-/** @import { BokehApi, Range, Renderer } from "../bokeh_api.js" */
-/** @import { Ink } from "../figure.js" */
+/** @import { Trace } from "../../../shared/figure/traces.js" */
+/** @import { Limits } from "./plot.js" */
 
 /** One line a branch: the first of the values, functions of a row. The axis reaches to all of them. */
 class CurvePlot extends Plot {
-  /** @type {Lines|null} */
-  #lines = null;
-
-  /** The lines, once they are made. */
-  get lines() {
-    return made(this.#lines);
-  }
+  columns = new BranchColumns((history, from) => columns(history, from, this.values()));
 
   /** @returns {string[]|null} */
   get needs() {
@@ -33,25 +29,14 @@ class CurvePlot extends Plot {
   }
 
   /**
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
+   * @param {Store} store
+   * @returns {Trace[]}
    */
-  build(Bokeh, frames) {
-    super.build(Bokeh, frames);
-    const { figure, id } = this;
-    const values = this.values();
-    const [first] = Object.keys(values);
-    this.#lines = new Lines(
-      figure,
-      (history, from) => columns(history, from, values),
-      (source, branch) => ({ all: [figure.line(source, first, { name: `${id} ${branch.id}` })] }),
+  traces(store) {
+    const [first] = Object.keys(this.values());
+    return this.columns.update(store).map(({ branch, data, isActive }) =>
+      this.line({ name: `${this.id} ${branch.id}`, x: data.frame, y: data[first], ink: branch.colour, width: isActive ? 1.8 : 1.2 }),
     );
-  }
-
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    this.lines.draw(store);
   }
 }
 
@@ -70,20 +55,14 @@ export class ErrorPlot extends CurvePlot {
     return quantity(curve.error(history.at(known.position)), known.unit);
   }
 
-  /**
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
-   */
-  build(Bokeh, frames) {
-    super.build(Bokeh, frames);
-    this.figure.shade("hidden", 0.2, (row) => row?.hidden === true);
-    this.figure.shade("lost", 0.16, isGone);
-  }
+  shades = [new Shades("hidden", 0.2, (row) => row?.hidden === true), new Shades("lost", 0.16, isGone)];
 
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    this.figure.reach(Math.max(smallestSpan(store.known.unit), this.lines.most));
+  /**
+   * @param {Store} store
+   * @returns {Limits}
+   */
+  limits({ known }) {
+    return { low: 0, high: reach(Math.max(smallestSpan(known.unit), this.columns.most)) };
   }
 }
 
@@ -103,17 +82,14 @@ export class ValuePlot extends CurvePlot {
     return quantity(valueOf(history.at(known.position), this.declared.series[0]), this.declared.unit);
   }
 
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    this.figure.enclose(this.lines.extent, smallestSpan(this.declared.unit, this.lines.most));
+  /** @returns {Limits} */
+  limits() {
+    const [low, high] = enclose(this.columns.extent, smallestSpan(this.declared.unit, this.columns.most));
+    return { low, high };
   }
 }
 
 export class SigmaPlot extends CurvePlot {
-  /** @type {Renderer|null} */
-  #limits = null;
-
   /** @returns {Record<string, Curve>} */
   values() {
     return { sigma: curve.sigma };
@@ -131,33 +107,21 @@ export class SigmaPlot extends CurvePlot {
   }
 
   /**
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
+   * @param {Store} store
+   * @returns {Trace[]}
    */
-  build(Bokeh, frames) {
-    super.build(Bokeh, frames);
-    const { figure } = this;
-    this.#limits = figure.line(figure.source({ frame: [], value: [] }), "value", { line_dash: "dashed", line_width: 1.2 });
+  traces(store) {
+    const { x, y } = staircase(limitsOf(store.known), store.known.frames - 1);
+    return [...super.traces(store), this.line({ name: "thresholds", x, y, ink: "ink", dashed: true, width: 1.2, said: "threshold" })];
   }
 
   /**
-   * @param {Ink} ink
-   * @param {boolean} sparkline
+   * @param {Store} store
+   * @returns {Limits}
    */
-  dress(ink, sparkline) {
-    super.dress(ink, sparkline);
-    made(this.#limits).glyph.line_color = ink.ink;
-  }
-
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    const { known } = store;
-    const source = made(this.#limits).data_source;
-    const data = staircase(limitsOf(known), known.frames - 1);
-    if (JSON.stringify(data) !== JSON.stringify(source.data)) source.data = data;
-    const levels = data.value.filter(Number.isFinite);
-    this.figure.reach(Math.max(smallestSpan(known.unit), this.lines.most, ...levels));
+  limits({ known }) {
+    const levels = limitsOf(known).flatMap(({ steps }) => steps.map(({ value }) => value ?? 0));
+    return { low: 0, high: reach(Math.max(smallestSpan(known.unit), this.columns.most, ...levels)) };
   }
 }
 
@@ -181,10 +145,9 @@ export class SampleSizePlot extends CurvePlot {
     return ess === null ? number(null) : `${number(ess, 0)}${particles === null ? "" : ` of ${particles}`}`;
   }
 
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    this.figure.reach(Math.max(1, this.lines.most));
+  /** @returns {Limits} */
+  limits() {
+    return { low: 0, high: reach(Math.max(1, this.columns.most)) };
   }
 }
 
@@ -209,15 +172,15 @@ function inForce(session) {
  * @param {number} last The last frame.
  */
 function staircase(limits, last) {
-  /** @type {Record<string, number[]>} */
-  const data = { frame: [], value: [] };
+  /** @type {{x: number[], y: number[]}} */
+  const line = { x: [], y: [] };
   for (const { steps } of limits) {
     steps.forEach(({ frame, value }, index) => {
-      data.frame.push(frame, steps[index + 1]?.frame ?? last);
-      data.value.push(value ?? NaN, value ?? NaN);
+      line.x.push(frame, steps[index + 1]?.frame ?? last);
+      line.y.push(value ?? NaN, value ?? NaN);
     });
-    data.frame.push(last);
-    data.value.push(NaN);
+    line.x.push(last);
+    line.y.push(NaN);
   }
-  return data;
+  return line;
 }

@@ -2,19 +2,20 @@
 
 import { number } from "../../../shared/format.js";
 import { frequencies } from "../../series.js";
-import { Lines } from "../lines.js";
-import { Plot, made } from "./plot.js";
+import { BranchColumns } from "../branch_columns.js";
+import { Plot } from "./plot.js";
 
+/** @import { Trace } from "../../../shared/figure/traces.js" */
 /** @import { History } from "../../history.js" */
 /** @import { Store } from "../../store.js" */
-/** @import { BokehApi, Range, Span } from "../bokeh_api.js" */
-/** @import { Ink } from "../figure.js" */
+/** @import { Columns } from "../branch_columns.js" */
+/** @import { Limits } from "./plot.js" */
+
+/** Room above all, so that the line of all is seen. */
+const HIGHEST = 105;
 
 export class FrequencyPlot extends Plot {
-  /** @type {Lines|null} */
-  #lines = null;
-  /** @type {Span[]} */
-  #levels = [];
+  #columns = new BranchColumns((history, from) => percentages(history, from, this.declared.series));
 
   heading() {
     const { title, levels } = this.declared;
@@ -28,35 +29,29 @@ export class FrequencyPlot extends Plot {
   }
 
   /**
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
+   * @param {Store} store
+   * @returns {Trace[]}
    */
-  build(Bokeh, frames) {
-    const { series, levels } = this.declared;
-    const percents = levels.map((level) => 100 * level);
-    super.build(Bokeh, frames, { ticks: [0, ...percents] });
-    this.figure.range.end = 105;
-    this.#levels = percents.map((level) => this.figure.level(level));
-    this.#lines = new Lines(
-      this.figure,
-      (history, from) => percentages(history, from, series),
-      (source, branch) => ({ all: series.map((name) => this.figure.line(source, name, { name: `${this.id} ${branch.id} ${name}` })) }),
+  traces(store) {
+    const { frames } = store.known;
+    const levels = this.#levels.map((level) =>
+      this.line({ name: `level ${level}`, x: [0, frames], y: [level, level], ink: "truth", dashed: true, width: 1, said: "expected" }),
     );
+    const lines = this.#columns.update(store).flatMap(({ branch, data, isActive }) =>
+      this.declared.series.map((name) =>
+        this.line({ name: `${this.id} ${branch.id} ${name}`, x: data.frame, y: data[name], ink: branch.colour, width: isActive ? 1.8 : 1.2 }),
+      ),
+    );
+    return [...levels, ...lines];
   }
 
-  /**
-   * @param {Ink} ink
-   * @param {boolean} sparkline
-   */
-  dress(ink, sparkline) {
-    super.dress(ink, sparkline);
-    for (const level of this.#levels) level.line_color = ink.truth;
+  /** @returns {Limits} */
+  limits() {
+    return { low: 0, high: HIGHEST, ticks: [0, ...this.#levels].map((at) => ({ at, text: number(at, 0) })) };
   }
 
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    made(this.#lines).draw(store);
+  get #levels() {
+    return this.declared.levels.map((level) => 100 * level);
   }
 }
 
@@ -66,7 +61,7 @@ export class FrequencyPlot extends Plot {
  * @param {string[]} series
  */
 function percentages(history, from, series) {
-  /** @type {Record<string, number[]>} */
+  /** @type {Columns} */
   const data = { frame: [] };
   for (const name of series) data[name] = frequencies(history, name).slice(from).map((share) => 100 * share);
   for (let frame = from; frame < history.length; frame += 1) data.frame.push(frame);

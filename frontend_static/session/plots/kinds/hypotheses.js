@@ -6,26 +6,27 @@
 import { number, quantity, smallestSpan } from "../../../shared/format.js";
 import { isGone } from "../../history.js";
 import { hypothesesOf, valueOf } from "../../series.js";
-import { Lines } from "../lines.js";
-import { Plot, made } from "./plot.js";
+import { BranchColumns } from "../branch_columns.js";
+import { enclose } from "../limits.js";
+import { Shades } from "../shades.js";
+import { Plot, columns } from "./plot.js";
 
 /** @import { Plot as Declared } from "../../../shared/messages.js" */
 /** @import { History, Row } from "../../history.js" */
 /** @import { Store } from "../../store.js" */
-/** @import { BokehApi, Range } from "../bokeh_api.js" */
-/** @import { Ink } from "../figure.js" */
+/** @import { Trace } from "../../../shared/figure/traces.js" */
+/** @import { Columns } from "../branch_columns.js" */
+/** @import { Limits } from "./plot.js" */
 
 /** @typedef {{series: string[], component?: number}} Chosen A series, and which component of it. */
 
-const DASHES = [4, 3];
 /** What is hardly probable at all is still seen. */
 const FAINTEST = 0.06;
 
 export class HypothesesPlot extends Plot {
-  /** @type {Lines|null} */
-  #lines = null;
-  /** @type {Lines|null} */
-  #truth = null;
+  #hypotheses = new BranchColumns((history, from) => segments(history, from, this.declared), { limits: ["y0", "y1"], onlyActive: true });
+  #truth = new BranchColumns((history, from) => columns(history, from, { truth: (row) => valueOf(row, this.declared.truth) }), { onlyActive: true });
+  shades = [new Shades("lost", 0.16, isGone)];
 
   /** @param {Store} store */
   reading({ known, history }) {
@@ -33,42 +34,27 @@ export class HypothesesPlot extends Plot {
   }
 
   /**
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
+   * @param {Store} store
+   * @returns {Trace[]}
    */
-  build(Bokeh, frames) {
-    super.build(Bokeh, frames);
-    const { figure, declared } = this;
-    this.#lines = new Lines(
-      figure,
-      (history, from) => segments(history, from, declared),
-      (source) => ({ active: [figure.segments(source, { name: this.id, tags: ["branch"] })] }),
-      ["y0", "y1"],
-    );
-    this.#truth = new Lines(
-      figure,
-      (history, from) => truths(history, from, declared.truth),
-      (source) => ({ active: [figure.line(source, "truth", { line_color: figure.ink.truth, line_dash: DASHES, line_width: 1.2 })] }),
-    );
-    figure.shade("lost", 0.16, isGone);
+  traces(store) {
+    return [
+      ...this.#hypotheses.update(store).map(
+        ({ branch, data }) =>
+          /** @type {Trace} */ ({
+            ...{ kind: "segments", title: "", name: this.id, ink: branch.colour, opacity: data.alpha },
+            ...{ x0: data.frame, y0: data.y0, x1: data.x1, y1: data.y1 },
+          }),
+      ),
+      ...this.#truth.update(store).map(({ data }) => this.truth(data)),
+    ];
   }
 
-  /**
-   * @param {Ink} ink
-   * @param {boolean} sparkline
-   */
-  dress(ink, sparkline) {
-    super.dress(ink, sparkline);
-    for (const line of made(this.#truth).ofActive) line.glyph.line_color = ink.truth;
-  }
-
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    const both = [made(this.#lines), made(this.#truth)];
-    for (const lines of both) lines.draw(store);
-    const [first, second] = both.map(({ extent }) => extent);
-    this.figure.enclose([Math.min(first[0], second[0]), Math.max(first[1], second[1])], smallestSpan(this.declared.unit));
+  /** @returns {Limits} */
+  limits() {
+    const [first, second] = [this.#hypotheses.extent, this.#truth.extent];
+    const [low, high] = enclose([Math.min(first[0], second[0]), Math.max(first[1], second[1])], smallestSpan(this.declared.unit));
+    return { low, high };
   }
 }
 
@@ -94,7 +80,7 @@ export function mostProbable(row, { series: [name], component = 0, unit }) {
  * @param {Chosen} declared
  */
 export function segments(history, from, { series: [name], component = 0 }) {
-  /** @type {Record<string, number[]>} */
+  /** @type {Columns} */
   const data = { frame: [], x1: [], y0: [], y1: [], alpha: [] };
   for (let frame = from; frame < history.length; frame += 1) {
     const { values, weights } = knownOf(history.at(frame), name);
@@ -121,19 +107,4 @@ export function segments(history, from, { series: [name], component = 0 }) {
 function knownOf(row, name) {
   const { values = [], weights = [] } = hypothesesOf(row, name) ?? {};
   return { values: values.map((value) => value.map((each) => each ?? NaN)), weights: weights.map((weight) => weight ?? 0) };
-}
-
-/**
- * @param {History} history
- * @param {number} from
- * @param {string} name
- */
-function truths(history, from, name) {
-  /** @type {Record<string, number[]>} */
-  const data = { frame: [], truth: [] };
-  for (let frame = from; frame < history.length; frame += 1) {
-    data.frame.push(frame);
-    data.truth.push(valueOf(history.at(frame), name));
-  }
-  return data;
 }

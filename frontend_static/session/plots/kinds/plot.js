@@ -1,15 +1,28 @@
 /**
- * What a kind of plot is: the words above it, known from the start, and its figure, made when BokehJS is there.
+ * What every kind of plot is: the words above it, and a panel of one figure over the frames, which is made anew whenever
+ * something of it changes.
  */
 
-import { Figure } from "../figure.js";
-
 /** @import { Plot as Declared, SessionPublic } from "../../../shared/messages.js" */
+/** @import { FigureView } from "../../../shared/figure/figure.js" */
+/** @import { Axis, Line, Panel, Trace } from "../../../shared/figure/traces.js" */
 /** @import { Curve, History } from "../../history.js" */
 /** @import { View } from "../../mount.js" */
 /** @import { Store } from "../../store.js" */
-/** @import { BokehApi, Range } from "../bokeh_api.js" */
-/** @import { Ink, Ticks } from "../figure.js" */
+/** @import { Columns } from "../branch_columns.js" */
+/** @import { Shades } from "../shades.js" */
+
+/**
+ * How a plot is to look.
+ *
+ * @typedef {object} Look
+ * @property {boolean} isSparkline Without axes.
+ * @property {boolean} showsFrames Whether the numbers of the frames stand below it.
+ * @property {boolean} isRoomy Whether there is room for names that are written out.
+ * @property {[low: number, high: number]} frames Which frames are seen.
+ */
+
+/** @typedef {{low: number, high: number, ticks?: {at: number, text: string}[]}} Limits Of the axis upwards. */
 
 export class Plot {
   /** How many rows it has, one above the other. */
@@ -19,8 +32,11 @@ export class Plot {
    * @type {[name: string, words: string][]}
    */
   rowTitles = [];
-  /** @type {Figure|null} */
-  #figure = null;
+  /** What is shaded behind the traces.
+   *
+   * @type {Shades[]}
+   */
+  shades = [];
 
   /**
    * @param {Declared} declared As the experiment declares it.
@@ -39,11 +55,6 @@ export class Plot {
    */
   get needs() {
     return this.declared.series;
-  }
-
-  /** The figure, once it is made. */
-  get figure() {
-    return made(this.#figure);
   }
 
   /**
@@ -79,51 +90,83 @@ export class Plot {
   }
 
   /**
-   * Make the figure.
-   *
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
-   * @param {Ticks} [ticks]
-   */
-  build(Bokeh, frames, ticks) {
-    this.#figure = new Figure(Bokeh, frames, ticks);
-  }
-
-  /**
-   * Take over the colours of the theme.
-   *
-   * @param {Ink} ink
-   * @param {boolean} sparkline
-   */
-  dress(ink, sparkline) {
-    this.figure.dress(ink, sparkline);
-  }
-
-  /**
    * Take what a person does in the figure, where that means something.
    *
    * @param {HTMLElement} place Of the figure.
+   * @param {FigureView} figure
    * @param {View} view
    */
-  listen(place, view) {
-    void [place, view];
+  listen(place, figure, view) {
+    void [place, figure, view];
   }
 
-  /** @param {Store} store */
-  draw(store) {
-    this.figure.draw(store);
+  /**
+   * What is drawn now, from the back to the front.
+   *
+   * @param {Store} store
+   * @returns {Trace[]}
+   */
+  traces(store) {
+    void store;
+    return [];
+  }
+
+  /**
+   * The limits of the axis upwards; asked for after the traces.
+   *
+   * @param {Store} store
+   * @param {Look} look
+   * @returns {Limits}
+   */
+  limits(store, look) {
+    void [store, look];
+    return { low: 0, high: 1 };
+  }
+
+  /**
+   * The panel as it is now.
+   *
+   * @param {Store} store
+   * @param {Look} look
+   * @returns {Panel}
+   */
+  panel(store, look) {
+    const [low, high] = look.frames;
+    const traces = [...this.shades.map((shades) => shades.trace(store)), ...this.traces(store)];
+    const { position } = store.known;
+    const [x, y] = [{ low, high }, this.limits(store, look)].map((range) => axis(range, look.isSparkline));
+    if (!look.showsFrames) x.ticks = [];
+    traces.push({ kind: "line", title: "", name: "position", ink: "muted", width: 1, x: [position, position], y: [y.low, y.high], said: "", unit: "" });
+    return { id: this.id, title: "", x, y, traces, handles: [], words: "", row: 0, share: [1, 1], equal: false };
+  }
+
+  /**
+   * A line of a branch.
+   *
+   * @param {Omit<Line, "kind"|"title"|"said"|"unit"|"width"> & {said?: string, width?: number}} line
+   * @returns {Line}
+   */
+  line({ said = this.declared.title, width = 1.8, ...line }) {
+    return { kind: "line", title: "", said, unit: this.declared.unit, width, ...line };
+  }
+
+  /**
+   * What is true, dashed.
+   *
+   * @param {Columns} data
+   */
+  truth(data) {
+    return this.line({ name: `${this.id} truth`, x: data.frame, y: data.truth, ink: "truth", dashed: true, width: 1.2, said: "truth" });
   }
 }
 
 /**
- * What is made when BokehJS is there, and asked for only then.
- *
- * @template Thing
- * @param {Thing|null} thing
+ * @param {Limits} range
+ * @param {boolean} hidden
+ * @returns {Axis}
  */
-export function made(thing) {
-  if (thing === null) throw new Error("The figure has not been made yet");
-  return thing;
+function axis(range, hidden) {
+  return { title: "", unit: "", log: false, names: [], hidden, ...range };
 }
 
 /**
@@ -134,7 +177,7 @@ export function made(thing) {
  * @param {Record<string, Curve>} values
  */
 export function columns(history, from, values) {
-  /** @type {Record<string, number[]>} */
+  /** @type {Columns} */
   const data = { frame: [] };
   for (let frame = from; frame < history.length; frame += 1) data.frame.push(frame);
   for (const [name, value] of Object.entries(values)) data[name] = data.frame.map((frame) => value(history.at(frame)) ?? NaN);

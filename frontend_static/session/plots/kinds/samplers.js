@@ -3,16 +3,17 @@
 import { h } from "../../../shared/dom.js";
 import { number } from "../../../shared/format.js";
 import { ofRole, samplers, samplesOf } from "../../series.js";
-import { Lines } from "../lines.js";
-import { Plot, made } from "./plot.js";
+import { BranchColumns } from "../branch_columns.js";
+import { Plot } from "./plot.js";
 
 /** @import { History } from "../../history.js" */
 /** @import { Store } from "../../store.js" */
-/** @import { BokehApi, Range } from "../bokeh_api.js" */
+/** @import { Band, Trace } from "../../../shared/figure/traces.js" */
+/** @import { Columns } from "../branch_columns.js" */
+/** @import { Limits } from "./plot.js" */
 
 export class SamplersPlot extends Plot {
-  /** @type {Lines|null} */
-  #lines = null;
+  #columns = new BranchColumns((history, from) => this.#stairs(history, from, samplers(this.session).length), { onlyActive: true });
 
   get needs() {
     return ofRole(this.session, "share").map(({ name }) => name);
@@ -29,28 +30,25 @@ export class SamplersPlot extends Plot {
   }
 
   /**
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
+   * @param {Store} store
+   * @returns {Trace[]}
    */
-  build(Bokeh, frames) {
-    super.build(Bokeh, frames);
-    const { figure } = this;
+  traces(store) {
     const sources = samplers(this.session);
-    this.#lines = new Lines(
-      figure,
-      (history, from) => this.#stairs(history, from, sources.length),
-      (source) => ({
-        active: sources.map(({ colour }, place) => figure.area(source, `to ${place}`, `to ${place + 1}`, { fill_color: figure.ink[colour] })),
-      }),
+    return this.#columns.update(store).flatMap(({ data }) =>
+      sources.map(
+        ({ colour, name }, place) =>
+          /** @type {Band} */ ({
+            ...{ kind: "band", title: "", name: `${this.id} ${name}`, ink: colour, opacity: 1 },
+            ...{ x: data.frame, low: data[`to ${place}`], high: data[`to ${place + 1}`] },
+          }),
+      ),
     );
   }
 
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    const lines = made(this.#lines);
-    lines.draw(store);
-    this.figure.range.end = Math.max(1, lines.most);
+  /** @returns {Limits} */
+  limits() {
+    return { low: 0, high: Math.max(1, this.#columns.most) };
   }
 
   /**
@@ -59,7 +57,7 @@ export class SamplersPlot extends Plot {
    * @param {number} count How many samplers there are.
    */
   #stairs(history, from, count) {
-    /** @type {Record<string, number[]>} */
+    /** @type {Columns} */
     const data = { frame: [] };
     for (let place = 0; place <= count; place += 1) data[`to ${place}`] = [];
     for (let frame = from; frame < history.length; frame += 1) {

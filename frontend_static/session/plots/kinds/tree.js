@@ -8,15 +8,17 @@ import { api } from "../../../shared/api.js";
 import { number } from "../../../shared/format.js";
 import { attempt } from "../../../shared/toast.js";
 import { hypothesesOf } from "../../series.js";
-import { Lines } from "../lines.js";
-import { Plot, made } from "./plot.js";
+import { BranchColumns } from "../branch_columns.js";
+import { Plot } from "./plot.js";
 import { key } from "./samplers.js";
 
 /** @import { History, Row } from "../../history.js" */
 /** @import { View } from "../../mount.js" */
 /** @import { Store } from "../../store.js" */
-/** @import { BokehApi, Range, Renderer } from "../bokeh_api.js" */
-/** @import { Ink } from "../figure.js" */
+/** @import { FigureView } from "../../../shared/figure/figure.js" */
+/** @import { Trace } from "../../../shared/figure/traces.js" */
+/** @import { Columns } from "../branch_columns.js" */
+/** @import { Limits } from "./plot.js" */
 
 /** What is hardly probable at all is still seen. */
 const FAINTEST = 0.12;
@@ -25,18 +27,10 @@ const RING_PX = 14;
 
 export class TreePlot extends Plot {
   rows = 4;
-  /** How many rows there are. */
-  #places = 0;
-  /** @type {Lines|null} */
-  #edges = null;
-  /** @type {Lines|null} */
-  #nodes = null;
-  /** @type {Renderer|null} */
-  #way = null;
-  /** @type {Renderer|null} */
-  #ring = null;
-  /** What the way back was drawn of, and where the ring is. */
-  #seen = { way: "", ring: "" };
+  #edges = new BranchColumns((history, from) => edges(history, from, this.declared.series[0]), { onlyActive: true });
+  #nodes = new BranchColumns((history, from) => nodes(history, from, this.declared.series[0]), { limits: ["place"], onlyActive: true });
+  /** The way back, and what it was found of. */
+  #way = { seen: "", data: /** @type {Columns} */ ({ frame: [], place: [] }) };
   /** @type {HTMLElement|null} */
   #place = null;
 
@@ -52,57 +46,52 @@ export class TreePlot extends Plot {
   }
 
   /**
-   * @param {BokehApi} Bokeh
-   * @param {Range} frames
+   * @param {Store} store
+   * @returns {Trace[]}
    */
-  build(Bokeh, frames) {
-    super.build(Bokeh, frames, { ticks: [1] });
-    const { figure } = this;
-    const [name] = this.declared.series;
-    const [x, y, fill_alpha] = ["frame", "place", "alpha"].map((field) => ({ field }));
-    this.#way = figure.line(figure.source({ frame: [], place: [] }), "place", { name: `${this.id} way`, line_width: 7, line_alpha: 0.45 });
-    this.#edges = new Lines(
-      figure,
-      (history, from) => edges(history, from, name),
-      (source) => ({ active: [figure.segments(source, { name: `${this.id} edges`, tags: ["branch"] })] }),
-    );
-    this.#nodes = new Lines(
-      figure,
-      (history, from) => nodes(history, from, name),
-      (source) => ({
-        active: [figure.model.scatter(x, y, { source, size: NODE_PX, line_color: null, fill_alpha, name: this.id, tags: ["branch"] })],
-      }),
-      ["place"],
-    );
-    const here = figure.source({ frame: [], place: [] });
-    this.#ring = figure.model.scatter(x, y, { source: here, size: RING_PX, fill_color: null, line_width: 2, level: "overlay", name: `${this.id} shown` });
+  traces(store) {
+    const { known, history } = store;
+    const seen = `${known.branch} ${history.edition} ${history.length}`;
+    if (seen !== this.#way.seen) this.#way = { seen, data: wayBack(history, this.declared.series[0]) };
+    this.#tell(store);
+    const { data: way } = this.#way;
+    const place = this.#shown(store);
+    const here = place === 0 ? { x: [], y: [], opacity: [] } : { x: [known.position], y: [place], opacity: [1] };
+    return [
+      this.line({ name: `${this.id} way`, x: way.frame, y: way.place, ink: "muted", width: 7, opacity: 0.45, said: "" }),
+      ...this.#edges.update(store).map(
+        ({ branch, data }) =>
+          /** @type {Trace} */ ({
+            ...{ kind: "segments", title: "", name: `${this.id} edges`, ink: branch.colour, opacity: data.alpha },
+            ...{ x0: data.frame, y0: data.y0, x1: data.x1, y1: data.y1 },
+          }),
+      ),
+      ...this.#nodes.update(store).map(
+        ({ branch, data }) =>
+          /** @type {Trace} */ ({
+            ...{ kind: "nodes", title: "", name: this.id, ink: branch.colour, ring: false, size_px: NODE_PX },
+            ...{ x: data.frame, y: data.place, opacity: data.alpha },
+          }),
+      ),
+      { kind: "nodes", title: "", name: `${this.id} shown`, ink: "ink", ring: true, size_px: RING_PX, ...here },
+    ];
+  }
+
+  /** @returns {Limits} */
+  limits() {
+    const places = Math.max(1, this.#nodes.most);
+    // The first at the top.
+    return { low: places + 0.6, high: 0.4, ticks: Array.from({ length: places }, (_, place) => ({ at: place + 1, text: String(place + 1) })) };
   }
 
   /**
-   * @param {Ink} ink
-   * @param {boolean} sparkline
+   * Say which one is shown, where it can be chosen.
+   *
+   * @param {Store} store
    */
-  dress(ink, sparkline) {
-    super.dress(ink, sparkline);
-    made(this.#way).glyph.line_color = ink.muted;
-    made(this.#ring).glyph.line_color = ink.ink;
-  }
-
-  /** @param {Store} store */
-  draw(store) {
-    super.draw(store);
-    const { known, history } = store;
-    const drawn = made(this.#nodes);
-    made(this.#edges).draw(store);
-    drawn.draw(store);
-    this.#reach(drawn.most);
-    const seen = `${known.branch} ${history.edition} ${history.length}`;
-    if (seen !== this.#seen.way) made(this.#way).data_source.data = wayBack(history, this.declared.series[0]);
-    const [place, count] = [this.#shown(store), this.#here(store).weights.length];
-    const ring = `${known.position} ${place}`;
-    if (ring !== this.#seen.ring) made(this.#ring).data_source.data = place === 0 ? { frame: [], place: [] } : { frame: [known.position], place: [place] };
-    this.#seen = { way: seen, ring };
+  #tell(store) {
     if (this.#place === null || this.declared.shown === "") return;
+    const [place, count] = [this.#shown(store), this.#here(store).weights.length];
     for (const [name, value] of Object.entries({ now: Math.max(1, place), max: Math.max(1, count), text: this.reading(store) })) {
       this.#place.setAttribute(`aria-value${name}`, String(value));
     }
@@ -112,11 +101,14 @@ export class TreePlot extends Plot {
    * Take clicks and arrows for a choice.
    *
    * @param {HTMLElement} place
+   * @param {FigureView} figure
    * @param {View} view
    */
-  listen(place, view) {
-    this.figure.model.on_event("tap", ({ x, y }) => {
-      const frame = Math.round(x);
+  listen(place, figure, view) {
+    place.addEventListener("click", (event) => {
+      const at = figure.valuesAt(this.id, event);
+      if (at === null) return;
+      const [frame, y] = [Math.round(at.x), at.y];
       const count = knownOf(view.store.history.at(frame), this.declared.series[0]).weights.length;
       if (count > 0) this.#choose(view, frame, Math.min(Math.max(1, Math.round(y)), count));
     });
@@ -162,17 +154,6 @@ export class TreePlot extends Plot {
   #here({ known, history }) {
     return knownOf(history.at(known.position), this.declared.series[0]);
   }
-
-  /** @param {number} places */
-  #reach(places) {
-    if (places === this.#places || places === 0) return;
-    this.#places = places;
-    const { model, range } = this.figure;
-    // The first at the top.
-    [range.start, range.end] = [places + 0.6, 0.4];
-    const ticks = Array.from({ length: places }, (_, place) => place + 1);
-    model.yaxes[0].ticker.ticks = model.ygrids[0].ticker.ticks = ticks;
-  }
 }
 
 /**
@@ -183,7 +164,7 @@ export class TreePlot extends Plot {
  * @param {string} name Of the series.
  */
 export function nodes(history, from, name) {
-  /** @type {Record<string, number[]>} */
+  /** @type {Columns} */
   const data = { frame: [], place: [], alpha: [] };
   for (let frame = from; frame < history.length; frame += 1) {
     knownOf(history.at(frame), name).weights.forEach((weight, place) => {
@@ -203,7 +184,7 @@ export function nodes(history, from, name) {
  * @param {string} name Of the series.
  */
 export function edges(history, from, name) {
-  /** @type {Record<string, number[]>} */
+  /** @type {Columns} */
   const data = { frame: [], y0: [], x1: [], y1: [], alpha: [] };
   for (let frame = from; frame < history.length; frame += 1) {
     const { weights, parents } = knownOf(history.at(frame), name);
@@ -226,7 +207,7 @@ export function edges(history, from, name) {
  * @param {string} name Of the series.
  */
 export function wayBack(history, name) {
-  /** @type {Record<string, number[]>} */
+  /** @type {Columns} */
   const data = { frame: [], place: [] };
   let frame = history.length - 1;
   const { weights } = knownOf(history.at(frame), name);

@@ -1,0 +1,286 @@
+/**
+ * The figure that all pages draw with: panels in rows, of what the server computed for a lesson or what a run has come to.
+ * Curves, points and pictures are painted on a canvas, which takes 20,000 points in a few milliseconds; text and whatever can
+ * be turned are elements of the page, which can be read, focused and enlarged.
+ */
+
+import { fill, h } from "../dom.js";
+import { watchRoom } from "../room.js";
+import { onTheme, tokens } from "../theme.js";
+import { coalesce } from "../timing.js";
+import { Tooltip } from "../tooltip.js";
+import { isEqual, isSame } from "./box.js";
+import { INKS } from "./ink.js";
+import { PanelView } from "./panel.js";
+import { decode } from "./pictures.js";
+
+/** @import { Mark } from "./marks.js" */
+/** @import { Style } from "./panel.js" */
+/** @import { Figure, Panel } from "./traces.js" */
+
+/** @typedef {{title: string, unit: string, minimum: number|null, maximum: number|null, step: number|null}} Declared */
+
+/**
+ * Who hears of what a person does with the figure.
+ *
+ * @typedef {object} Listener
+ * @property {(parameter: string, value: number) => void} [turn] A handle was moved.
+ * @property {(panel: string, x: number, y: number) => void} [place] What was asked for was placed there.
+ * @property {(parameter: string) => Declared|undefined} [declared] What is known of a handle's parameter; its axis says
+ *     what this does not.
+ */
+
+/**
+ * How a figure fits into its page.
+ *
+ * @typedef {object} Setting
+ * @property {number} [letters] Size of the letters, in that of the page's.
+ * @property {boolean} [isCompact] Whether it makes do with the room that there is, however little.
+ * @property {string[]} [inks] Colours that its traces have beside those of the lessons, by token.
+ * @property {Alignment} [alignment] With which figures it shares its margins.
+ */
+
+/** @typedef {{left: number, right: number}} Sides Margins, px. */
+
+/** A figure below the first width, or with panels below the second, stacks them; in units of the size of the letters. */
+const [NARROW, NARROW_PANEL] = [34, 19];
+const SMALLER = 13 / 16;
+const FURNITURE = /** @type {const} */ (["ink", "muted", "line", "edge", "surface", "accent"]);
+
+/** Figures one above the other, all of which have the widest margins of any, so that a value lies at one place in all. */
+export class Alignment {
+  /** @type {Map<FigureView, Sides>} */
+  #margins = new Map();
+
+  /**
+   * The margins that a figure is to have.
+   *
+   * @param {FigureView} figure
+   * @param {Sides} own What it needs itself.
+   * @returns {Sides}
+   */
+  share(figure, own) {
+    const before = this.#widest;
+    this.#margins.set(figure, own);
+    const widest = this.#widest;
+    const isMoved = widest.left !== before.left || widest.right !== before.right;
+    if (isMoved) for (const other of this.#margins.keys()) if (other !== figure) other.redraw();
+    return widest;
+  }
+
+  /** @param {FigureView} figure */
+  leave(figure) {
+    this.#margins.delete(figure);
+  }
+
+  /** @returns {Sides} */
+  get #widest() {
+    const all = [...this.#margins.values()];
+    return { left: Math.max(0, ...all.map(({ left }) => left)), right: Math.max(0, ...all.map(({ right }) => right)) };
+  }
+}
+
+export class FigureView {
+  #shared;
+  #look;
+  #isCompact;
+  #alignment;
+  #root = h("div", { class: "figure-view" });
+  /** As wide as the letters of the page are high, so that a change of theirs is seen. */
+  #letter = h("span", { class: "figure-letter", "aria-hidden": "true" });
+  /** @type {Map<string, PanelView>} */
+  #views = new Map();
+  /** @type {Figure|null} */
+  #figure = null;
+  /** @type {Style|null} */
+  #style = null;
+  #made = "";
+  #asked = 0;
+  #locked = false;
+  /** @type {{panel: string, along: "x"|"y"}|null} */
+  #ask = null;
+  /** @type {Mark|null} */
+  #mark = null;
+
+  /**
+   * @param {HTMLElement} place Gives the figure its size.
+   * @param {Listener} on
+   * @param {AbortSignal} signal Takes it away.
+   * @param {Setting} [setting]
+   */
+  constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false, alignment } = {}) {
+    this.#look = { letters, inks };
+    this.#isCompact = isCompact;
+    this.#root.classList.toggle("compact", isCompact);
+    this.#root.style.fontSize = `${letters}rem`;
+    this.#alignment = alignment;
+    this.redraw = coalesce(() => this.#draw(), signal);
+    const tip = new Tooltip();
+    this.#shared = { on, signal, tip };
+    fill(place, this.#root, this.#letter);
+    document.body.append(tip.element);
+    watchRoom(place, () => this.#draw(), signal);
+    watchRoom(this.#letter, () => this.#dress(), signal);
+    onTheme(() => this.#dress(), signal);
+    signal.addEventListener("abort", () => {
+      alignment?.leave(this);
+      tip.element.remove();
+      this.#root.remove();
+      this.#letter.remove();
+    });
+  }
+
+  /**
+   * Show a figure in place of the one before; at once, but where a picture has to be decoded first.
+   *
+   * @param {Figure} figure
+   * @param {{locked: boolean}} options Whether nothing can be turned.
+   * @returns {Promise<void>} Painted, or overtaken by a newer one.
+   */
+  async show(figure, { locked }) {
+    this.#asked += 1;
+    const number = this.#asked;
+    const pictures = decode(figure);
+    if (pictures !== null) await pictures;
+    if (number !== this.#asked || this.#shared.signal.aborted) return;
+    this.#figure = figure;
+    this.#locked = locked;
+    // For who looks at a page from outside: a test, or somebody at the browser's console.
+    Object.assign(this.#root, { figure });
+    this.#draw();
+  }
+
+  /**
+   * The values at a place of the page; null where a panel has not been drawn.
+   *
+   * @param {string} panel
+   * @param {{clientX: number, clientY: number}} place
+   */
+  valuesAt(panel, place) {
+    return this.#views.get(panel)?.valuesAt(place) ?? null;
+  }
+
+  /**
+   * Ask for a place in a panel.
+   *
+   * @param {{panel: string, along: "x"|"y"}|null} ask Null ends it.
+   */
+  ask(ask) {
+    this.#ask = ask;
+    this.#draw();
+  }
+
+  /**
+   * Show what was placed and what is exact, side by side.
+   *
+   * @param {Mark|null} mark
+   */
+  mark(mark) {
+    this.#mark = mark;
+    this.#draw();
+  }
+
+  #dress() {
+    this.#style = null;
+    this.#draw();
+  }
+
+  #draw() {
+    const figure = this.#figure;
+    if (figure === null || !this.#root.clientWidth) return;
+    const style = (this.#style ??= styleOf(this.#root, this.#look));
+    const isNarrow = !this.#isCompact && this.#root.clientWidth < Math.max(NARROW, NARROW_PANEL * mostBeside(figure)) * style.em;
+    this.#make(figure, isNarrow);
+    const prepared = columnsOf(figure, isNarrow).map(({ panel, column, sharesX }) => {
+      const view = this.#view(panel);
+      return { view, column, margins: view.prepare(panel, style, sharesX) };
+    });
+    for (const { view, column, margins } of prepared) {
+      const above = prepared.filter((each) => each.column === column);
+      const own = { left: Math.max(...above.map((each) => each.margins.left)), right: Math.max(...above.map((each) => each.margins.right)) };
+      const { left, right } = this.#alignment?.share(this, own) ?? own;
+      const { id } = view.panel;
+      const ask = this.#ask?.panel === id ? this.#ask : null;
+      const mark = this.#mark?.panel === id ? this.#mark : null;
+      view.draw({ left, right, bottom: margins.bottom }, style, { locked: this.#locked, ask, mark });
+    }
+    this.#root.dataset.shown = String(this.#asked);
+  }
+
+  /**
+   * Make the panels of the figure, or keep them if these are the same.
+   *
+   * @param {Figure} figure
+   * @param {boolean} isNarrow
+   */
+  #make({ panels }, isNarrow) {
+    this.#root.classList.toggle("narrow", isNarrow);
+    const made = JSON.stringify(panels.map(({ id, row, share }) => [id, row, share]));
+    if (made === this.#made) return;
+    this.#made = made;
+    this.#shared.tip.hide();
+    this.#views = new Map(panels.map((panel) => [panel.id, new PanelView(panel, this.#shared)]));
+    const heights = rowsOf(panels).map((row) => Math.max(...row.map(({ share }) => share[0])));
+    const rows = rowsOf(panels).map((row, number) => {
+      const element = h("div", { class: "figure-row" }, row.map((panel) => this.#view(panel).element));
+      element.style.setProperty("--share", String(heights[number]));
+      element.style.setProperty("--tall", String(heights[number] / Math.max(...heights)));
+      for (const panel of row) this.#view(panel).element.style.setProperty("--share", String(panel.share[1]));
+      return element;
+    });
+    fill(this.#root, rows);
+  }
+
+  /** @param {Panel} panel */
+  #view({ id }) {
+    return /** @type {PanelView} */ (this.#views.get(id));
+  }
+}
+
+/** @param {readonly Panel[]} panels */
+function rowsOf(panels) {
+  const numbers = [...new Set(panels.map(({ row }) => row))].sort((one, other) => one - other);
+  return numbers.map((number) => panels.filter(({ row }) => row === number));
+}
+
+/**
+ * How many panels stand side by side in the fullest row.
+ *
+ * @param {Figure} figure
+ */
+function mostBeside({ panels }) {
+  return Math.max(1, ...rowsOf(panels).map(({ length }) => length));
+}
+
+/**
+ * Which panels stand above each other: they have the same margins, and an axis that they share is numbered once.
+ *
+ * @param {Figure} figure
+ * @param {boolean} isNarrow
+ */
+function columnsOf({ panels }, isNarrow) {
+  const rows = rowsOf(panels);
+  return rows.flatMap((row, number) =>
+    row.map((panel, place) => {
+      const next = rows[number + 1];
+      const below = next?.length === row.length && !(isNarrow && row.length > 1) ? next[place] : undefined;
+      const sharesX = below !== undefined && !isEqual(panel) && !isEqual(below) && isSame(panel.x, below.x);
+      return { panel, column: isNarrow ? "all" : `${place} of ${row.map(({ share }) => share[1]).join(" ")}`, sharesX };
+    }),
+  );
+}
+
+/**
+ * Colours and letters as they are now.
+ *
+ * @param {HTMLElement} element
+ * @param {{letters: number, inks: string[]}} look
+ * @returns {Style}
+ */
+function styleOf(element, { letters, inks }) {
+  const em = letters * parseFloat(getComputedStyle(document.documentElement).fontSize);
+  const pen = new OffscreenCanvas(1, 1).getContext("2d");
+  if (pen !== null) pen.font = `${em}px ${getComputedStyle(element).fontFamily}`;
+  const wide = (/** @type {string} */ text) => pen?.measureText(text).width ?? 0;
+  return { ink: tokens(...FURNITURE, ...INKS, ...inks), em, wide };
+}

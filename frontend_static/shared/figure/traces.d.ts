@@ -1,0 +1,79 @@
+import type * as declared from "./types.js";
+
+export type { Bars, Curve, Handle, HeatMap, Histogram, Label, Picture, Rule, Scatter, Stems, StripChart, Tree } from "./types.js";
+
+/** An axis; what stands at it may be given, where its range says too little. */
+export interface Axis extends declared.Axis {
+  ticks?: { at: number; text: string }[];
+}
+
+/** What the traces of a live plot have in common. `ink` is a token or any colour; `name` says which one it is. */
+interface Live {
+  title: "";
+  ink: string;
+  name: string;
+}
+
+/** A line through points, in a colour of its own. `said` and `unit` stand around a value that is pointed at; without words
+ *  nothing is said. `values` are what the heights mean, where they are not that themselves. */
+export interface Line extends Live {
+  kind: "line";
+  x: readonly number[];
+  y: readonly number[];
+  values?: readonly number[];
+  width: number;
+  dashed?: boolean;
+  opacity?: number;
+  said: string;
+  unit: string;
+}
+
+/** What lies between two lines. */
+export interface Band extends Live {
+  kind: "band";
+  x: readonly number[];
+  low: readonly number[];
+  high: readonly number[];
+  opacity: number;
+}
+
+/** Lines from point to point, each as opaque as it says. */
+export interface Segments extends Live {
+  kind: "segments";
+  x0: readonly number[];
+  y0: readonly number[];
+  x1: readonly number[];
+  y1: readonly number[];
+  opacity: readonly number[];
+}
+
+/** Discs, each as opaque as it says; or rings. */
+export interface Nodes extends Live {
+  kind: "nodes";
+  x: readonly number[];
+  y: readonly number[];
+  opacity: readonly number[];
+  size_px: number;
+  ring: boolean;
+}
+
+/** Intervals of the axis to the right that are shaded, over all of the other axis or a part of it. */
+export interface Spans extends Live {
+  kind: "spans";
+  intervals: readonly { first: number; last: number; low?: number; high?: number }[];
+  opacity: number;
+}
+
+export type Trace = declared.Trace | Line | Band | Segments | Nodes | Spans;
+
+/** One pair of axes with what is drawn in it. */
+export interface Panel extends Omit<declared.Panel, "x" | "y" | "traces"> {
+  x: Axis;
+  y: Axis;
+  traces: Trace[];
+}
+
+/** Panels in rows. */
+export interface Figure {
+  panels: Panel[];
+}
