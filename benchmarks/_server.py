@@ -82,9 +82,10 @@ class Server:
             wanted = content and answer.headers.get_content_type() == "application/json"
             return json.loads(content) if wanted else content
 
-    def start(self, *, play: bool, **fields: object) -> str:
-        """Start a long ball session and return its name."""
-        session = str(self.ask("POST", "/api/v1/sessions", {"experiment": "ball", "frames": LONG, **fields})["id"])
+    def start(self, *, play: bool, **parameters: object) -> str:
+        """Start a long ball session with these parameters and return its name."""
+        recipe = {"experiment": "ball", "frames": LONG, "timeline": [{"frame": 0, "values": parameters}]}
+        session = str(self.ask("POST", "/api/v1/sessions", {"recipe": recipe})["id"])
         if play:
             self.ask("POST", f"/api/v1/sessions/{session}/transport", {"action": "play"})
         return session

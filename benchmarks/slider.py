@@ -105,7 +105,7 @@ FRAMES = """() => new Promise((resolve) => {
 
 def in_scene(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
     """Latencies in ms of the occluder's slider in viser's panel while the run plays, by keyboard and by dragging."""
-    session = server.start(play=True, parameters={"distracter_radius_px": 0})
+    session = server.start(play=True, distracter_radius_px=0)
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto(f"{server.url}/session/{session}?view=scene")
     scene = scene_of(page)
@@ -121,7 +121,7 @@ def in_scene(server: Server, browser: Any, repeats: int) -> dict[str, list[float
 
 def in_flat_view(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
     """The same in the flat view, by the slider of its own panel."""
-    session = server.start(play=True, parameters={"distracter_radius_px": 0})
+    session = server.start(play=True, distracter_radius_px=0)
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto(f"{server.url}/session/{session}?view=flat")
     slider = page.locator(f"input[type=range][aria-label^='{LABEL}']")
@@ -171,7 +171,7 @@ def wait_for_change(scene: Any) -> None:
 
 def by_websocket(server: Server, repeats: int) -> list[float]:
     """Latencies in ms of the same slider, without a browser."""
-    session = server.start(play=True, parameters={"distracter_radius_px": 0})
+    session = server.start(play=True, distracter_radius_px=0)
     address = f"{server.url.replace('http', 'ws')}/viz/{session}"
     latencies: list[float] = []
     with connect(address, subprotocols=[PROTOCOL], origin=Origin(server.url), max_size=None, compression=None) as scene:

@@ -96,7 +96,7 @@ def figure(
 ) -> None:
     """Draw the figure of a lesson, and print its numbers."""
     from pftrack.files import write_whole
-    from pftrack.lessons.plotting import SUFFIXES, encoded
+    from pftrack.lessons.plotting import SUFFIXES, encode
     from pftrack.model.parameters import flat
 
     found = _lesson(lesson, _lessons(folder))
@@ -110,7 +110,7 @@ def figure(
         data = {**told, "figure": shown.figure.model_dump(mode="json")}
         content = (json_format.dumps(data, ensure_ascii=False, allow_nan=False) + "\n").encode()
     else:
-        content = encoded(shown.figure, suffix)
+        content = encode(shown.figure, suffix)
     write_whole(out, content)
     if json:
         emit({**told, "file": str(out)})

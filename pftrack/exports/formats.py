@@ -215,7 +215,7 @@ def _films(form: Literal["mp4", "gif"]) -> Write:
 
 def _plots(form: Literal["png", "svg"]) -> Write:
     def write(run: Run, path: Path, plot: str | None) -> Steps:
-        from pftrack.figures import picture_of  # noqa: PLC0415 - it loads matplotlib
+        from pftrack.figures.sheet import picture_of  # noqa: PLC0415 - it loads matplotlib
 
         path.write_bytes(picture_of(run, form, plot))
         yield 1, 1

@@ -15,16 +15,15 @@ from matplotlib.colors import to_rgba
 from numpy.typing import NDArray
 
 from pftrack.figures import numbers
-from pftrack.model.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
+from pftrack.figures.style import CURVE_COLOURS, INK
 from pftrack.model.plot import Plot, PlotKind
 from pftrack.model.series import Hypotheses
 from pftrack.runs.run import Run
 
-__all__ = ["INK", "KINDS", "SHADES", "Draw"]
+__all__ = ["KINDS", "SHADES", "Draw"]
 
 Draw: TypeAlias = Callable[[Axes, Run, Plot], None]
 
-INK = {name: hexadecimal(colour) for name, colour in {**COLOURS, **NEUTRALS}.items()}
 LINE, THIN = 1.2, 0.8
 TRUTH: dict[str, Any] = {"color": INK["truth"], "linewidth": THIN, "linestyle": (0, (4, 3)), "label": "truth"}
 AREA: dict[str, Any] = {"color": INK["estimate"], "alpha": 0.22, "linewidth": 0}
@@ -116,11 +115,11 @@ def _features(axes: Axes, run: Run, plot: Plot) -> None:
 
 
 def _frequency(axes: Axes, run: Run, plot: Plot) -> None:
-    for name, colour in zip(plot.series, cycle(CURVES), strict=False):
+    for name, colour in zip(plot.series, cycle(CURVE_COLOURS), strict=False):
         flags = numbers.measured(run, name).reshape(run.computed + 1, -1)
         known = np.cumsum(np.isfinite(flags).sum(axis=1))
         share = np.cumsum(np.nansum(flags, axis=1)) / np.where(known > 0, known, np.nan)
-        _line(axes, run, 100 * share, numbers.declared(run, name).title, color=hexadecimal(colour))
+        _line(axes, run, 100 * share, numbers.declared(run, name).title, color=colour)
     percents = [100 * level for level in plot.levels]
     for level in percents:
         axes.axhline(level, **{**TRUTH, "label": ""})

@@ -1,23 +1,34 @@
-"""Figures as pictures: the content of a PNG or SVG file that says what it shows and carries a manifest."""
+"""Figures as pictures: the content of a PNG, SVG or PDF file that says what it shows and carries a manifest."""
 
 import io
 import json
 from collections.abc import Mapping
-from typing import Any, Literal, TypeAlias
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-import matplotlib as mpl
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-__all__ = ["DOTS_PER_INCH", "PictureForm", "encoded"]
+__all__ = ["DOTS_PER_INCH", "SCREEN_DOTS_PER_INCH", "PictureForm", "encode", "save"]
 
-PictureForm: TypeAlias = Literal["png", "svg"]
+PictureForm: TypeAlias = Literal["png", "svg", "pdf"]
 
 DOTS_PER_INCH = 300
 """As printers ask for."""
+SCREEN_DOTS_PER_INCH = 160
+"""Enough for a page or a notebook."""
 
 
-def encoded(
-    figure: Figure, form: PictureForm, title: str, manifest: Mapping[str, Any], dots_per_inch: int = DOTS_PER_INCH
+def encode(
+    figure: "Figure",
+    form: PictureForm,
+    title: str,
+    manifest: Mapping[str, Any] = MappingProxyType({}),
+    dots_per_inch: int = DOTS_PER_INCH,
+    *,
+    salt: str = "pftrack",
+    transparent: bool = False,
 ) -> bytes:
     """Return a figure as the content of a file; the same figure gives the same bytes, and letters in SVG stay letters.
 
@@ -25,12 +36,29 @@ def encoded(
         figure: Drawn.
         form: Kind of the file.
         title: What it shows, in one line.
-        manifest: JSON values; PNG has them as the text `pftrack`, SVG as its description.
+        manifest: JSON values; PNG has them as the text `pftrack`, SVG as its description, PDF as its subject.
         dots_per_inch: Of a PNG.
+        salt: From which the names of parts of an SVG are made; two in one page need different ones.
+        transparent: Whether the page behind is seen through it.
     """
-    told, data = json.dumps(manifest), io.BytesIO()
+    import matplotlib as mpl  # noqa: PLC0415 - see `style`
+
+    told, data = json.dumps(dict(manifest)) if manifest else "", io.BytesIO()
     # Without a date, and with names of parts that are no random numbers.
-    metadata = {"Title": title, **({"pftrack": told} if form == "png" else {"Description": told, "Date": None})}
-    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "pftrack"}):
-        figure.savefig(data, format=form, dpi=dots_per_inch, metadata=metadata)
+    metadata: dict[PictureForm, dict[str, str | None]] = {
+        "png": {"Title": title, **({"pftrack": told} if told else {})},
+        "svg": {"Title": title, "Date": None} | ({"Description": told} if told else {}),
+        "pdf": {"Title": title, "CreationDate": None} | ({"Subject": told} if told else {}),
+    }
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": salt}):
+        figure.savefig(data, format=form, dpi=dots_per_inch, metadata=metadata[form], transparent=transparent)
     return data.getvalue()
+
+
+def save(figure: "Figure", path: Path, title: str) -> None:
+    """Write a figure as a PNG for a screen.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    path.write_bytes(encode(figure, "png", title, dots_per_inch=SCREEN_DOTS_PER_INCH))

@@ -10,8 +10,9 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pftrack.figures import numbers
-from pftrack.figures.kinds import INK, KINDS, SHADES
-from pftrack.figures.picture import PictureForm, encoded
+from pftrack.figures.kinds import KINDS, SHADES
+from pftrack.figures.picture import PictureForm, encode
+from pftrack.figures.style import INK, LETTERS_PT, TWO_COLUMNS_IN, bare
 from pftrack.model.export import ExportError
 from pftrack.model.plot import Plot
 from pftrack.runs.manifest import extent_of, manifest_of, title_of
@@ -19,10 +20,10 @@ from pftrack.runs.run import Run
 
 __all__ = ["drawable", "figure_of", "picture_of"]
 
-WIDE_IN, PANEL_IN, ALONE_IN, ROW_IN = 6.3, 1.25, 2.4, 0.2
+WIDE_IN, PANEL_IN, ALONE_IN, ROW_IN = TWO_COLUMNS_IN, 1.25, 2.4, 0.2
 HEAD_IN, FOOT_IN, BETWEEN_IN = 0.2, 0.42, 0.34
 LEFT_IN, LEFT_WITH_NAMES_IN, RIGHT_IN = 0.62, 1.25, 0.12
-LETTERS_PT, TITLE_PT = 8, 9
+TITLE_PT = 9
 MOST_MARKS = 200_000
 """So many nodes or segments are drawn; more can be neither told apart nor opened by another program."""
 
@@ -77,18 +78,13 @@ def picture_of(run: Run, form: PictureForm, plot: str | None = None) -> bytes:
     Raises:
         ExportError: See `figure_of`.
     """
-    return encoded(figure_of(run, plot), form, _heading(run), manifest_of(run))
+    return encode(figure_of(run, plot), form, _heading(run), manifest_of(run))
 
 
 def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:
     axes.set_xlim(-0.5, max(run.computed, 1) + 0.5)
     axes.margins(x=0)
-    axes.grid(axis="y", color=INK["grid"], linewidth=0.6)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_color(INK["frame"])
+    bare(axes, grid="y")
     axes.tick_params(labelsize=LETTERS_PT, color=INK["frame"], width=0.6, length=3, labelbottom=False)
     KINDS[plot.kind](axes, run, plot)
     handles, _ = axes.get_legend_handles_labels()

@@ -55,19 +55,19 @@ def demonstration_cells(lesson: Lesson, parameters: Parameters, seed: int) -> tu
 IMPORTS = """
 from IPython.display import Image
 
-from pftrack.lessons.plotting import encoded
+from pftrack.lessons.plotting import encode
 from pftrack.model.parameters import revise
 """.strip()
 
 ASKED = """
 asked_at = revise(lesson.body.parameters, lesson.question.at or {})
-Image(encoded(lesson.body.show(asked_at, lesson.body.seed).figure.veiled(), ".png"), width=900)
+Image(encode(lesson.body.show(asked_at, lesson.body.seed).figure.veiled(), ".png"), width=900)
 """.strip()
 
 SHOWN = """
 shown = lesson.body.show(parameters, seed)
 print(*shown.numbers, sep="\\n")
-Image(encoded(shown.figure, ".png"), width=900)
+Image(encode(shown.figure, ".png"), width=900)
 """.strip()
 
 

@@ -4,31 +4,32 @@ Panels stand in their rows, each with its title and keys over it. On a screen on
 stands where each of them is.
 """
 
-import io
+from collections.abc import Mapping
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pftrack.figures.style import INK, bare
 from pftrack.lessons.figure import Axis, Figure, Panel
 from pftrack.lessons.traces import DRAWERS, across
-from pftrack.model.palette import COLOURS, NEUTRALS, hexadecimal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Drawn
     from matplotlib.gridspec import SubplotSpec
 
-__all__ = ["SUFFIXES", "draw", "encoded"]
+    from pftrack.figures.picture import PictureForm
 
-SUFFIXES = ".png", ".svg", ".pdf"
+__all__ = ["SUFFIXES", "draw", "encode"]
+
+SUFFIXES: Mapping[str, "PictureForm"] = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
 """Of the files that can be made of a figure."""
 
 WIDTH_IN, ROW_IN = 9.0, 2.8
 """In inches: width of a figure, and height of its lowest row."""
 HEIGHTS_IN = 4.2, 10.0
 """In inches: the least and the greatest height of a figure."""
-DOTS_PER_INCH = 150
 KEY_CHARACTERS = 82
 """Characters of keys that fit side by side over the whole width of a figure."""
 
@@ -48,7 +49,7 @@ def draw(figure: Figure) -> "Drawn":
     return drawn
 
 
-def encoded(figure: Figure, suffix: str) -> bytes:
+def encode(figure: Figure, suffix: str) -> bytes:
     """Return a figure as the content of a file, the same bytes whenever it is drawn.
 
     Args:
@@ -60,13 +61,10 @@ def encoded(figure: Figure, suffix: str) -> bytes:
     """
     if suffix not in SUFFIXES:
         raise ValueError(f"a figure is written as {', '.join(SUFFIXES)}, got {suffix!r}")
-    import matplotlib as mpl  # noqa: PLC0415
+    from pftrack.figures import picture  # noqa: PLC0415
 
-    content = io.BytesIO()
-    dated = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with mpl.rc_context({"svg.hashsalt": "pftrack"}):
-        draw(figure).savefig(content, format=suffix[1:], dpi=DOTS_PER_INCH, metadata=dated[suffix])
-    return content.getvalue()
+    title, dots = figure.panels[0].title, picture.SCREEN_DOTS_PER_INCH
+    return picture.encode(draw(figure), SUFFIXES[suffix], title, dots_per_inch=dots)
 
 
 def _row(drawn: "Drawn", panels: tuple[Panel, ...], place: "SubplotSpec") -> None:
@@ -77,6 +75,7 @@ def _row(drawn: "Drawn", panels: tuple[Panel, ...], place: "SubplotSpec") -> Non
 
 
 def _panel(axes: "Axes", panel: Panel, width: float) -> None:
+    bare(axes)
     _axis(axes, panel.x, "x")
     _axis(axes, panel.y, "y")
     if any(trace.kind == "picture" for trace in panel.traces):
@@ -87,7 +86,7 @@ def _panel(axes: "Axes", panel: Panel, width: float) -> None:
         DRAWERS[trace.kind](axes, trace, panel, 2.0 + 0.01 * order)
     pictured = any(trace.kind in {"heat map", "picture"} for trace in panel.traces)
     for handle in panel.handles:
-        colour = hexadecimal(COLOURS["paper"] if pictured else NEUTRALS["outline"])
+        colour = INK["paper" if pictured else "outline"]
         across(axes, handle.along, handle.at, color=colour, linestyle=":", linewidth=1.5, zorder=4.0)
     _key(axes, panel, width)
 
@@ -105,10 +104,7 @@ def _axis(axes: "Axes", axis: Axis, along: str) -> None:
         line.set_ticks(range(len(axis.names)), list(axis.names))
     if axis.hidden:
         line.set_ticks([])
-    else:
-        line.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+        line.grid(visible=False)
 
 
 def _key(axes: "Axes", panel: Panel, width: float) -> None:

@@ -11,21 +11,18 @@ in it; the file itself is found by whoever makes the run.
 
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from pftrack.model.parameters import ParameterError
 from pftrack.model.timeline import LONGEST_RUN, Change
-from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED
+from pftrack.numerics.random import LARGEST_SEED
 
 if TYPE_CHECKING:
     from pftrack.model.marks import Mark
     from pftrack.model.sequence import FrameSequence
     from pftrack.model.truth import Truth
 
-__all__ = ["EARLIER", "Footage", "Recipe", "Seed"]
-
-EARLIER = {"earlier": True}
-"""Context of reading what an earlier version has stored, whose seeds had another bound."""
+__all__ = ["Footage", "Recipe", "Seed"]
 
 Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
@@ -91,9 +88,8 @@ class Recipe(BaseModel):
 
     @field_validator("seed")
     @classmethod
-    def _bounded(cls, seed: int, info: ValidationInfo) -> int:
-        largest = LARGEST_KEY if info.context and info.context.get("earlier") else LARGEST_SEED
-        if seed > largest:
+    def _check_seed(cls, seed: int) -> int:
+        if seed > LARGEST_SEED:
             raise ParameterError("seed", seed, f"a whole number between 0 and {LARGEST_SEED}")
         return seed
 

@@ -3,7 +3,7 @@
 A `.pft` file is a zip archive of `run.json` (the run's recipe, how far it was computed, the hash of all estimates) and
 `diagnostics.npz` (every frame's numbers, for a look without computing). With `states=True` the particles of every frame
 come along in `states.npz`. It is written beside its place and renamed, so that a crash leaves the old file or the new
-one, never half of one. Files of earlier formats are read as well, see `pftrack.runs.migrate`.
+one, never half of one.
 """
 
 import io
@@ -23,11 +23,10 @@ from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
 from pftrack.files import part_of, settle
 from pftrack.model.parameters import ParameterError
-from pftrack.model.recipe import EARLIER, Footage, Recipe
+from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameSequence
 from pftrack.model.truth import Truth
 from pftrack.numerics import machine
-from pftrack.runs import migrate
 from pftrack.runs.columns import columns_of
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthKind
@@ -73,7 +72,7 @@ class Record(BaseModel):
         recipe: What makes the run again.
         computed: How many frames were computed.
         estimates_sha256: Hash of their estimates.
-        computed_on: Processor, compiled target and versions of libraries; empty in files of earlier versions.
+        computed_on: Processor, compiled target and versions of libraries; empty where it is not known.
     """
 
     model_config = ConfigDict(extra="ignore")
@@ -107,7 +106,6 @@ def describe(run: Run, *, path: str | None = None) -> Record:
         run: As far as it has been computed.
         path: Where the recording is, seen from the file to be written, if it is to be found there.
     """
-    # Not validated again: the seed of an earlier version may be beyond today's bound.
     return Record.model_construct(
         recipe=run.recipe.with_footage(path=path),
         computed=run.computed + 1,
@@ -159,16 +157,17 @@ def read(path: Path) -> Record:
             raise
         raise RecordError(f"{path.name} is no saved run, or was cut short; expected a .pft file") from None
     version = raw.get("version") if isinstance(raw, dict) else None
-    if isinstance(version, int) and version > FORMAT:
-        raise RecordError(
-            f"{path.name} was saved in format {version}, this version reads formats 1 to {FORMAT}; update pftrack"
-        )
+    if isinstance(version, int) and version != FORMAT:
+        remedy = "update pftrack" if version > FORMAT else "it is older than any release"
+        raise RecordError(f"{path.name} was saved in format {version}, this version reads format {FORMAT}; {remedy}")
     try:
-        return Record.model_validate(migrate.pixels(migrate.record(raw) if version == 1 else raw), context=EARLIER)
+        return Record.model_validate(raw)
     except ValidationError as error:
-        place = ".".join(str(part) for part in error.errors()[0]["loc"])
-    except (KeyError, TypeError, ValueError, AttributeError):
-        place = ""
+        first = error.errors()[0]
+        cause = first.get("ctx", {}).get("error")
+        if isinstance(cause, ParameterError):
+            raise RecordError(f"{path.name} is no saved run of this version: {cause}") from None
+        place = ".".join(str(part) for part in first["loc"])
     raise RecordError(f"{path.name} is no saved run: {place or 'its description'} is missing or wrong")
 
 

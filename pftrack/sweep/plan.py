@@ -8,7 +8,7 @@ chunks do not move it. Trackers are not part of it, so that all of them meet the
 
 import json
 from collections.abc import Mapping
-from dataclasses import InitVar, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import blake2b
 from math import prod
@@ -17,7 +17,7 @@ from typing import Any, Self
 from pftrack.experiments import Experiment, find
 from pftrack.model.parameters import ParameterError, Value, revise
 from pftrack.model.recipe import Recipe
-from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED
+from pftrack.numerics.random import LARGEST_SEED
 from pftrack.runs.run import LONGEST_RUN, Change, Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, checked, declared, value_of
 from pftrack.sweep.errors import SweepError
@@ -58,7 +58,6 @@ class Plan:
         seed: Of all seeds.
         frames: Length of a run; 0 stands for the experiment's own.
         values: Parameters that differ from the defaults in every run.
-        earlier: Whether it was stored, perhaps by an earlier version, whose seeds had another bound.
 
     Raises:
         SweepError: Anything of it is unknown, out of bounds, given twice or too much.
@@ -71,9 +70,8 @@ class Plan:
     seed: int = 0
     frames: int = 0
     values: Mapping[str, Value] = field(default_factory=dict)
-    earlier: InitVar[bool] = False
 
-    def __post_init__(self, earlier: bool) -> None:
+    def __post_init__(self) -> None:
         try:
             experiment = find(self.experiment)
         except LookupError as error:
@@ -88,7 +86,7 @@ class Plan:
         for name, value in changed.items():
             object.__setattr__(self, name, value)
         _whole("trials", self.trials, 1, MOST_RUNS)
-        _whole("seed", self.seed, 0, LARGEST_KEY if earlier else LARGEST_SEED)
+        _whole("seed", self.seed, 0, LARGEST_SEED)
         _whole("frames", self.frames, 1, LONGEST_RUN)
         if self.runs > MOST_RUNS:
             sizes = " x ".join(f"{len(axis.values):,} {axis.name}" for axis in self.axes) or "1 condition"
@@ -193,7 +191,7 @@ class Plan:
 
     @classmethod
     def from_dict(cls, raw: Mapping[str, Any]) -> Self:
-        """Return the plan that `as_dict` has described, today or in an earlier version.
+        """Return the plan that `as_dict` has described.
 
         Raises:
             SweepError: They describe none, or one that is impossible here.
@@ -207,7 +205,6 @@ class Plan:
                 seed=raw["seed"],
                 frames=raw["frames"],
                 values=dict(raw["values"]),
-                earlier=True,
             )
         except (KeyError, TypeError, ValueError) as error:
             if isinstance(error, SweepError):

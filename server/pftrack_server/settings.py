@@ -33,7 +33,6 @@ class Settings(BaseSettings):
     host: str = Field("127.0.0.1", description="Address to listen on.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
     data_dir: Path = Field(Path("~/.local/share/pftrack"), description="Where uploads, runs and the database live.")
-    database_url: str | None = Field(None, description="SQLAlchemy URL; without one, SQLite in the data directory.")
     token: SecretStr | None = Field(None, description="Password of the link; made at start where one is needed.")
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
         (), description="Further names under which browsers may reach the server, with commas between."
@@ -119,8 +118,8 @@ class Settings(BaseSettings):
 
     @property
     def database(self) -> str:
-        """The SQLAlchemy URL of the database."""
-        return self.database_url or f"sqlite:///{self.data_dir / 'pftrack.sqlite'}"
+        """The SQLAlchemy URL of the database, a file in the data directory."""
+        return f"sqlite:///{self.data_dir / 'pftrack.sqlite'}"
 
     def link(self, port: int) -> str:
         """Return the address to open in a browser, with the token where there is one."""

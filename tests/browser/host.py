@@ -11,6 +11,7 @@ from typing import Any
 import httpx
 
 from tests.installing import environment
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 START_S = 60.0
@@ -107,7 +108,9 @@ class Server:
         """Start a session; the ball's unless told otherwise."""
         assert self._process is not None
         before = set(descendants(self._process.pid))
-        session: dict[str, Any] = self.post("sessions", {"experiment": "ball", "seed": 5, "frames": 90, **wish})
+        session: dict[str, Any] = self.post(
+            "sessions", session_request({"experiment": "ball", "seed": 5, "frames": 90, **wish})
+        )
         self._born[session["id"]] = set(descendants(self._process.pid)) - before
         return session
 

@@ -124,9 +124,9 @@ def test_films_have_a_picture_for_each_frame(ball: Run, files: Path) -> None:
 
 
 def test_pictures_of_plots_are_at_print_size(ball: Run, files: Path) -> None:
-    """A PNG has 300 dots an inch over 6.3 inches; letters in an SVG are letters, with titles and units."""
+    """A PNG has 300 dots an inch over two columns, 7.2 inches; in an SVG letters are letters, with titles and units."""
     with Image.open(files / "run.png") as picture:
-        assert picture.size[0] == 1890
+        assert picture.size[0] == 2160
         assert picture.info["dpi"][0] == pytest.approx(300, abs=0.1)
     svg = (files / "run.svg").read_text()
     assert all(f">{words}</text>" in svg for words in ("error, px", "sigma, px", "ESS", "proposals", "frame"))

@@ -7,8 +7,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.figures import drawable, figure_of, sheet
+from pftrack.figures import sheet
 from pftrack.figures.kinds import KINDS
+from pftrack.figures.sheet import drawable, figure_of
 from pftrack.model.export import ExportError
 from pftrack.model.plot import PlotKind
 from pftrack.runs.run import Change, Run

@@ -29,7 +29,7 @@ from pftrack.lessons.figure import (
     StripChart,
     Tree,
 )
-from pftrack.lessons.plotting import SUFFIXES, draw, encoded
+from pftrack.lessons.plotting import SUFFIXES, draw, encode
 from pftrack.lessons.traces import DRAWERS
 from pftrack.model.palette import COLOURS, hexadecimal
 from tests.lessons.demonstrations import DEMONSTRATIONS, shown
@@ -216,15 +216,15 @@ def test_rows_and_shares() -> None:
 def test_files_are_the_same_again(suffix: str, begins: bytes) -> None:
     """A file of each kind, whose bytes do not depend on when it was made."""
     figure = Figure(panels=(panel(Curve(title="p", x=[0, 1], y=[0, 1])),))
-    content = encoded(figure, suffix)
+    content = encode(figure, suffix)
     assert content.startswith(begins)
-    assert content == encoded(figure, suffix)
+    assert content == encode(figure, suffix)
 
 
 def test_other_files_are_refused() -> None:
     """The sentence says what can be written."""
     with pytest.raises(ValueError, match=r"\.png, \.svg, \.pdf, got '\.gif'"):
-        encoded(Figure(panels=()), ".gif")
+        encode(Figure(panels=()), ".gif")
     assert ".json" not in SUFFIXES
 
 

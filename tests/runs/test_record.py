@@ -190,20 +190,6 @@ def tracked(clip: Path, mark: Box, *, square: bool | None = None) -> Run:
     return made
 
 
-def test_a_run_of_an_earlier_version_is_made_on_pixels_as_they_are_stored(oblong: Path, tmp_path: Path) -> None:
-    """A file that does not say how oblong pixels were taken is from before they were made square."""
-    earlier = tracked(oblong, Box(x=24, y=33, width=12, height=24), square=False)
-    save(earlier, tmp_path / "earlier.pft")
-    with zipfile.ZipFile(tmp_path / "earlier.pft") as archive:
-        footage = json.loads(archive.read("run.json"))["recipe"]["footage"]
-    assert footage.pop("square") is False
-    path = _rewritten(tmp_path / "earlier.pft", footage=footage)
-    again = load(path, open_sequence=lambda footage: open_sequence(oblong, square=footage.square))
-    assert again.source.size == (80, 90)
-    again.finish()
-    assert again.estimates_sha256 == earlier.estimates_sha256
-
-
 def test_a_run_on_oblong_pixels_says_that_they_were_made_square(oblong: Path, tmp_path: Path) -> None:
     """A run of today is made again on square ones, also where the recording was indexed by an earlier version."""
     today = tracked(oblong, Box(x=48, y=33, width=24, height=24))

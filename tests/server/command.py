@@ -24,7 +24,7 @@ serve({})
 REFUSING = """
 import json, os, signal, sys
 from pathlib import Path
-from server import serving
+from pftrack_server import serving
 from pftrack_server.command import serve
 for arguments, first, _ in json.load(sys.stdin):
     ours, theirs = os.pipe()

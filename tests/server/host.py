@@ -16,6 +16,7 @@ import uvicorn
 from pftrack_server.app import create_app
 from pftrack_server.connections import configuration
 from pftrack_server.settings import Settings
+from tests.session_requests import session_request
 
 
 class _Uvicorn(uvicorn.Server):
@@ -90,7 +91,7 @@ def running(settings: Settings) -> Iterator[Server]:
 
 def begin(client: httpx.Client, **body: Any) -> dict[str, Any]:
     """Start a session."""
-    answer = client.post("/api/v1/sessions", json={"experiment": "ball", "seed": 7, **body})
+    answer = client.post("/api/v1/sessions", json=session_request({"experiment": "ball", "seed": 7, **body}))
     assert answer.status_code == 201, answer.text
     started: dict[str, Any] = answer.json()
     return started

@@ -10,6 +10,7 @@ from pftrack.experiments import find
 from pftrack.runs.run import Run
 from tests.server.host import begin, error_of, steer
 from tests.server.test_uploads import send, video
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 BALL = find("ball")
@@ -83,7 +84,7 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
     assert [run["first"] for run in begun["runs"]] == [3, 0]
     assert {run["upload"] for run in begun["runs"]} == {upload["id"]}
     assert computed(client, begun)["state"] == "done"
-    session = client.post("/api/v1/sessions", json=early).json()["id"]
+    session = client.post("/api/v1/sessions", json=session_request(early)).json()["id"]
     saved = client.post("/api/v1/runs", json={"session": session}).json()["id"]
     client.delete(f"/api/v1/sessions/{session}")
     assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204

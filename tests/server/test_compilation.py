@@ -15,6 +15,7 @@ from pftrack_server.compilation import Compilation
 from pftrack_server.settings import Settings
 from tests.server.apart import run
 from tests.server.host import running
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 
@@ -56,7 +57,7 @@ def client(warming: list[Pretended], tmp_path: Path) -> Iterator[httpx.Client]:
 
 
 def start(client: httpx.Client, experiment: str) -> httpx.Response:
-    return client.post("/api/v1/sessions", json={"recipe": {"experiment": experiment}})
+    return client.post("/api/v1/sessions", json=session_request({"recipe": {"experiment": experiment}}))
 
 
 def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list[Pretended]) -> None:

@@ -14,6 +14,7 @@ from pftrack_server.store import Store
 from tests.server.host import begin, error_of, steer
 from tests.server.test_full_disk import save
 from tests.server.test_uploads import png, send, video
+from tests.session_requests import session_request
 
 # The first worker waits until the forkserver has imported everything, which a shared server has waited for.
 pytestmark = pytest.mark.usefixtures("server")
@@ -135,7 +136,7 @@ def test_a_damaged_truth(start_server: Any, tmp_path: Path) -> None:
 
 
 def begin_with(client: httpx.Client, recipe: dict[str, Any], upload: str) -> dict[str, Any]:
-    answer = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload})
+    answer = client.post("/api/v1/sessions", json=session_request({"recipe": recipe, "upload": upload}))
     assert answer.status_code == 201, answer.text
     started: dict[str, Any] = answer.json()
     return started

@@ -1,6 +1,7 @@
 """Faces in uploads: found, shown with their points, tracked from these, and kept."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from tests.experiments.test_head_start import turning
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_runs import estimates, save
 from tests.server.test_uploads import send
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 FRAMES = 12
@@ -173,7 +175,9 @@ class TestFound:
         found = look(client, upload, last=0).json()
         assert found["mark"] is None
         assert words in found["remarks"][0]
-        answer = client.post("/api/v1/sessions", json={"experiment": "head", "upload": upload}, timeout=60)
+        answer = client.post(
+            "/api/v1/sessions", json=session_request({"experiment": "head", "upload": upload}), timeout=60
+        )
         assert words in error_of(answer, 422)["message"]
 
     def test_no_frames_to_look_into(self, client: httpx.Client, known: str) -> None:
@@ -278,13 +282,14 @@ class TestTracked:
     ) -> None:
         """A point that is unknown, no point or outside is refused by its name, and points that make no face too."""
         body = {"experiment": "head", "upload": known, "points": points}
-        error = error_of(client.post("/api/v1/sessions", json=body), 422)
+        error = error_of(client.post("/api/v1/sessions", json=session_request(body)), 422)
         assert error.get("field") == field
         assert words in error["message"]
 
     def test_a_number_that_is_none(self, client: httpx.Client, known: str) -> None:
         """A point that is not at two finite numbers is refused by its name."""
-        body = f'{{"experiment": "head", "upload": "{known}", "points": {{"leye": [NaN, 1], "reye": [9, 9]}}}}'
+        wish = {"experiment": "head", "upload": known, "points": {"leye": [math.nan, 1], "reye": [9, 9]}}
+        body = json.dumps(session_request(wish))
         answer = client.post("/api/v1/sessions", content=body, headers={"content-type": "application/json"})
         assert error_of(answer, 422)["field"] == "mark.points.leye.0"
 
@@ -302,7 +307,7 @@ class TestTracked:
     ) -> None:
         """An upload, a box and points that do not go together are refused by the one that is too much or missing."""
         sound = {"experiment": "head", "upload": known}
-        assert error_of(client.post("/api/v1/sessions", json={**sound, **body}), 422)["field"] == field
+        assert error_of(client.post("/api/v1/sessions", json=session_request({**sound, **body})), 422)["field"] == field
 
 
 class TestKept:

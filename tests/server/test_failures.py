@@ -11,6 +11,7 @@ from pftrack.failures import gallery
 from pftrack_server.failures import Courses, failure_named
 from pftrack_server.tasks.kept import Kept
 from tests.server.host import Server
+from tests.session_requests import session_request
 
 
 def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
@@ -23,7 +24,7 @@ def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
         assert it["differences"]
         assert it["page"] == f"/failures/{it['id']}"
     body = {"recipe": listed[3]["failing"], "position": 3}
-    started = client.post("/api/v1/sessions", json=body)
+    started = client.post("/api/v1/sessions", json=session_request(body))
     assert started.status_code == 201, started.text
     assert started.json()["frames"] == listed[3]["failing"]["frames"]
 

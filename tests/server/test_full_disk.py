@@ -11,6 +11,7 @@ import pytest
 
 from tests.server.host import begin, error_of, steer
 from tests.server.test_uploads import send, video
+from tests.session_requests import session_request
 
 # The first worker waits until the forkserver has imported everything, which a shared server has waited for.
 pytestmark = pytest.mark.usefixtures("server")
@@ -84,7 +85,7 @@ class TestReserve:
                 send(client, ("ball.mp4", clip)),
                 save(client, session),
                 bring_in(client, content),
-                client.post("/api/v1/sessions", json={"experiment": "ball"}),
+                client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})),
                 client.post("/api/v1/sweeps", json=plan),
             ]
             for answer in refused:

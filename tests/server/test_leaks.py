@@ -12,6 +12,7 @@ from websockets.sync.client import connect
 from pftrack_server.settings import Settings
 from tests.server.host import Server, begin, running, steer
 from tests.server.test_stream import hear
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 ROUNDS = 12
@@ -66,7 +67,9 @@ def test_refused_sessions(client: httpx.Client, settled: None) -> None:
     """Sessions that are refused leave nothing behind either."""
     before = (descriptors(), children())
     for _ in range(ROUNDS):
-        client.post("/api/v1/sessions", json={"experiment": "ball", "parameters": {"sample_count": -1}})
+        client.post(
+            "/api/v1/sessions", json=session_request({"experiment": "ball", "parameters": {"sample_count": -1}})
+        )
     wait_for(lambda: children() <= before[1])
     wait_for(lambda: descriptors() <= before[0] + 1)
 

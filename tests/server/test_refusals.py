@@ -70,7 +70,6 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
             "long folder": Wish(
                 place, f"{long} from pftrack_server.worker import forkserver; forkserver.SHORT_FOLDERS = ('/nowhere',)"
             ),
-            "no address": Wish(place, "import os; os.environ['PFTRACK_DATABASE_URL'] = 'no such thing'"),
             **{name: Wish(f"port=0, data_dir=Path({str(folder)!r})") for name, folder in databases(below).items()},
         }
         return {**dict(zip(wishes, refused(*wishes.values()), strict=True)), "port": str(port)}
@@ -94,7 +93,7 @@ def test_what_the_shell_allows(said: dict[str, str]) -> None:
 
 
 def test_what_is_no_database_of_ours(said: dict[str, str]) -> None:
-    """What is no database, damaged, of a newer version or of another program, and an address of none."""
+    """What is no database, damaged, of a newer version or of another program."""
     assert "is none, or is damaged" in said["none"]
     assert "--data-dir" in said["none"]
     assert "is damaged: restore a copy of it" in said["damaged"]
@@ -102,4 +101,3 @@ def test_what_is_no_database_of_ours(said: dict[str, str]) -> None:
     assert "9999" in said["newer"]
     assert "update pftrack" in said["newer"]
     assert "belongs to another program, since it has tables invoices" in said["foreign"]
-    assert "PFTRACK_DATABASE_URL" in said["no address"]

@@ -91,7 +91,7 @@ def test_brought_in(client: httpx.Client) -> None:
 
 @pytest.mark.parametrize(
     ("seed", "change", "words"),
-    [(2**53, 5, "at most 9007199254740991"), (7, 20, "frames 0 to 19")],
+    [(2**53, 5, "between 0 and 9007199254740991"), (7, 20, "frames 0 to 19")],
 )
 def test_a_run_that_no_page_could_show(
     client: httpx.Client, tmp_path: Path, seed: int, change: int, words: str

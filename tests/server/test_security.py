@@ -15,6 +15,7 @@ from pftrack_server.settings import Settings
 from tests.server.apart import run
 from tests.server.host import Server, begin, error_of
 from tests.server.test_stream import hear
+from tests.session_requests import session_request
 
 TOKEN = "a token that is long enough"
 FOREIGN = ["http://evil.example", "https://127.0.0.1.evil.example", "null", "http://[", "file://", "http://127.0.0.1:1"]
@@ -40,11 +41,18 @@ class TestOrigin:
     @pytest.mark.parametrize("site", ["cross-site", "same-site"])
     def test_browsers_that_name_the_site(self, client: httpx.Client, site: str) -> None:
         """A browser's own word that a request comes from elsewhere is believed."""
-        error_of(client.post("/api/v1/sessions", json={"experiment": "ball"}, headers={"sec-fetch-site": site}), 403)
+        error_of(
+            client.post(
+                "/api/v1/sessions", json=session_request({"experiment": "ball"}), headers={"sec-fetch-site": site}
+            ),
+            403,
+        )
 
     def test_the_own_page_may(self, server: Server, client: httpx.Client) -> None:
         """The server's own page may do everything."""
-        answer = client.post("/api/v1/sessions", json={"experiment": "ball"}, headers={"origin": server.url})
+        answer = client.post(
+            "/api/v1/sessions", json=session_request({"experiment": "ball"}), headers={"origin": server.url}
+        )
         assert answer.status_code == 201
 
     @pytest.mark.parametrize("origin", FOREIGN)
@@ -118,7 +126,7 @@ class TestToken:
             style = "/static/shared/style.css"
             for path in ["/", "/api/v1/sessions", "/metrics", "/docs", style, "/viz/x/", "/?token=wrong"]:
                 error_of(client.get(path), 401)
-            error_of(client.post("/api/v1/sessions", json={"experiment": "ball"}), 401)
+            error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 401)
             for path in ["/api/v1/sessions/x/stream", "/viz/x"]:
                 with pytest.raises(InvalidStatus) as refusal, connect(server.ws + path):
                     pass
@@ -193,7 +201,9 @@ class TestToken:
         """With the cookie, another site's page still changes nothing."""
         with start_server(token=TOKEN) as (_, client):
             client.get("/", params={"token": TOKEN})
-            answer = client.post("/api/v1/sessions", json={}, headers={"origin": "http://evil.example"})
+            answer = client.post(
+                "/api/v1/sessions", json=session_request({}), headers={"origin": "http://evil.example"}
+            )
             error_of(answer, 403)
 
 
@@ -281,7 +291,7 @@ class TestErrors:
             ("GET", "/static/nothing.js", 404),
             ("PUT", "/api/v1/sessions", 405),
             ("POST", "/healthz", 405),
-            ("POST", "/api/v1/sessions", 422),
+            ("POST", "/api/v1/sessions", session_request(422)),
             ("GET", "/api/v1/uploads/x/frames/0.jpg", 404),
             ("POST", "/api/v1/uploads", 400),
         ],

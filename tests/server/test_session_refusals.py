@@ -6,6 +6,7 @@ import httpx
 import pytest
 
 from tests.server.host import Server, begin, error_of
+from tests.session_requests import session_request
 
 
 class TestBadWishes:
@@ -33,7 +34,7 @@ class TestBadWishes:
     def test_refuses(self, client: httpx.Client, body: dict[str, Any], field: str) -> None:
         """A session that cannot be is refused with the field's name, and leaves no session behind."""
         before = len(client.get("/api/v1/sessions").json())
-        assert error_of(client.post("/api/v1/sessions", json=body), 422)["field"] == field
+        assert error_of(client.post("/api/v1/sessions", json=session_request(body)), 422)["field"] == field
         assert len(client.get("/api/v1/sessions").json()) == before
 
     def test_full_house(self, start_server: Any) -> None:
@@ -41,7 +42,7 @@ class TestBadWishes:
         with start_server(max_sessions=2) as (_, client):
             first = begin(client)
             begin(client)
-            answer = client.post("/api/v1/sessions", json={"experiment": "ball"})
+            answer = client.post("/api/v1/sessions", json=session_request({"experiment": "ball"}))
             assert "All 2 places are taken" in error_of(answer, 503)["message"]
             client.delete(f"/api/v1/sessions/{first['id']}")
             begin(client)

@@ -13,6 +13,7 @@ from pftrack.runs.loss import before_loss
 from pftrack.runs.run import Change, Run
 from tests.server.asking import columns, get, timeline_of
 from tests.server.host import begin, error_of, steer
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 
@@ -50,7 +51,7 @@ class TestStarting:
         """A change that no frame would see is refused, with the frames that there are."""
         timeline = [{"frame": 40, "values": {"sample_count": 150}}]
         body = {"experiment": "ball", "frames": 40, "timeline": timeline}
-        error = error_of(client.post("/api/v1/sessions", json=body), 422)
+        error = error_of(client.post("/api/v1/sessions", json=session_request(body)), 422)
         assert (error["field"], error["value"], error["bound"]) == (
             "timeline",
             40,

@@ -30,6 +30,7 @@ from tests.server.sweeping import (
     until_some,
     until_state,
 )
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 
@@ -220,7 +221,7 @@ def test_a_damaged_result(start_server: Any, tmp_path: Path) -> None:
 def test_the_database_is_upgraded(start_server: Any, tmp_path: Path) -> None:
     """A database from before there were sweeps gets their table, and keeps what is in it."""
     with start_server() as (_, client):
-        client.post("/api/v1/sessions", json={"experiment": "ball", "seed": 4})
+        client.post("/api/v1/sessions", json=session_request({"experiment": "ball", "seed": 4}))
     database = sqlite3.connect(tmp_path / "data" / "pftrack.sqlite")
     database.execute("DROP TABLE sweeps")
     database.execute("ALTER TABLE runs RENAME COLUMN computed TO head")

@@ -7,6 +7,7 @@ import pytest
 
 from tests.server.host import error_of, steer
 from tests.server.test_uploads import send, video
+from tests.session_requests import session_request
 from tests.tracks import table
 
 
@@ -28,7 +29,7 @@ def test_a_table_becomes_a_session(client: httpx.Client, tracks: dict[str, Any])
     assert (tracks["name"], tracks["kind"], tracks["frames"], tracks["warnings"]) == ("prism.csv", "tracks", 26, [])
     picture = client.get(f"/api/v1/uploads/{tracks['id']}/frames/3.jpg")
     assert picture.content.startswith(b"\xff\xd8")
-    answer = client.post("/api/v1/sessions", json=wish(tracks, start=2))
+    answer = client.post("/api/v1/sessions", json=session_request(wish(tracks, start=2)))
     assert answer.status_code == 201, answer.text
     session = answer.json()
     assert (session["frames"], session["recipe"]["footage"]["start"]) == (24, 2)
@@ -53,11 +54,16 @@ def test_a_point_keeps_its_name(client: httpx.Client) -> None:
 def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict[str, Any]) -> None:
     """Tracks where pictures are wanted, pictures where tracks are, a mark where there is nothing to mark."""
     for experiment, words in (("ball", "must be pictures"), ("head", "must be pictures"), ("sine", "no recording")):
-        assert words in error_of(client.post("/api/v1/sessions", json=wish(tracks, experiment)), 422)["message"]
+        assert (
+            words
+            in error_of(client.post("/api/v1/sessions", json=session_request(wish(tracks, experiment))), 422)["message"]
+        )
     clip = send(client, ("walk.mp4", video(4))).json()
-    assert "must be tracks" in error_of(client.post("/api/v1/sessions", json=wish(clip)), 422)["message"]
+    assert (
+        "must be tracks" in error_of(client.post("/api/v1/sessions", json=session_request(wish(clip))), 422)["message"]
+    )
     box = {"kind": "box", "x": 1, "y": 1, "width": 9, "height": 9}
-    error_of(client.post("/api/v1/sessions", json=wish(tracks, mark=box)), 422)
+    error_of(client.post("/api/v1/sessions", json=session_request(wish(tracks, mark=box))), 422)
     question = {"experiment": "head", "frame": 0}
     error_of(client.get(f"/api/v1/uploads/{tracks['id']}/mark", params=question), 422)
     assert client.get(f"/api/v1/uploads/{tracks['id']}/truth", params={"experiment": "structure"}).json() is None
@@ -82,9 +88,9 @@ def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
     """A table of one point becomes a session that follows it, gaps included; for a shape it has too few."""
     rows = "".join(f"{3 * n},{'' if n == 5 else n * n / 9}\n" for n in range(20))
     path = send(client, ("mouse.csv", ("x,y\n" + rows).encode())).json()
-    refused = error_of(client.post("/api/v1/sessions", json=wish(path)), 422)["message"]
+    refused = error_of(client.post("/api/v1/sessions", json=session_request(wish(path))), 422)["message"]
     assert "must be the tracks of 4 to 100 points" in refused
-    answer = client.post("/api/v1/sessions", json=wish(path, "trajectories"))
+    answer = client.post("/api/v1/sessions", json=session_request(wish(path, "trajectories")))
     assert answer.status_code == 201, answer.text
     session = answer.json()["id"]
     steer(client, session, "seek", frame=19)

@@ -15,6 +15,7 @@ from PIL import Image
 
 from tests.server.confined import children
 from tests.server.host import Server, begin, error_of, steer
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 SIZE = (64, 48)
@@ -118,14 +119,19 @@ class TestTakenIn:
     def test_boxes_outside(self, client: httpx.Client, clip: bytes, wish: dict[str, Any], field: str) -> None:
         """A box or a start outside the recording is refused with what is allowed."""
         upload = send(client, ("ball.mp4", clip)).json()
-        answer = client.post("/api/v1/sessions", json={"experiment": "ball", "upload": upload["id"], **wish})
+        answer = client.post(
+            "/api/v1/sessions", json=session_request({"experiment": "ball", "upload": upload["id"], **wish})
+        )
         assert error_of(answer, 422)["field"] == field
 
     def test_an_experiment_without_video(self, client: httpx.Client, clip: bytes) -> None:
         """An experiment that has no use for a video says so."""
         upload = send(client, ("ball.mp4", clip)).json()
         wish = {"experiment": "sine", "upload": upload["id"], "box": [1, 1, 9, 9]}
-        assert "takes no recording" in error_of(client.post("/api/v1/sessions", json=wish), 422)["message"]
+        assert (
+            "takes no recording"
+            in error_of(client.post("/api/v1/sessions", json=session_request(wish)), 422)["message"]
+        )
 
 
 class TestRefused:

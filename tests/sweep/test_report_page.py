@@ -10,9 +10,10 @@ import pytest
 from matplotlib.colors import to_hex
 from playwright.sync_api import Browser
 
+from pftrack.figures.style import diverging
 from pftrack.sweep import Axis, Code, Result, cells, quantities, significance
 from pftrack.sweep.report import Report
-from pftrack.sweep.report.colours import CODES, amounts, diverging, largest_difference, scale_of
+from pftrack.sweep.report.colours import CODES, amounts, largest_difference, scale_of
 from pftrack.sweep.report.frame import Frame
 from pftrack.sweep.report.labels import number
 from pftrack.sweep.report.page import STYLE

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pftrack.figures.picture import save
 from pftrack.reproduce.ball.study import Scene
 from pftrack.reproduce.finding import Finding, claim
 from pftrack.reproduce.pool import Pool
@@ -32,7 +33,6 @@ WIDTH, RADIUS = "occlusion_width_px", "distracter_radius_px"
 SWITCHING = ("h-spf", "s-spf")
 COUNTS = (50, 100, 200, 400, 800, 1200, 1600)
 FEWER, MORE = 400, 1600
-DOTS_PER_INCH = 160
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def whole_protocol(pool: Pool, full: bool) -> list[Finding]:
         maps = Maps(**{name: pool.sweep(plan, folder / f"{name}.parquet") for name, plan in plans(full).items()})
         if pool.folder is not None:
             for name, figure in draw(maps).items():
-                figure.savefig(pool.folder / f"{name}.png", dpi=DOTS_PER_INCH)
+                save(figure, pool.folder / f"{name}.png", name)
         return _judged(maps, full)
 
 

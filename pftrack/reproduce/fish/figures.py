@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.model.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.figures.style import CURVE_COLOURS, new_figure
 from pftrack.rendering import render
 from pftrack.reproduce.fish.course import Successes
 from pftrack.runs.run import Change, Run
@@ -25,24 +25,19 @@ TITLES = {"guided": "Guided diffusion", "ordinary": "Ordinary filter"}
 
 def draw(found: Mapping[tuple[str, int], Successes]) -> "dict[str, Figure]":
     """Return figures 6 and 7 of document 3 as one, given successes by tracker and number of particles."""
-    # Drawing loads much that computing does not need, in every process of the pool.
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(9.6, 3.8), layout="constrained")
+    figure, panels = new_figure(3.2, columns=2)
     counts = sorted({count for _, count in found})
-    for panel, title, most in zip(figure.subplots(1, 2), ("All fish", "Sharp turns"), (24, 9), strict=True):
-        for (tracker, name), colour in zip(TITLES.items(), CURVES, strict=False):
+    for panel, title, most in zip(panels, ("All fish", "Sharp turns"), (24, 9), strict=True):
+        for (tracker, name), colour in zip(TITLES.items(), CURVE_COLOURS, strict=False):
             values = [found[tracker, count] for count in counts]
             rates = [one.fish if most == 24 else one.sharp for one in values]
-            panel.plot(counts, rates, "o-", color=hexadecimal(colour), linewidth=1.5, markersize=4, label=name)
+            panel.plot(counts, rates, "o-", color=colour, linewidth=1.5, markersize=4, label=name)
         panel.set_xscale("log")
         panel.set_xticks(counts, [f"{count}" for count in counts])
         panel.minorticks_off()
         panel.set_ylim(0, most + 0.5)
         panel.set_title(f"{title}, of {most}", fontsize=10)
         panel.set_xlabel("Particles")
-        panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
-        panel.spines[["top", "right"]].set_visible(False)
     panel.legend(loc="lower right", frameon=False)
     figure.axes[0].set_ylabel("Successes")
     return {"figure-fish-success": figure}

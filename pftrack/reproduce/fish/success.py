@@ -12,6 +12,7 @@ particle has a velocity at all, of a learned spread. These rows are the specific
 
 from typing import NamedTuple
 
+from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.rendering import png
 from pftrack.reproduce.finding import Finding, claim, compare
@@ -101,7 +102,7 @@ def table(pool: Pool, full: bool) -> list[Finding]:
         findings += _factors(found)
         if pool.folder is not None:
             for name, figure in draw(found).items():
-                figure.savefig(pool.folder / f"{name}.png", dpi=160)
+                save(figure, pool.folder / f"{name}.png", name)
             (pool.folder / "figure-fish-particles.png").write_bytes(png(ten_particles()))
     return findings
 

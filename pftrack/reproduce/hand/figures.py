@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.model.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
+from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure
 from pftrack.rendering import png, render_beside
 from pftrack.reproduce.hand.course import Outcome
 from pftrack.runs.run import Change, Run
@@ -32,18 +32,14 @@ def right_figure(
         found: By motion, hands that are kept, and ranking.
         references: By motion and hands that are kept: tip error, best right, any right, right after backtracking.
     """
-    # Drawing loads much that computing does not need, in every process of the pool.
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     motions = list(dict.fromkeys(motion for motion, _ in references))
     widths = sorted({width for _, width in references})
-    figure = Figure(figsize=(7.2, 2.9), layout="constrained")
-    panels = figure.subplots(1, len(motions), sharey=True)
+    figure, panels = new_figure(2.9, columns=len(motions), share="y")
     for panel, motion in zip(panels, motions, strict=True):
         for place, ranking in enumerate(("reference", "refined")):
             at = np.arange(len(widths)) + (place - 0.5) * BAR
             chosen = [found[motion, width, ranking] for width in widths]
-            colour = hexadecimal(CURVES[1 - place])
+            colour = CURVE_COLOURS[1 - place]
             panel.bar(at, [one.any for one in chosen], 0.9 * BAR, color=colour, alpha=0.35, label=f"any, {ranking}")
             panel.bar(at, [one.best for one in chosen], 0.9 * BAR, color=colour, label=f"best, {ranking}")
         marks = [references[motion, width][1] for width in widths]
@@ -51,19 +47,15 @@ def right_figure(
             np.arange(len(widths)) - 0.5 * BAR,
             marks,
             "_",
-            color=hexadecimal(COLOURS["truth"]),
+            color=INK["truth"],
             ms=18,
             label="specification",
         )
         panel.set_title(motion, fontsize=10)
         panel.set_xticks(np.arange(len(widths)), [f"{width} kept" for width in widths])
         panel.set_ylim(0.0, 1.0)
-        panel.grid(axis="y", color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
-        panel.set_axisbelow(True)
-        panel.spines[["top", "right"]].set_visible(False)
     panels[0].set_ylabel("share of the frames")
-    handles, names = panels[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3, frameon=False)
+    explain_below(figure, panels[0], 3)
     return figure
 
 

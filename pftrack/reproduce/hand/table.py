@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 from itertools import product
 
+from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.hand.course import Case, Condition, Outcome, followed, mean
@@ -68,7 +69,7 @@ def table(pool: Pool, full: bool) -> list[Finding]:
         ):
             findings.append(_fraction(f"hand: {what}, {name}", ours, reference, FRACTION * wider))
     if pool.folder is not None:
-        right_figure(found, REFERENCE).savefig(pool.folder / "figure-hand-right.png", dpi=150)
+        save(right_figure(found, REFERENCE), pool.folder / "figure-hand-right.png", "figure-hand-right")
         (pool.folder / "figure-hand-kept.png").write_bytes(kept_figure())
     return [*findings, *_rankings(found)]
 

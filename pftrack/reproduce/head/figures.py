@@ -1,11 +1,11 @@
 """The figures of the head: alpha of every feature over the drive (4.15), and success over the threshold (4.16)."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure
 from pftrack.geometry.face_model import FEATURES, TITLES
-from pftrack.model.palette import COLOURS, CURVES, NEUTRALS, hexadecimal
 from pftrack.reproduce.head.course import Course, Model
 from pftrack.reproduce.head.curves import AXES, success_rates
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 __all__ = ["draw"]
 
-MODELS: dict[Model, str] = {"individual": hexadecimal(CURVES[0]), "mean": hexadecimal(CURVES[1])}
+MODELS: dict[Model, str] = {"individual": CURVE_COLOURS[0], "mean": CURVE_COLOURS[1]}
 NAMES: dict[Model, str] = {"individual": "the driver's own face", "mean": "mean face of other people"}
 MOST_DEG = 4.0
-HIDDEN = {"color": hexadecimal(COLOURS["hidden"]), "alpha": 0.2, "linewidth": 0}
+HIDDEN: dict[str, Any] = {"color": INK["hidden"], "alpha": 0.2, "linewidth": 0}
 
 
 def draw(by_model: dict[Model, list[Course]]) -> "dict[str, Figure]":
@@ -30,20 +30,15 @@ def draw(by_model: dict[Model, list[Course]]) -> "dict[str, Figure]":
 
 def alpha_over_time(courses: list[Course]) -> "Figure":
     """Draw alpha of each feature, the mean of all trials, shaded where the head is turned."""
-    # Drawing loads much that computing does not need, in every process of the pool.
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     ratios = np.mean([course.ratios for course in courses], axis=0)
     frames = np.arange(1, len(ratios) + 1)
-    figure = Figure(figsize=(9.6, 6.0), layout="constrained")
-    panels = figure.subplots(4, 3, sharex=True, sharey=True)
-    for panel, name, values in zip(panels.flat, FEATURES, ratios.T, strict=False):
+    figure, panels = new_figure(6.0, rows=4, columns=3, share="xy")
+    for panel, name, values in zip(panels, FEATURES, ratios.T, strict=False):
         panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
         panel.plot(frames, values, color=MODELS["individual"], linewidth=0.8)
         panel.set_title(TITLES[name].capitalize(), fontsize=9)
-    panels[3, 2].set_visible(False)
-    panels[2, 2].tick_params(labelbottom=True)
-    _plain(panels.flat)
+    panels[11].set_visible(False)
+    panels[8].tick_params(labelbottom=True)
     figure.supxlabel("Frame", fontsize=10)
     figure.supylabel("alpha, share of the head's prediction", fontsize=10)
     figure.suptitle("Alpha of each feature; shaded where the head is turned by more than 20°", fontsize=11)
@@ -52,11 +47,8 @@ def alpha_over_time(courses: list[Course]) -> "Figure":
 
 def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
     """Draw the success of each axis over the threshold, of both face models."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     thresholds = np.linspace(0.0, MOST_DEG, 401)
-    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
-    panels = figure.subplots(1, len(AXES), sharey=True)
+    figure, panels = new_figure(3.2, columns=len(AXES), share="y")
     for axis, (panel, name) in enumerate(zip(panels, AXES, strict=True)):
         for model, colour in MODELS.items():
             rates = success_rates(by_model[model], axis, thresholds)
@@ -65,14 +57,6 @@ def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
         panel.set_xlabel("Threshold of the mean error, °")
     panels[0].set_ylabel("Success rate")
     panels[0].set_ylim(-0.02, 1.02)
-    _plain(panels)
-    handles, names = panels[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=2, frameon=False)
+    explain_below(figure, panels[0], 2)
     figure.suptitle(f"Trials below a threshold, PF-ASD, {len(by_model['mean'])} trials", fontsize=11)
     return figure
-
-
-def _plain(panels: "object") -> None:
-    for panel in panels:  # type: ignore[attr-defined]
-        panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
-        panel.spines[["top", "right"]].set_visible(False)

@@ -20,6 +20,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pftrack.figures.picture import save
 from pftrack.geometry.face_model import FEATURES
 from pftrack.reproduce.finding import Finding, claim, compare, share
 from pftrack.reproduce.head.course import Course, Drive, Model, Trial, distance_mm, drive
@@ -99,7 +100,6 @@ OTHERWISE: frozenset[tuple[int, Model, Method]] = frozenset(
 )
 """Cells that come out otherwise, since our driver is another person."""
 
-DOTS_PER_INCH = 160
 
 Courses = dict[tuple[int, Model, Method], list[Course]]
 
@@ -121,7 +121,7 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
     first = {model: courses[99, model, "pf-asd"] for model in MODELS}
     if pool.folder is not None:
         for name, figure in draw(first).items():
-            figure.savefig(pool.folder / f"{name}.png", dpi=DOTS_PER_INCH)
+            save(figure, pool.folder / f"{name}.png", name)
     return [
         *findings,
         *_table(courses),

@@ -1,9 +1,9 @@
 """The figures of the lawn: success over the number of particles and over lambda, scene by scene, ours and reference."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pftrack.model.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.figures.style import CURVE_COLOURS, new_figure
 from pftrack.reproduce.histogram.course import Outcome
 
 if TYPE_CHECKING:
@@ -40,17 +40,13 @@ def _figure(
     references: Mapping[str, Sequence[float]],
     scenes: Sequence[int],
 ) -> "Figure":
-    # Drawing loads much that computing does not need, in every process of the pool.
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
     known = {name: place for name, place in places.items() if name in outcomes}
-    panels = figure.subplots(1, 2, sharey=True)
+    figure, panels = new_figure(3.4, columns=2, share="y")
     for title, panel in zip(("Ours", "Reference"), panels, strict=True):
         for place, scene in enumerate(scenes):
             values = [outcomes[name][place].success if title == "Ours" else references[name][place] for name in known]
             number = scene if title == "Ours" else place
-            colour = hexadecimal(CURVES[place])
+            colour = CURVE_COLOURS[place]
             panel.plot(list(known.values()), values, "o-", color=colour, label=f"scene {number}", markersize=4)
         panel.set_xscale("log")
         panel.set_xticks(list(known.values()), [str(value) for value in known.values()])
@@ -58,12 +54,5 @@ def _figure(
         panel.set_xlabel(label)
         panel.set_title(title, fontsize=11)
         panel.legend(frameon=False, fontsize=8)
-        _plain(panel)
     panels[0].set_ylabel("Success")
     return figure
-
-
-def _plain(panel: Any) -> None:  # noqa: ANN401 - matplotlib is loaded late
-    panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
-    panel.set_axisbelow(True)
-    panel.spines[["top", "right"]].set_visible(False)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.histogram.course import Case, Outcome, runs
@@ -101,7 +102,7 @@ def table(pool: Pool, full: bool) -> list[Finding]:
     outcomes = {row.name: found[len(SCENES) * place : len(SCENES) * (place + 1)] for place, row in enumerate(rows)}
     if pool.folder is not None and full:
         for name, figure in draw(outcomes, {row.name: row.success for row in rows}, SCENES).items():
-            figure.savefig(pool.folder / f"{name}.png", dpi=160)
+            save(figure, pool.folder / f"{name}.png", name)
     more = 0.0 if full else QUICK_MORE
     return [finding for row in rows for finding in _judged(row, outcomes[row.name], more)]
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
+from pftrack.figures.style import CURVE_COLOURS, new_figure
 from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.palette import CURVES, NEUTRALS, hexadecimal
 from pftrack.rendering import render_beside
 from pftrack.runs.run import Change, Run
 
@@ -30,22 +30,16 @@ def split() -> NDArray[np.uint8]:
 
 def still() -> "Figure":
     """Return the intervals of the third length by a filter and by regions, on the same frames."""
-    # Drawing loads much that computing does not need, in every process of the pool.
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(9.6, 3.2), layout="constrained")
-    panel = figure.subplots()
-    for (preset, title), colour in zip(TITLES.items(), (CURVES[1], CURVES[0]), strict=True):
+    figure, (panel,) = new_figure(2.8)
+    for (preset, title), colour in zip(TITLES.items(), (CURVE_COLOURS[1], CURVE_COLOURS[0]), strict=True):
         rows = _rows(preset)
         ends = np.array([row.vector(f"length_{LINK}") for row in rows], dtype=np.float64)
-        panel.fill_between(np.arange(len(ends)), *ends.T, color=hexadecimal(colour), alpha=0.35, label=title)
+        panel.fill_between(np.arange(len(ends)), *ends.T, color=colour, alpha=0.35, label=title)
     panel.axhline(TRUE_PX, color="black", linewidth=1.0, linestyle="--", label="truth")
     panel.set_xlim(0, len(ends) - 1)
     panel.set_ylim(35, 65)
     panel.set_xlabel("Frame")
     panel.set_ylabel("Length of link 3, px")
-    panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
-    panel.spines[["top", "right"]].set_visible(False)
     panel.legend(loc="upper right", frameon=False, ncols=3)
     return figure
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
+from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.rendering import png
 from pftrack.reproduce.finding import Finding, claim, compare, share
@@ -73,7 +74,7 @@ def containment(pool: Pool, full: bool) -> list[Finding]:
         findings.append(share(result, int(ended), seeds, single, SEEDS, SOURCE))
     findings += _ends(found)
     if pool.folder is not None:
-        still_figure().savefig(pool.folder / "linkage-still.png", dpi=160)
+        save(still_figure(), pool.folder / "linkage-still.png", "linkage-still")
         (pool.folder / "linkage-split.png").write_bytes(png(split()))
     return [*findings, *_told_apart(found["two-1"], found["two-2"])]
 

@@ -1,12 +1,12 @@
 """The figures of the shapes: reconstructions (4.21 to 4.23, 4.27), and errors over trials (4.24, 4.26)."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.palette import CURVES, NEUTRALS, hexadecimal
+from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure
 from pftrack.reproduce.structure.course import Course, Online
 
 if TYPE_CHECKING:
@@ -48,45 +48,30 @@ def draw(body: str, courses: Sequence[Course], common: Sequence[Online], own: Se
 
 def _shape(title: str, found: NDArray[np.float64], truth: NDArray[np.float64]) -> "Figure":
     """Draw a reconstructed shape over the true one from two sides."""
-    # Drawing loads much that computing does not need, in every process of the pool.
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
-    for panel, (side, across, down) in zip(figure.subplots(1, 2), SIDES, strict=True):
+    figure, panels = new_figure(3.4, columns=2)
+    for panel, (side, across, down) in zip(panels, SIDES, strict=True):
         for one, other in zip(found, truth, strict=True):
-            panel.plot([one[across], other[across]], [one[down], other[down]], color=hexadecimal(NEUTRALS["grid"]))
-        panel.plot(*truth[:, [across, down]].T, "o", color=hexadecimal(CURVES[1]), mfc="none", label="true")
-        panel.plot(*found[:, [across, down]].T, ".", color=hexadecimal(CURVES[0]), label="reconstructed")
+            panel.plot([one[across], other[across]], [one[down], other[down]], color=INK["grid"])
+        panel.plot(*truth[:, [across, down]].T, "o", color=CURVE_COLOURS[1], mfc="none", label="true")
+        panel.plot(*found[:, [across, down]].T, ".", color=CURVE_COLOURS[0], label="reconstructed")
         panel.set_title(side, fontsize=10)
         panel.set_aspect("equal")
         panel.invert_yaxis()
         panel.set_xlabel("mm")
-        _plain(panel)
-    handles, names = panel.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=2, frameon=False)
+    explain_below(figure, panel, 2)
     figure.suptitle(title, fontsize=11)
     return figure
 
 
 def _errors(errors: Mapping[str, Sequence[float]]) -> "Figure":
     """Draw mean and standard deviation of the errors of each method over the trials."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
-    panel = figure.subplots()
+    figure, (panel,) = new_figure(3.4)
     means, spreads = [np.mean(it) for it in errors.values()], [np.std(it) for it in errors.values()]
     places = np.arange(len(errors))
-    panel.bar(places, means, yerr=spreads, color=hexadecimal(CURVES[0]), width=0.6, capsize=4)
+    panel.bar(places, means, yerr=spreads, color=CURVE_COLOURS[0], width=0.6, capsize=4)
     for place, mean in zip(places, means, strict=True):
         panel.annotate(f"{mean:.3f}", (place + 0.05, mean), fontsize=9)
     panel.set_xticks(places, [TITLES[name].replace(", ", ",\n") for name in errors], fontsize=9)
     panel.set_ylabel("Shape error")
     panel.set_title(f"{len(errors['svd'])} trials, mean and standard deviation", fontsize=11)
-    _plain(panel)
     return figure
-
-
-def _plain(panel: Any) -> None:  # noqa: ANN401 - matplotlib is loaded late
-    panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
-    panel.set_axisbelow(True)
-    panel.spines[["top", "right"]].set_visible(False)

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.figures.picture import save
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
@@ -98,7 +99,7 @@ def prism(pool: Pool, full: bool) -> list[Finding]:
         findings += _variations(pool)
         if pool.folder is not None:
             for name, figure in draw("prism", courses, common, own).items():
-                figure.savefig(pool.folder / f"{name}.png", dpi=160)
+                save(figure, pool.folder / f"{name}.png", name)
     return findings
 
 
@@ -118,7 +119,7 @@ def faces(pool: Pool, full: bool) -> list[Finding]:
         findings += _grown(pool, name, trials)
         if pool.folder is not None and full and driver == 99:
             for title, figure in draw("face", courses, common, own).items():
-                figure.savefig(pool.folder / f"{title}.png", dpi=160)
+                save(figure, pool.folder / f"{title}.png", title)
     return findings
 
 

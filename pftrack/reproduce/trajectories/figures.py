@@ -1,13 +1,13 @@
 """The figures of the simulated track: what each filter makes of it, and the likelihood of the scales."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure, viridis
 from pftrack.filters.trajectories.whole import GRID, Smoothed, track_error
-from pftrack.model.palette import COLOURS, CURVES, NEUTRALS, VIRIDIS, hexadecimal
 from pftrack.sources.trajectories.reference import REFERENCE_PX
 from pftrack.sources.trajectories.scene import TRUE_PATH
 
@@ -28,52 +28,41 @@ def draw(found: Mapping[str, Smoothed], surfaces: Mapping[str, NDArray[np.float6
 
 def _track(found: Mapping[str, Smoothed]) -> "Figure":
     """Draw how far measurements and positions are aside of the truth, of the run whose error is the median."""
-    # Drawing loads much that computing does not need, in every process of the pool.
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(7.2, 5.6), layout="constrained")
-    panels = figure.subplots(len(found), 1, sharex=True, sharey=True)
+    figure, panels = new_figure(5.6, rows=len(found), share="xy")
     frames = np.arange(len(TRUE_PATH))
     for panel, (name, one) in zip(panels, found.items(), strict=True):
-        panel.axhline(0.0, color=hexadecimal(COLOURS["truth"]), linewidth=0.8)
+        panel.axhline(0.0, color=INK["truth"], linewidth=0.8)
         aside = REFERENCE_PX[:, 0] - TRUE_PATH[:, 0]
-        panel.plot(frames, aside, ".", color=hexadecimal(COLOURS["observation"]), label="measured")
+        panel.plot(frames, aside, ".", color=INK["observation"], label="measured")
         off = track_error(one.filtered, TRUE_PATH[:, None])
         middle = int(np.argsort(off)[len(off) // 2])
-        for kind, colour, positions in (("filtered", CURVES[1], one.filtered), ("smoothed", CURVES[0], one.smoothed)):
-            panel.plot(frames, positions[:, middle, 0] - TRUE_PATH[:, 0], color=hexadecimal(colour), label=kind)
+        for kind, colour, positions in zip(
+            ("smoothed", "filtered"), CURVE_COLOURS, (one.smoothed, one.filtered), strict=False
+        ):
+            panel.plot(frames, positions[:, middle, 0] - TRUE_PATH[:, 0], color=colour, label=kind)
         panel.set_title(TITLES[name], fontsize=10)
         panel.set_ylabel("aside, px")
         panel.set_ylim(-25.0, 15.0)
-        _plain(panel)
     panels[-1].set_xlabel("frame")
-    handles, names = panels[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3, frameon=False)
+    explain_below(figure, panels[0], 3)
     return figure
 
 
 def _likelihood(surfaces: Mapping[str, NDArray[np.float64]]) -> "Figure":
     """Draw maps of the log likelihood less its maximum, and where that is."""
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415
-    from matplotlib.colors import LinearSegmentedColormap, Normalize  # noqa: PLC0415
-    from matplotlib.figure import Figure  # noqa: PLC0415
+    from matplotlib.colors import Normalize  # noqa: PLC0415
 
-    colours = LinearSegmentedColormap.from_list("amounts", [hexadecimal(colour) for colour in VIRIDIS])
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
-    panels = figure.subplots(1, len(surfaces), sharey=True, squeeze=False)[0]
-    shades = ScalarMappable(Normalize(-DEEPEST, 0.0), colours)
+    colours = viridis()
+    figure, panels = new_figure(3.4, columns=len(surfaces), share="y")
+    norm = Normalize(-DEEPEST, 0.0)
+    shades = ScalarMappable(norm, colours)
     for panel, (name, surface) in zip(panels, surfaces.items(), strict=True):
-        panel.pcolormesh(GRID, GRID, (surface - surface.max()).T, cmap=colours, norm=shades.norm)
+        panel.pcolormesh(GRID, GRID, (surface - surface.max()).T, cmap=colours, norm=norm, zorder=2)
         noise, drive = np.unravel_index(surface.argmax(), surface.shape)
-        panel.plot(GRID[noise], GRID[drive], "o", color=hexadecimal(COLOURS["lost"]), mfc="none")
+        panel.plot(GRID[noise], GRID[drive], "o", color=INK["lost"], mfc="none")
         panel.set_title(f"{TITLES[name]}: best at ({GRID[noise]:g}, {GRID[drive]:g})", fontsize=10)
         panel.set_xlabel("σ², px²")
     panels[0].set_ylabel("τ², px²")
     figure.colorbar(shades, ax=panels, label="log likelihood less its maximum")
     return figure
-
-
-def _plain(panel: Any) -> None:  # noqa: ANN401 - matplotlib is loaded late
-    panel.grid(color=hexadecimal(NEUTRALS["grid"]), linewidth=0.6)
-    panel.set_axisbelow(True)
-    panel.spines[["top", "right"]].set_visible(False)

@@ -14,6 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.figures.picture import save
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.modes import logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, Smoothed, follow, likelihood_surface, track_error
@@ -85,7 +86,7 @@ def errors(pool: Pool, full: bool) -> list[Finding]:
         findings += _ensemble(pool)
     if pool.folder is not None:
         for name, figure in draw(found, dict(zip(("lg", "lng"), surfaces, strict=True))).items():
-            figure.savefig(pool.folder / f"{name}.png", dpi=160)
+            save(figure, pool.folder / f"{name}.png", name)
     return findings
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pftrack.figures.picture import PictureForm, encoded
+from pftrack.figures.picture import SCREEN_DOTS_PER_INCH, PictureForm, encode
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.report.exports import export_result, manifest_of_result
 from pftrack.sweep.report.figures import figures
@@ -20,8 +20,6 @@ from pftrack.sweep.report.tables import Table, tables
 from pftrack.sweep.result import Result, summary
 
 __all__ = ["Report", "export_result", "write_report"]
-
-DOTS_PER_INCH = 160
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,7 @@ def write_report(
     if form is not None:
         for name, draw in figures(study).items():
             files.append(folder / f"{name}.{form}")
-            files[-1].write_bytes(encoded(draw(), form, f"{manifest['title']}: {name}", manifest, DOTS_PER_INCH))
+            files[-1].write_bytes(encode(draw(), form, f"{manifest['title']}: {name}", manifest, SCREEN_DOTS_PER_INCH))
     files.append(folder / "tables.csv")
     with files[-1].open("w", newline="") as file:
         writer = csv.writer(file)

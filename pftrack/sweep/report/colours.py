@@ -6,12 +6,12 @@ maps as in the tests, with a neutral middle. All are the palette's, in the form 
 
 from collections.abc import Iterable
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.colors import Colormap, LinearSegmentedColormap
+from matplotlib.colors import Colormap
 from numpy.typing import NDArray
 
-from pftrack.model.palette import CURVES, DIVERGING, NEUTRALS, VERDICTS, hexadecimal
+from pftrack.figures.style import INK, viridis
+from pftrack.model.palette import VERDICTS, hexadecimal
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import Quantity
@@ -19,11 +19,8 @@ from pftrack.sweep.quantities import Quantity
 __all__ = [
     "CODES",
     "CODE_NAMES",
-    "GREYS",
     "MISSING",
-    "TRACKERS",
     "amounts",
-    "diverging",
     "largest_difference",
     "scale_of",
 ]
@@ -42,24 +39,13 @@ CODE_NAMES = {
     Code.NOT_APPLICABLE: "not applicable",
 }
 
-GREYS = {use: hexadecimal(grey) for use, grey in NEUTRALS.items()}
-"""Of lines and grids, by use."""
-
-MISSING = GREYS["missing"]
+MISSING = INK["missing"]
 """Cells of which nothing is known."""
-
-TRACKERS = tuple(hexadecimal(colour) for colour in CURVES)
-"""Curves, in the trackers' order."""
 
 
 def amounts(quantity: Quantity) -> Colormap:
     """Return the map of a quantity's values, on which what is better is bright."""
-    return mpl.colormaps["viridis" if quantity.better == "higher" else "viridis_r"]
-
-
-def diverging() -> LinearSegmentedColormap:
-    """Return the map of differences, from the second tracker ahead to the first tracker ahead."""
-    return LinearSegmentedColormap.from_list("first-second", [hexadecimal(stop.light) for stop in DIVERGING])
+    return viridis(is_reversed=quantity.better != "higher")
 
 
 def scale_of(quantity: Quantity, means: Iterable[NDArray[np.float64]]) -> tuple[float, float]:

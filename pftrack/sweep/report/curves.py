@@ -9,13 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from pftrack.figures.layout import APART_IN, LINE_IN, axes_at, draw_key, key_height, length, write
+from pftrack.figures.style import CURVE_COLOURS, INK
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code
 from pftrack.sweep.comparison import TEST_TITLES
 from pftrack.sweep.quantities import Quantity, samples
-from pftrack.sweep.report.colours import GREYS, TRACKERS
 from pftrack.sweep.report.labels import label, shown, ticks
-from pftrack.sweep.report.layout import APART_IN, LINE_IN, axes_at, draw_key, key_height, length, write
 from pftrack.sweep.report.study import Study
 
 __all__ = ["along", "boxes", "curves"]
@@ -155,7 +155,7 @@ def _differences(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> N
         better = (codes == Code.FIRST_BETTER) | (codes == Code.SECOND_BETTER)
         panel.plot(positions, mean, "o", markerfacecolor="white", color=colour, markersize=5)
         panel.plot(positions[better], mean[better], "o", color=colour, markersize=5)
-    panel.axhline(0, color=GREYS["frame"], linewidth=0.8)
+    panel.axhline(0, color=INK["frame"], linewidth=0.8)
     unit = f", {quantity.unit}" if quantity.unit else ""
     _finish(panel, label(study, axis), f"Difference{unit}, + if 1 is better")
 
@@ -188,7 +188,7 @@ def _apart(positions: NDArray[Any], share: float) -> list[int]:
 def _finish(panel: Axes, across: str, up: str) -> None:
     panel.set_xlabel(across)
     panel.set_ylabel(up)
-    panel.grid(axis="y", color=GREYS["grid"], linewidth=0.6)
+    panel.grid(axis="y", color=INK["grid"], linewidth=0.6)
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)
 
@@ -212,8 +212,8 @@ def _height(key: Key, width: float) -> float:
 
 
 def _colours(study: Study) -> list[str]:
-    return [TRACKERS[place % len(TRACKERS)] for place in range(len(study.trackers))]
+    return [CURVE_COLOURS[place % len(CURVE_COLOURS)] for place in range(len(study.trackers))]
 
 
 def _colours_of_pairs(study: Study) -> list[str]:
-    return [TRACKERS[(len(study.trackers) + place) % len(TRACKERS)] for place in range(len(study.pairs))]
+    return [CURVE_COLOURS[(len(study.trackers) + place) % len(CURVE_COLOURS)] for place in range(len(study.pairs))]

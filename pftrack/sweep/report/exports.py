@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pftrack.figures.picture import PictureForm, encoded
+from pftrack.figures.picture import PictureForm, encode
 from pftrack.files import part_of, settle, write_whole
 from pftrack.model.export import ExportError
 from pftrack.runs.manifest import FORMAT
@@ -59,7 +59,7 @@ def _picture(result: Result, form: PictureForm, name: str | None) -> bytes:
         wanted = "say which one is wanted" if name is None else f"there is none called {name!r}"
         raise ExportError(f"the plots of this sweep are {', '.join(known) or 'none'}; {wanted}")
     manifest = manifest_of_result(result)
-    return encoded(known[name](), form, f"{manifest['title']}: {name}", manifest)
+    return encode(known[name](), form, f"{manifest['title']}: {name}", manifest)
 
 
 def manifest_of_result(result: Result) -> dict[str, Any]:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from pftrack.figures.style import INK
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.report.colours import GREYS, MISSING
+from pftrack.sweep.report.colours import MISSING
 from pftrack.sweep.report.labels import label, shown, ticks
 from pftrack.sweep.report.study import Study
 
@@ -91,7 +92,7 @@ class Frame:
         return (
             f'<svg viewBox="{" ".join(f"{it:g}" for it in self.extent)}" width="{self.extent[2]:g}" role="img" '
             f'aria-label="{escape(title)}"><rect x="-0.5" y="-0.5" width="{self.columns * self.wide:g}" '
-            f'height="{rows * self.high:g}" fill="{MISSING}" stroke="{GREYS["frame"]}"/>{cells}{self.labels}</svg>'
+            f'height="{rows * self.high:g}" fill="{MISSING}" stroke="{INK["frame"]}"/>{cells}{self.labels}</svg>'
         )
 
 

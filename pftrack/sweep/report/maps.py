@@ -12,19 +12,12 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from pftrack.figures.style import INK, diverging
 from pftrack.sweep.axis import declared
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.quantities import Quantity
-from pftrack.sweep.report.colours import (
-    CODE_NAMES,
-    CODES,
-    GREYS,
-    amounts,
-    diverging,
-    largest_difference,
-    scale_of,
-)
+from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, largest_difference, scale_of
 from pftrack.sweep.report.labels import shown
 from pftrack.sweep.report.panels import Block, stacked
 from pftrack.sweep.report.study import Study
@@ -71,7 +64,7 @@ def _significance(study: Study, quantity: Quantity) -> Block:
     maps = {_title(study, pair): pair.significance(study.level).codes.astype(float) for pair in pairs}
     heading = f"{quantity.title}, {TEST_TITLES[pairs[0].test]} test at {study.level:g}, each cell by itself"
     names = {code: name.format(first="1", second="2") for code, name in CODE_NAMES.items()}
-    key = tuple(Patch(facecolor=CODES[code], edgecolor=GREYS["outline"], label=name) for code, name in names.items())
+    key = tuple(Patch(facecolor=CODES[code], edgecolor=INK["outline"], label=name) for code, name in names.items())
     colours, scale = ListedColormap([CODES[code] for code in Code]), BoundaryNorm(np.arange(-0.5, 4.5), 4)
     return Block(heading, maps, colours, scale, key)
 

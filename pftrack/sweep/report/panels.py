@@ -14,9 +14,9 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from pftrack.sweep.report.colours import GREYS
+from pftrack.figures.layout import APART_IN, LINE_IN, axes_at, draw_key, length, write
+from pftrack.figures.style import INK
 from pftrack.sweep.report.labels import label, shown, ticks
-from pftrack.sweep.report.layout import APART_IN, LINE_IN, axes_at, draw_key, length, write
 from pftrack.sweep.report.study import Study
 
 __all__ = ["Block", "stacked"]
@@ -154,7 +154,7 @@ def _map(
     left, right, bottom, top = extent
     box = (left, bottom), right - left, top - bottom
     if not np.isfinite(values).all():
-        canvas.add_patch(Rectangle(*box, facecolor="white", edgecolor=GREYS["hatching"], hatch="////", linewidth=0))
+        canvas.add_patch(Rectangle(*box, facecolor="white", edgecolor=INK["hatching"], hatch="////", linewidth=0))
     image = canvas.imshow(
         np.ma.masked_invalid(values),
         block.colours,
@@ -165,7 +165,7 @@ def _map(
         interpolation="nearest",
         zorder=2,  # over the hatching
     )
-    canvas.add_patch(Rectangle(*box, fill=False, edgecolor=GREYS["frame"], linewidth=0.6, zorder=3))
+    canvas.add_patch(Rectangle(*box, fill=False, edgecolor=INK["frame"], linewidth=0.6, zorder=3))
     return image
 
 

@@ -13,11 +13,12 @@ import numpy as np
 from matplotlib.colors import Colormap, Normalize, to_hex
 from numpy.typing import NDArray
 
+from pftrack.figures.style import diverging
 from pftrack.numerics.statistics import holm
 from pftrack.sweep.cells import CellMap, Code, Correction
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import COMMON, Quantity
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, diverging, largest_difference, scale_of
+from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, largest_difference, scale_of
 from pftrack.sweep.report.frame import Frame
 from pftrack.sweep.report.labels import number
 from pftrack.sweep.report.study import Study

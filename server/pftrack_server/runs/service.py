@@ -9,7 +9,7 @@ from typing import Any
 from pftrack.experiments import find
 from pftrack.files import settle
 from pftrack.model.measures import HIT_RATE
-from pftrack.model.recipe import EARLIER, Footage
+from pftrack.model.recipe import Footage
 from pftrack.runs.record import Record
 from pftrack_server.errors import ConflictError, NoRoomError
 from pftrack_server.schemas.spec import FIRST, Bookmark, SessionSpec
@@ -93,8 +93,7 @@ async def bring_in(
     """
     try:
         path = str(received.paths[0])
-        # A seed of earlier times is refused with a sentence when the run is computed.
-        saved = Record.model_validate(await tasks.run(read_record, path), context=EARLIER)
+        saved = Record.model_validate(await tasks.run(read_record, path))
         video = await footage_here(store, settings, tasks, saved.recipe.footage)
         found = await tasks.run_long(
             weigh_record,

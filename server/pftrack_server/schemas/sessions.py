@@ -2,11 +2,10 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field
 
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe, Seed
-from pftrack.runs import migrate
 from pftrack_server.schemas.body import FrameNumber, RequestBody, Values
 
 __all__ = ["BookmarkCreate", "BranchCreate", "Changed", "Columns", "SessionCreate", "TransportUpdate"]
@@ -22,18 +21,13 @@ def _speed(value: float) -> float:
 
 
 class SessionCreate(RequestBody):
-    """A new session; the form in links of earlier versions is understood as well."""
+    """A new session."""
 
     recipe: Recipe
     upload: str | None = Field(
         None, max_length=64, description="Name of the upload that the recipe's footage is; its hash does as well"
     )
     position: FrameNumber = 0
-
-    @model_validator(mode="before")
-    @classmethod
-    def _earlier(cls, raw: Any) -> Any:  # noqa: ANN401 - whatever was sent
-        return migrate.request(raw) if isinstance(raw, dict) and "recipe" not in raw else raw
 
 
 class TransportUpdate(RequestBody):

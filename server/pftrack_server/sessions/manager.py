@@ -7,7 +7,6 @@ and writes down what changed, so that after a restart of the server every sessio
 import asyncio
 import contextlib
 import itertools
-import json
 import math
 import time
 from collections.abc import Awaitable, Callable, Coroutine
@@ -15,8 +14,6 @@ from typing import Any, TypeAlias
 
 import structlog
 
-from pftrack.model.recipe import EARLIER
-from pftrack.runs import migrate
 from pftrack_server.errors import NotFoundError, UnavailableError
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.session import Session
@@ -73,7 +70,7 @@ class Manager:
         """Take over the sessions that the store kept, all of them suspended, and begin the rounds."""
         for row in await asyncio.to_thread(self._store.sessions):
             try:
-                spec = SessionSpec.model_validate(migrate.session(json.loads(row.spec)), context=EARLIER)
+                spec = SessionSpec.model_validate_json(row.spec)
                 if spec.follow is not None:
                     # Its class was gone with the server.
                     await asyncio.to_thread(self._store.remove_session, spec.id)

@@ -11,7 +11,7 @@ from alembic import command
 from alembic.config import Config
 from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+from sqlalchemy.exc import DBAPIError
 
 from pftrack_server.store.room import DISK_FULL, is_full
 from pftrack_server.store.tables import Base
@@ -34,12 +34,7 @@ def connect(url: str) -> Engine:
     Raises:
         DatabaseError: It is damaged, of a newer version, of another program, or does not answer.
     """
-    try:
-        engine = create_engine(url)
-    except (ArgumentError, NoSuchModuleError, ImportError) as error:
-        raise DatabaseError(
-            f"PFTRACK_DATABASE_URL is no address of a database ({str(error).splitlines()[0]})."
-        ) from None
+    engine = create_engine(url)
     name = f"The database {engine.url.database or url}"
     try:
         _prepare(engine, name)
@@ -55,8 +50,7 @@ def connect(url: str) -> Engine:
 def _prepare(engine: Engine, name: str) -> None:
     config = Config()
     config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
-    if engine.dialect.name == "sqlite":
-        event.listen(engine, "connect", _pragmas)
+    event.listen(engine, "connect", _pragmas)
     with engine.begin() as connection:
         _check(connection, name, ScriptDirectory.from_config(config))
         config.attributes["connection"] = connection
@@ -65,10 +59,9 @@ def _prepare(engine: Engine, name: str) -> None:
 
 def _check(connection: Connection, name: str, script: ScriptDirectory) -> None:
     """Refuse what this version must not touch."""
-    if connection.dialect.name == "sqlite":
-        found = connection.execute(text("PRAGMA quick_check(1)")).scalar()
-        if found != "ok":
-            raise DatabaseError(f"{name} is damaged: restore a copy of it, or {AWAY}.")
+    found = connection.execute(text("PRAGMA quick_check(1)")).scalar()
+    if found != "ok":
+        raise DatabaseError(f"{name} is damaged: restore a copy of it, or {AWAY}.")
     tables = set(inspect(connection).get_table_names())
     if VERSION_TABLE not in tables:
         if tables:

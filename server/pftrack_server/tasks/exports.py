@@ -8,7 +8,7 @@ from typing import Any
 
 from pftrack.exports.formats import exporting, exports_of
 from pftrack.model.export import export_named
-from pftrack.model.recipe import EARLIER, Recipe
+from pftrack.model.recipe import Recipe
 from pftrack.runs import record
 from pftrack.sources.sequence import Limits
 from pftrack_server.tasks.functions import Steps, reopened
@@ -45,7 +45,7 @@ def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) ->
         video: Path and index of the upload that the run was made on, if that is here.
         limits: How large its frames may be.
     """
-    recipe = Recipe.model_validate(order.recipe, context=EARLIER)
+    recipe = Recipe.model_validate(order.recipe)
     run = record.make(recipe, open_sequence=partial(reopened, video, limits))
     last = min(order.computed, run.frames - 1)
     frames = last + 1

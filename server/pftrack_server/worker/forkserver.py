@@ -23,7 +23,7 @@ LOCK = threading.Lock()
 SPAWNING = ThreadPoolExecutor(1, thread_name_prefix="spawning")
 """One thread for all that are to be made: until the forkserver is ready each waits, and would hold a thread."""
 
-SECRETS = ("PFTRACK_TOKEN", "PFTRACK_DATABASE_URL")
+SECRETS = ("PFTRACK_TOKEN",)
 """Variables of the environment that stay in the web process."""
 
 LONGEST_FOLDER = 107 - len("/pymp-12345678/listener-12345678")

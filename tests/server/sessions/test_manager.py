@@ -10,6 +10,7 @@ import pytest
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.worker_handle import WorkerLostError
 from tests.server.host import Server, begin, error_of
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 
@@ -38,7 +39,9 @@ def test_places_are_taken_once(start_server: Any) -> None:
     """Of several that come at the same moment as many get a place as there are."""
     with start_server(max_sessions=1) as (server, client), ThreadPoolExecutor(3) as pool:
         gate = Gate(server)
-        asked = [pool.submit(client.post, "/api/v1/sessions", json={"experiment": "ball"}) for _ in range(3)]
+        asked = [
+            pool.submit(client.post, "/api/v1/sessions", json=session_request({"experiment": "ball"})) for _ in range(3)
+        ]
         wait_for(lambda: gate.waiting == 3)
         gate.open()
         assert sorted(each.result().status_code for each in asked) == [201, 503, 503]
@@ -70,7 +73,7 @@ def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: p
 
     monkeypatch.setattr(Session, "opened", lost)
     with start_server() as (server, client):
-        error_of(client.post("/api/v1/sessions", json={"experiment": "ball"}), 503)
+        error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 503)
         assert client.get("/api/v1/sessions").json() == []
         assert server.app.state.services.store.sessions() == []
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pftrack import entry_points
 from pftrack.displays.readings import said
 from pftrack.model.export import ExportError
 from pftrack.model.frame import Frame
@@ -150,7 +151,8 @@ def test_a_page_that_is_given_up_leaves_nothing_behind(run: Run, tmp_path: Path)
 
 def test_without_a_viewer_a_page_is_refused(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The library alone writes no pages, and says what is missing."""
-    monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: ())
+    found = entry_points.find
+    monkeypatch.setattr(entry_points, "find", lambda group, name: None if name == "page" else found(group, name))
     with pytest.raises(ExportError, match="no package is installed that provides 'page'"):
         run.export(tmp_path / "run.html")
 

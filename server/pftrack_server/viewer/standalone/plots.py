@@ -4,16 +4,14 @@ A page is light or dark, so what is black or faint grey on paper takes the page'
 over each of them; it is told where the first and the last frame lie.
 """
 
-import io
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import matplotlib as mpl
-
-from pftrack.figures import drawable, figure_of
+from pftrack.figures.picture import encode
+from pftrack.figures.sheet import drawable, figure_of
+from pftrack.figures.style import INK
 from pftrack.model.export import ExportError
-from pftrack.model.palette import COLOURS, NEUTRALS, hexadecimal
 from pftrack.runs.run import Run
 
 __all__ = ["PagePlot", "plots_of"]
@@ -22,11 +20,8 @@ WIDE_IN, LEFT_IN, LEFT_WITH_NAMES_IN, RIGHT_IN, HEAD_IN, FOOT_IN, HIGH_IN = 3.7,
 """Of a figure, its margins, and what a panel is high; one of rows is as high as it is on paper."""
 HIGHEST_ON_PAPER_IN = 2.4
 """Of a panel without rows."""
-INK = {
-    hexadecimal(COLOURS["truth"]): "currentColor",
-    hexadecimal(NEUTRALS["grid"]): "var(--line)",
-    hexadecimal(NEUTRALS["frame"]): "var(--muted)",
-}
+PAGE_INK = {INK["truth"]: "currentColor", INK["grid"]: "var(--line)", INK["frame"]: "var(--muted)"}
+"""What a colour on paper is on the page."""
 ID = re.compile(r' id="([^"]+)"')
 
 
@@ -69,18 +64,16 @@ def plots_of(run: Run) -> Iterator[PagePlot]:
         axes.set_facecolor("none")
         left, width = named / WIDE_IN, (WIDE_IN - named - RIGHT_IN) / WIDE_IN
         axes.set_position((left, FOOT_IN / whole, width, high / whole))
-        data = io.StringIO()
-        with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": plot.id}):
-            figure.savefig(data, format="svg", transparent=True, metadata={"Date": None})
+        svg = encode(figure, "svg", plot.title, salt=plot.id, transparent=True).decode()
         low, top = axes.get_xlim()
         ends = [left + width * (frame - low) / (top - low) for frame in (0, max(run.computed, 1))]
-        yield PagePlot(title, plot.description, _inline(data.getvalue()), *ends)
+        yield PagePlot(title, plot.description, _inline(svg), *ends)
 
 
 def _inline(svg: str) -> str:
     """Return a picture as a part of a page: in its ink, and without names that nothing refers to."""
     body = svg[svg.index("<svg") :]
-    for paper, page in INK.items():
+    for paper, page in PAGE_INK.items():
         body = body.replace(paper, page)
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     return ID.sub(lambda found: found[0] if f"#{found[1]}" in body else "", body)
