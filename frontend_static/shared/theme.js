@@ -16,6 +16,7 @@ const WORDS = { auto: "as the system", light: "light", dark: "dark" };
 const CHANGED = "pftrack-theme";
 
 const system = () => matchMedia("(prefers-color-scheme: dark)");
+const paper = () => matchMedia("print");
 
 /** @returns {Theme} */
 function chosen() {
@@ -23,19 +24,22 @@ function chosen() {
   return theme === "light" || theme === "dark" ? theme : "auto";
 }
 
-/** Whether the page is dark now. */
+/** Whether the page is dark now; paper is not. */
 export function isDark() {
+  if (paper().matches) return false;
   return chosen() === "auto" ? system().matches : chosen() === "dark";
 }
 
 /**
- * Call `listener` whenever the colours changed.
+ * Call `listener` whenever the colours changed. Printing changes them as well, and the sizes: the browser tells it once the
+ * page is laid out for paper, and observes no sizes and shows no frames until it is printed, so that a canvas has to be
+ * painted within `listener` to be right there.
  *
  * @param {() => void} listener
  * @param {AbortSignal} [signal] Until then.
  */
 export function onTheme(listener, signal) {
-  system().addEventListener("change", listener, { signal });
+  for (const query of [system(), paper()]) query.addEventListener("change", listener, { signal });
   document.addEventListener(CHANGED, listener, { signal });
 }
 

@@ -70,7 +70,7 @@ export class HeatMap {
       this.draw();
     });
     new ResizeObserver(() => this.draw()).observe(this.element);
-    onTheme(() => this.draw());
+    onTheme(() => this.#paint());
   }
 
   /**

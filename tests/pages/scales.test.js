@@ -7,9 +7,12 @@ import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/col
 import { differenceEnd, errorEnd, measureEnd, methodLook } from "../../frontend_static/sweep/look.js";
 import { clamp, sparse } from "../../frontend_static/sweep/strokes.js";
 
+let medium = "screen";
+
 before(() => {
   // A page in light colours.
   globalThis.document = { documentElement: { dataset: { theme: "light" } } };
+  globalThis.matchMedia = (query) => ({ matches: query === medium });
 });
 
 describe("the axis of frames", () => {
@@ -39,6 +42,16 @@ describe("the colours of a map", () => {
     assert.deepEqual(diverging(0), DIVERGING[3].light);
     assert.deepEqual(diverging(-1), DIVERGING[0].light);
     assert.deepEqual(diverging(1), DIVERGING[6].light);
+  });
+
+  it("are those of a dark page where dark was chosen, but on paper", () => {
+    const { dataset } = globalThis.document.documentElement;
+    dataset.theme = "dark";
+    assert.deepEqual(diverging(0), DIVERGING[3].dark);
+    medium = "print";
+    assert.deepEqual(diverging(0), DIVERGING[3].light);
+    medium = "screen";
+    dataset.theme = "light";
   });
 
   it("carry an ink that can be read", () => {

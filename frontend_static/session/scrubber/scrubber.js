@@ -70,7 +70,8 @@ export class Scrubber {
     view.signal.addEventListener("abort", () => sizes.disconnect());
     onTheme(() => {
       this.#ink = null;
-      this.#drawAll();
+      this.#paintAll();
+      this.#paintPlayhead();
     }, view.signal);
     this.#listen();
   }
