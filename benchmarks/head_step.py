@@ -27,7 +27,7 @@ from pftrack.likelihoods.template import luma  # noqa: E402
 from pftrack.model.frame import Frame  # noqa: E402
 from pftrack.model.parameters import revise  # noqa: E402
 from pftrack.model.source import History  # noqa: E402
-from pftrack.numerics.angles import wrapped  # noqa: E402
+from pftrack.numerics.angles import wrap  # noqa: E402
 from pftrack.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.sources.head import HeadSource  # noqa: E402
 
@@ -144,7 +144,7 @@ def measure(name: str, clip: Clip) -> dict[str, object]:
         theta = follow(frame)
         taken.append(1e3 * (perf_counter() - begun))
         if frame.target is not None:
-            errors.append(np.abs(wrapped(theta - frame.target.position)).mean())
+            errors.append(np.abs(wrap(theta - frame.target.position)).mean())
     ordered = sorted(taken)
     return {
         "method": name,

@@ -24,7 +24,7 @@ from pftrack.filters.affine import AffineLayer  # noqa: E402
 from pftrack.filters.perspective import PerspectiveLayer  # noqa: E402
 from pftrack.geometry.rotation import angles  # noqa: E402
 from pftrack.likelihoods import points  # noqa: E402
-from pftrack.numerics.angles import wrapped  # noqa: E402
+from pftrack.numerics.angles import wrap  # noqa: E402
 from pftrack.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.sources.prism import VERTICES_MM, PrismParameters, Sight, sight  # noqa: E402
 from pftrack.trackers.pose import layered  # noqa: E402
@@ -105,7 +105,7 @@ def measure(method: str, sights: list[Sight]) -> dict[str, object]:
         begun = perf_counter()
         theta = follow(index, now)
         times.append(perf_counter() - begun)
-        errors.append(np.abs(wrapped(theta - now.theta_rad)))
+        errors.append(np.abs(wrap(theta - now.theta_rad)))
     warm = sorted(times[len(times) // 10 :])
     return {
         "method": method,

@@ -16,7 +16,7 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error  # noqa: E402
-from pftrack.sources.trajectories.scene import TracksSceneParameters, simulated  # noqa: E402
+from pftrack.sources.trajectories.scene import TracksSceneParameters, simulate  # noqa: E402
 
 Array = NDArray[np.float64]
 Followed = tuple[Array, Array | None, float]
@@ -111,7 +111,7 @@ def main() -> None:
         frames={"type": int, "default": 40, "help": "of each"},
     )
     values = {"track_count": given.tracks, "reference_track": False}
-    tracks, truth = (one[: given.frames] for one in simulated(0, TracksSceneParameters.model_validate(values)))
+    tracks, truth = (one[: given.frames] for one in simulate(0, TracksSceneParameters.model_validate(values)))
     ways: dict[str, Callable[[Array], Followed]] = {
         "pftrack, LNG": lambda data: ours("lng", data),
         "pftrack, LNG, means": lambda data: ours("lng", data, by_mode=False),

@@ -22,7 +22,7 @@ from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.model.recipe import Footage
 from pftrack.model.references import Citation
 from pftrack.model.sequence import FrameSequence, Kind
-from pftrack.model.series import Series, SeriesValue, joined
+from pftrack.model.series import Series, SeriesValue, join
 from pftrack.model.source import Source
 from pftrack.model.suitability import Suitability
 from pftrack.model.tour import Tour
@@ -312,7 +312,7 @@ class Experiment:
     def declared(self, *trackers: str) -> tuple[Series, ...]:
         """Return all series that a run with these trackers, or with any if none is named, may have."""
         chosen = trackers or tuple(self.trackers)
-        return joined(*(self.trackers[name].series for name in chosen), self.series)
+        return join(*(self.trackers[name].series for name in chosen), self.series)
 
     @property
     def run_measures(self) -> tuple[Measure, ...]:

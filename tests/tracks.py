@@ -6,7 +6,7 @@ import numpy as np
 
 from pftrack.experiments import find
 from pftrack.runs.run import Run
-from pftrack.sources.tracks.table import written
+from pftrack.sources.tracks.table import write
 
 
 @cache
@@ -18,4 +18,4 @@ def table(frames: int = 26) -> str:
     points = np.array([one.points_px for one in measured if one is not None])
     sd = np.array([one.sd_px for one in measured if one is not None])
     names = [f"p{number}" for number in range(points.shape[1])]
-    return written(names, points, np.repeat(sd[..., None] ** 2, 2, axis=2))
+    return write(names, points, np.repeat(sd[..., None] ** 2, 2, axis=2))

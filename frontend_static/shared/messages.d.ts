@@ -1187,7 +1187,7 @@ export interface Series {
   reductions: Reduction[];
 }
 
-/** A new session; the form in links of earlier versions is understood as well. */
+/** A new session. */
 export interface SessionCreate {
   recipe: RecipeRequest;
   /** Name of the upload that the recipe's footage is; its hash does as well */

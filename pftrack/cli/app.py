@@ -36,10 +36,10 @@ class _Commands(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401 - typer's own command has no public name
         found = super().get_command(ctx, cmd_name)
         plugin = find(PLUGINS, cmd_name) if found is None else None
-        return found if plugin is None else _adopted(plugin)
+        return found if plugin is None else _adopt(plugin)
 
 
-def _adopted(plugin: EntryPoint) -> Any:  # noqa: ANN401 - typer's own command has no public name
+def _adopt(plugin: EntryPoint) -> Any:  # noqa: ANN401 - typer's own command has no public name
     try:
         function = plugin.load()
     except Exception as error:  # noqa: BLE001 - what another package's import may raise is open; the others still work

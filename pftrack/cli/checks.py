@@ -73,7 +73,7 @@ def bench(
     for name in names or ():
         if name not in scripts:
             raise wrong_use(f"a benchmark must be one of {', '.join(scripts)}, got {name!r}")
-    results = {name: _measured(scripts[name], json=json) for name in names or scripts}
+    results = {name: _measure(scripts[name], json=json) for name in names or scripts}
     if json:
         emit(results)
 
@@ -100,7 +100,7 @@ def doctor(
         raise typer.Exit(FAILED)
 
 
-def _measured(script: Path, *, json: bool) -> object:
+def _measure(script: Path, *, json: bool) -> object:
     command = [sys.executable, str(script), *(["--json"] if json else [])]
     done = subprocess.run(command, stdout=subprocess.PIPE if json else None, text=True, check=False)  # noqa: S603 - our own script
     if done.returncode:

@@ -15,7 +15,7 @@ EVERY_S = 3.0
 def compiling() -> Iterator[None]:
     """Say on standard error that functions are compiled and how many; nothing if none is."""
     from pftrack.numerics.compiled import FUNCTIONS
-    from pftrack.warming.watch import watched
+    from pftrack.warming.watch import watch
 
     begin = time.monotonic()
     done: list[str] = []
@@ -36,7 +36,7 @@ def compiling() -> Iterator[None]:
             said = time.monotonic()
             note(f"pftrack: compiling, {len(done)} functions of at most {len(FUNCTIONS)}")
 
-    with watched(begun, ended):
+    with watch(begun, ended):
         yield
     if done:
         note(f"pftrack: {len(done)} functions compiled in {time.monotonic() - begin:.0f} s")

@@ -50,7 +50,7 @@ def export(
 ) -> None:
     """Write a saved run as files of other kinds: tables, films, pictures of plots, a notebook; a sweep's maps, too."""
     if file.suffix.lower() == ".parquet":
-        _say(_swept(file, to, plot), {}, json=json)
+        _say(_sweep(file, to, plot), {}, json=json)
         return
     from pftrack.experiments import find
     from pftrack.runs.manifest import extent_of
@@ -64,7 +64,7 @@ def export(
         raise CommandError(str(error)) from None
     with ExitStack() as stack:
         stack.enter_context(compiling())
-        again = _computed_again(stack, saved, file, video)
+        again = _compute_again(stack, saved, file, video)
         apart = difference(again, saved)
         if apart is not None:
             note(f"pftrack: {apart.sentence}; what was computed now is exported")
@@ -81,7 +81,7 @@ def _say(files: list[Path], details: dict[str, int], *, json: bool) -> None:
         table("", ("file", "bytes"), [(str(path), f"{path.stat().st_size:,}") for path in files])
 
 
-def _swept(file: Path, places: list[Path], plot: str | None) -> list[Path]:
+def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     """Write files of the result of a sweep and return them."""
     from pftrack.model.export import ExportError
     from pftrack.sweep import read_result
@@ -100,7 +100,7 @@ def _swept(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     return written
 
 
-def _computed_again(stack: ExitStack, saved: "Saved", file: Path, video: Path | None) -> "Run":
+def _compute_again(stack: ExitStack, saved: "Saved", file: Path, video: Path | None) -> "Run":
     """Compute a saved run as far as it was computed, its recording opened for as long as the stack lasts."""
     from pftrack.runs.record import make
 

@@ -79,7 +79,7 @@ def learn(
         except SweepError as error:
             raise wrong_use(str(error)) from None
         with compiling():
-            tracks = [guidance.states(rows) for rows in _computed(plan)]
+            tracks = [guidance.states(rows) for rows in _compute(plan)]
     learned = guidance.learn(tracks)
     write_whole(out, learned.text.encode())
     total = sum(map(len, tracks))
@@ -113,7 +113,7 @@ def _saved(paths: Sequence[Path]) -> "tuple[Guidance, list[NDArray[Any]]]":
     return guidance, [guidance.saved_states(read_columns(path), path.name) for path in paths]
 
 
-def _computed(plan: "Plan") -> Iterator[Any]:
+def _compute(plan: "Plan") -> Iterator[Any]:
     """Yield the rows of one run after the other."""
     with progress(f"{plan.experiment}, runs to learn from") as tick:
         for number in range(plan.runs):

@@ -10,7 +10,7 @@ import typer
 from pftrack.cli.compiling import compiling
 from pftrack.cli.listing import Json
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
-from pftrack.cli.values import assigned, value_of
+from pftrack.cli.values import assign, value_of
 
 if TYPE_CHECKING:
     from pftrack.lessons import Demonstration, Lesson, Number, Shown
@@ -181,7 +181,7 @@ def _values(body: "Demonstration", assignments: list[str] | None) -> "Parameters
     from pftrack.model.parameters import revise
 
     model = type(body.parameters)
-    given = dict(assigned(assignment) for assignment in assignments or ())
+    given = dict(assign(assignment) for assignment in assignments or ())
     return revise(body.parameters, {name: value_of(model, name, text) for name, text in given.items()})
 
 

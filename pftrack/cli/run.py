@@ -17,7 +17,7 @@ from pftrack.cli.footage import Said, footage_of, wired
 from pftrack.cli.learn import guidance_of
 from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
-from pftrack.cli.values import assigned, text_of, value_of
+from pftrack.cli.values import assign, text_of, value_of
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset, Setup
@@ -203,7 +203,7 @@ def _values(setup: "Setup", assignments: list[str]) -> "dict[str, Value]":
     model = type(setup.parameters)
     known = [declaration.name for declaration in declarations(model)]
     values: dict[str, Value] = {}
-    for name, text in map(assigned, assignments):
+    for name, text in map(assign, assignments):
         if name not in known:
             near = get_close_matches(name, known, n=3)
             hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show` lists them"

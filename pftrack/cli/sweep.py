@@ -18,7 +18,7 @@ from typer.core import TyperGroup
 
 from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
 from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
-from pftrack.cli.values import assigned, value_of
+from pftrack.cli.values import assign, value_of
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset
@@ -186,7 +186,7 @@ def _values(experiment: "Experiment", assignments: list[str]) -> "dict[str, Valu
 
     values: dict[str, Value] = {}
     model = type(experiment.simulate().parameters)
-    for name, text in map(assigned, assignments):
+    for name, text in map(assign, assignments):
         if name in values:
             raise wrong_use(f"--set gives {name} twice")
         if name != "tracker":

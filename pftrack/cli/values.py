@@ -8,10 +8,10 @@ from pftrack.cli.output import CommandError, wrong_use
 if TYPE_CHECKING:
     from pftrack.model.parameters import Parameters, Value
 
-__all__ = ["assigned", "text_of", "value_of"]
+__all__ = ["assign", "text_of", "value_of"]
 
 
-def assigned(assignment: str) -> tuple[str, str]:
+def assign(assignment: str) -> tuple[str, str]:
     """Return name and text of NAME=VALUE."""
     name, separator, text = assignment.partition("=")
     if not (separator and name):

@@ -155,7 +155,7 @@ class Comparison:
 
         The measure is left out where two runs are judged by different ones, or nothing is known of it.
         """
-        return tuple(each for other in range(1, len(self.runs)) for each in self._paired(other))
+        return tuple(each for other in range(1, len(self.runs)) for each in self._pair(other))
 
     def as_dict(self) -> dict[str, Any]:
         """Return all that is known of it as JSON values."""
@@ -183,7 +183,7 @@ class Comparison:
         for run, first in zip(self.runs, self.alignment.firsts, strict=True):
             yield run.diagnostics[first : first + self.alignment.frames]
 
-    def _paired(self, other: int) -> Iterator[Paired]:
+    def _pair(self, other: int) -> Iterator[Paired]:
         runs, rows = (self.runs[0], self.runs[other]), (self.rows[0], self.rows[other])
         if not rows[0]:
             return

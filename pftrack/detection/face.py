@@ -106,7 +106,7 @@ def detect(grey: NDArray[np.uint8], model: FaceModel | None = None, *, refine: b
     face = max(faces, key=_merit, default=None)
     if face is None or face.eyes_seen < 2:
         # An inverted face looks a little like an upright one, with one eye at most.
-        turned = _turned(grey)
+        turned = _turn(grey)
         if turned:
             raise FaceError("not upright", f"expected an upright face, found one {turned}; turn the picture first")
     if face is None:
@@ -186,14 +186,14 @@ def find_again(
     for (left, top, right, bottom), effort in regions:
         part = np.ascontiguousarray(grey[top:bottom, left:right])
         for x, y, w, h in cascades.faces(part, effort):
-            face = _located(grey, (x + left, y + top, w, h), model or mean_model(), effort, refine=True)
+            face = _locate(grey, (x + left, y + top, w, h), model or mean_model(), effort, refine=True)
             if face.eyes_seen == 2 and all(_within(u, v, width, height) for u, v in face.points_px):
                 return face
     return None
 
 
 def _all_faces(grey: NDArray[np.uint8], model: FaceModel, *, refine: bool) -> list[DetectedFace]:
-    return [_located(grey, box, model, CLOSE, refine=refine) for box in cascades.faces(grey)]
+    return [_locate(grey, box, model, CLOSE, refine=refine) for box in cascades.faces(grey)]
 
 
 def _merit(face: DetectedFace) -> tuple[bool, float]:
@@ -201,7 +201,7 @@ def _merit(face: DetectedFace) -> tuple[bool, float]:
     return face.eyes_seen == 2, face.box[2]
 
 
-def _located(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort, *, refine: bool) -> DetectedFace:
+def _locate(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort, *, refine: bool) -> DetectedFace:
     """Place all points of a face whose box is known."""
     eyes, seen = _eye_centres(box, cascades.eyes(grey, box, effort))
     if seen < 2 and effort is not CLOSE:
@@ -245,7 +245,7 @@ def _eye_centres(face: Box, boxes: list[Box]) -> tuple[list[tuple[float, float]]
     return usual, 0
 
 
-def _turned(grey: NDArray[np.uint8]) -> str:
+def _turn(grey: NDArray[np.uint8]) -> str:
     """Return how a face in the picture has been turned, in words, or nothing if there is none with two eyes."""
     turns = ((cv2.ROTATE_180, "upside down"), (cv2.ROTATE_90_CLOCKWISE, "on its side"))
     for turn, how in (*turns, (cv2.ROTATE_90_COUNTERCLOCKWISE, "on its side")):

@@ -20,7 +20,7 @@ __all__ = [
     "ROOT_BEHIND",
     "SeenFinger",
     "Similarity",
-    "folded",
+    "fold",
     "hand_of",
     "seen_finger",
     "similar",
@@ -143,7 +143,7 @@ def hand_of(
     )
 
 
-def folded(hand: FlatHand, tips: dict[int, NDArray[np.float64]]) -> NDArray[np.float64]:
+def fold(hand: FlatHand, tips: dict[int, NDArray[np.float64]]) -> NDArray[np.float64]:
     """Return the pose of a hand in which further fingers are bent so far that their tips are nearest to marks."""
     pose = hand.pose.copy()
     for finger, tip in tips.items():

@@ -26,7 +26,7 @@ from pftrack.detection.hand_guess import (
     ARM_LENGTH,
     ROOT_BEHIND,
     SeenFinger,
-    folded,
+    fold,
     hand_of,
     seen_finger,
     similar,
@@ -93,7 +93,7 @@ def opened(features: HandFeatures, tips: NDArray[np.float64] | None = None) -> O
         raise NoOpenHandError(features.finding.value)
     start = _begun(features) if tips is None else _marked(features, features.silhouette.in_mask(tips))
     hand, misfit, _ = fitted(features.silhouette.mask, start)
-    remarks = _checked(hand, misfit, marked=tips is not None)
+    remarks = _check(hand, misfit, marked=tips is not None)
     pose = np.clip(hand.pose, LOW, HIGH)
     shape = hand.shape.with_changes(
         # Where fingers stand apart further than they can be spread, they do so at rest.
@@ -107,7 +107,7 @@ def opened(features: HandFeatures, tips: NDArray[np.float64] | None = None) -> O
 def _begun(features: HandFeatures) -> FlatHand:
     """Return a first guess from five protrusions."""
     fingers = [seen_finger(protrusion) for protrusion in _five(features.protrusions)]
-    fingers, side = _ordered(fingers, features.wrist)
+    fingers, side = _order(fingers, features.wrist)
     bases = np.array([finger.base for finger in fingers[1:]])
     tips = np.array([finger.tip for finger in fingers[1:]])
     row = math.dist(bases[0], bases[-1])
@@ -145,7 +145,7 @@ def _five(protrusions: tuple[Protrusion, ...]) -> list[Protrusion]:
     return by_length
 
 
-def _ordered(fingers: list[SeenFinger], wrist: NDArray[np.float64] | None) -> tuple[list[SeenFinger], float]:
+def _order(fingers: list[SeenFinger], wrist: NDArray[np.float64] | None) -> tuple[list[SeenFinger], float]:
     """Return five fingers from the thumb to the little finger, and the thumb's side: 1 if that is counter-clockwise.
 
     The document looks at the distances between neighbours' palm sides alone. Tips, roots and wrist together tell more:
@@ -191,10 +191,10 @@ def _marked(features: HandFeatures, tips: NDArray[np.float64]) -> FlatHand:
     if guess.scale < LEAST_SCALE_PX:
         raise NoOpenHandError(TOO_SMALL.format(guess.scale))
     hand = hand_of(guess.wrist, guess.turn, guess.scale, guess.side, seen)
-    return hand._replace(pose=folded(hand, {finger: tips[finger] for finger in range(5) if finger not in seen}))
+    return hand._replace(pose=fold(hand, {finger: tips[finger] for finger in range(5) if finger not in seen}))
 
 
-def _checked(hand: FlatHand, misfit: float, *, marked: bool) -> tuple[str, ...]:
+def _check(hand: FlatHand, misfit: float, *, marked: bool) -> tuple[str, ...]:
     """Return what a person may want to check of a fitted hand; refuse one that is none."""
     remarks = []
     odd = f"what is seen differs from an open hand in {100 * misfit:.0f} % of its pixels"

@@ -142,9 +142,9 @@ def _protrusion(line: NDArray[np.int64], widths: NDArray[np.float64], padded: ND
     cut = _cut(widths, begin, FINGER_FROM, FINGER_RATIO)
     if cut - begin < LEAST_LENGTH_PX - 4.0:
         return None
-    places = _smoothed(line[:cut].astype(np.float64))
+    places = _smooth(line[:cut].astype(np.float64))
     tip, at = _tip(padded, places, widths, begin)
-    axis, radii = resampled(np.vstack([tip, places[at:]]), np.append(widths[at], widths[at:cut]))
+    axis, radii = resample(np.vstack([tip, places[at:]]), np.append(widths[at], widths[at:cut]))
     return Protrusion(axis, radii) if len(axis) > LEAST_LENGTH_PX else None
 
 
@@ -152,8 +152,8 @@ def _arm(
     line: NDArray[np.int64], widths: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Return the arm's axis and its wrist, if it becomes wider, given pixels and widths from outside the border on."""
-    places = _smoothed(line.astype(np.float64))
-    smooth = _smoothed(np.column_stack([widths, widths]))[:, 0].copy()
+    places = _smooth(line.astype(np.float64))
+    smooth = _smooth(np.column_stack([widths, widths]))[:, 0].copy()
     cut = _cut(smooth, 2, ARM_FROM, ARM_RATIO)
     if cut == len(smooth) > ARM_FROM and smooth[-1] > LEAST_ARM_RATIO * smooth[2:].mean():
         cut -= 1  # a finger's line joins the arm's before that is clearly wider
@@ -256,7 +256,7 @@ def _tip(
 
 
 @compiled
-def _smoothed(line: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smooth(line: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a line (n, 2) as means of points on either side, of fewer towards the ends."""
     count = line.shape[0]
     smooth = np.empty((count, 2))
@@ -271,9 +271,7 @@ def _smoothed(line: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def resampled(
-    line: NDArray[np.float64], values: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def resample(line: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return points (k, 2) a px of arc length apart along a line (n, 2), and the values (k,) there."""
     count = line.shape[0]
     length = 0.0

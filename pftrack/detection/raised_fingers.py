@@ -21,7 +21,7 @@ from pftrack.detection.open_hand import NoOpenHandError, around_hand, opened
 from pftrack.detection.protrusions import HandFeatures
 from pftrack.geometry.hand_model import FINGERS, HIGH, finger_slice, joints
 
-__all__ = ["ProposedTips", "proposed"]
+__all__ = ["ProposedTips", "propose"]
 
 FOLDED = 0.8
 """Of a folded finger's flexion, in the largest."""
@@ -48,7 +48,7 @@ class ProposedTips(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def proposed(features: HandFeatures) -> ProposedTips:
+def propose(features: HandFeatures) -> ProposedTips:
     """Return where the five tips of the hand in a silhouette may be.
 
     Args:

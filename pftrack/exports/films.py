@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pftrack.model.faults import without_faults
 from pftrack.rendering import render_beside
 from pftrack.rendering.film import FilmWriter, common_colours, write_gif
-from pftrack.runs.manifest import embedded, extent_of, title_of
+from pftrack.runs.manifest import embed, extent_of, title_of
 from pftrack.runs.run import Run
 
 __all__ = ["gif_of", "mp4_of"]
@@ -29,7 +29,7 @@ Steps = Iterator[tuple[int, int]]
 def mp4_of(run: Run, path: Path) -> Steps:
     """Write a film of a run, whose manifest is the file's comment."""
     total = run.computed + 1
-    words = {"title": f"{title_of(run)}; {extent_of(run)}", "comment": embedded(run)}
+    words = {"title": f"{title_of(run)}; {extent_of(run)}", "comment": embed(run)}
     with FilmWriter(path, run.source.frame_rate_hz, words) as film:
         for frame in range(total):
             film.write(_picture(run, frame))
@@ -47,7 +47,7 @@ def gif_of(run: Run, path: Path) -> Steps:
     for frame in range(0, total, stride):
         pictures.append(colours.of(_picture(run, frame, scale)))
         yield min(frame + stride, total), total
-    write_gif(path, pictures, stride / rate_hz, comment=embedded(run))
+    write_gif(path, pictures, stride / rate_hz, comment=embed(run))
 
 
 def _picture(run: Run, frame: int, scale: float = 1.0) -> NDArray[np.uint8]:

@@ -54,7 +54,7 @@ def _cells(
 ) -> Iterator[Cell]:
     yield markdown("## The run\n\nIts recipe is all that makes it: change a value and run the cells below again.")
     made = pformat(recipe.with_footage(path=None).as_dict(), width=100, sort_dicts=False)
-    yield code(f"from pftrack.model.recipe import Recipe\n\nrecipe = Recipe.read(\n{_indented(made)}\n)")
+    yield code(f"from pftrack.model.recipe import Recipe\n\nrecipe = Recipe.read(\n{_indent(made)}\n)")
     if recipe.footage is not None:
         yield markdown(_words_of(recipe.footage))
         yield code(RECORDING.format(name=recipe.footage.name or "recording.mp4"))
@@ -148,5 +148,5 @@ def _names(plot: Plot, experiment: Experiment) -> list[str]:
     return own + [f"{PREFIX}{name}" for name in (*declared, *plot.series, *((plot.truth,) if plot.truth else ()))]
 
 
-def _indented(text: str) -> str:
+def _indent(text: str) -> str:
     return "\n".join(f"    {line}" for line in text.splitlines())

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.runs.manifest import embedded
+from pftrack.runs.manifest import embed
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in, table_of
 
@@ -45,7 +45,7 @@ def parquet_of(run: Run, path: Path) -> Steps:
     from pyarrow import parquet  # noqa: PLC0415 - see `table_of`
 
     table = table_of(run)
-    schema = table.schema.with_metadata({METADATA: embedded(run).encode()})
+    schema = table.schema.with_metadata({METADATA: embed(run).encode()})
     with parquet.ParquetWriter(path, schema, compression="zstd") as file:
         for batch in table.replace_schema_metadata(schema.metadata).to_batches(PIECE_FRAMES):
             file.write_batch(batch)
@@ -54,7 +54,7 @@ def parquet_of(run: Run, path: Path) -> Steps:
 
 def npz_of(run: Run, path: Path) -> Steps:
     """Write a run's table as NPZ, an array (L,) a column, and the manifest as the text `manifest`."""
-    arrays: dict[str, Any] = {MEMBER: np.array(embedded(run)), **{it.name: it.values for it in columns_in(run)}}
+    arrays: dict[str, Any] = {MEMBER: np.array(embed(run)), **{it.name: it.values for it in columns_in(run)}}
     with path.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
     yield run.computed + 1, run.computed + 1

@@ -49,13 +49,13 @@ def _sigma(axes: Axes, run: Run, _plot: Plot) -> None:
 def _sample_size(axes: Axes, run: Run, _plot: Plot) -> None:
     for role, look in {"particles": {"color": INK["outline"], "linewidth": THIN}, "ess": {}}.items():
         for found in numbers.of_role(run, role)[:1]:
-            _line(axes, run, numbers.measured(run, found.name), found.title, **look)
+            _line(axes, run, numbers.measure(run, found.name), found.title, **look)
     axes.set_ylim(bottom=0)
 
 
 def _samplers(axes: Axes, run: Run, _plot: Plot) -> None:
     (found, *_) = numbers.of_role(run, "share")
-    counts = np.nan_to_num(numbers.measured(run, found.name))
+    counts = np.nan_to_num(numbers.measure(run, found.name))
     edges = np.arange(len(counts) + 1) - 0.5
     tops = np.cumsum(counts, axis=1)
     for place, (name, colour) in enumerate(zip(found.components, found.colours, strict=True)):
@@ -65,11 +65,11 @@ def _samplers(axes: Axes, run: Run, _plot: Plot) -> None:
 
 
 def _value(axes: Axes, run: Run, plot: Plot) -> None:
-    _line(axes, run, numbers.measured(run, plot.series[0]))
+    _line(axes, run, numbers.measure(run, plot.series[0]))
 
 
 def _band(axes: Axes, run: Run, plot: Plot) -> None:
-    value, sd, truth = (numbers.measured(run, name) for name in (plot.series[0], plot.sd, plot.truth))
+    value, sd, truth = (numbers.measure(run, name) for name in (plot.series[0], plot.sd, plot.truth))
     axes.fill_between(numbers.frames(run), value - 2 * sd, value + 2 * sd, **AREA, label="two standard deviations")
     _line(axes, run, value, "estimate")
     _truth(axes, run, truth)
@@ -85,18 +85,18 @@ def _interval(axes: Axes, run: Run, plot: Plot) -> None:
     several = plot.series if len(plot.series) > 1 else ()
     titles = {(name, 0): numbers.declared(run, name).title for name in several}
     for name in plot.series:
-        ends = numbers.measured(run, name)
+        ends = numbers.measure(run, name)
         low, high = ends.T if ends.ndim > 1 else (ends, ends)
         axes.fill_between(numbers.frames(run), low, high, **AREA)
         for place, end in enumerate((low, high)):
             _line(axes, run, end, titles.get((name, place), ""), linewidth=THIN)
-    _truth(axes, run, numbers.measured(run, plot.truth))
+    _truth(axes, run, numbers.measure(run, plot.truth))
 
 
 def _features(axes: Axes, run: Run, plot: Plot) -> None:
     names = plot.row_titles or numbers.declared(run, plot.series[0]).components
-    values = np.atleast_2d(numbers.measured(run, plot.series[0]).T)
-    seen, made_out = (_rows(numbers.measured(run, name), values) for name in (plot.visible, plot.recognised))
+    values = np.atleast_2d(numbers.measure(run, plot.series[0]).T)
+    seen, made_out = (_rows(numbers.measure(run, name), values) for name in (plot.visible, plot.recognised))
     # Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
     states = {"hidden": seen == 0, "lost": np.isnan(seen) & (made_out == 0)}
     labels = {"hidden": "hidden", "lost": "unrecognised"}
@@ -116,7 +116,7 @@ def _features(axes: Axes, run: Run, plot: Plot) -> None:
 
 def _frequency(axes: Axes, run: Run, plot: Plot) -> None:
     for name, colour in zip(plot.series, cycle(CURVE_COLOURS), strict=False):
-        flags = numbers.measured(run, name).reshape(run.computed + 1, -1)
+        flags = numbers.measure(run, name).reshape(run.computed + 1, -1)
         known = np.cumsum(np.isfinite(flags).sum(axis=1))
         share = np.cumsum(np.nansum(flags, axis=1)) / np.where(known > 0, known, np.nan)
         _line(axes, run, 100 * share, numbers.declared(run, name).title, color=colour)
@@ -139,7 +139,7 @@ def _hypotheses(axes: Axes, run: Run, plot: Plot) -> None:
             lines.append((begin, (frame, y)))
             colours.append(to_rgba(INK["estimate"], FAINTEST + (1 - FAINTEST) * weight))
     axes.add_collection(LineCollection(lines, colors=colours, linewidths=LINE))
-    _truth(axes, run, numbers.measured(run, plot.truth))
+    _truth(axes, run, numbers.measure(run, plot.truth))
     axes.autoscale_view()
 
 
@@ -156,8 +156,8 @@ def _tree(axes: Axes, run: Run, plot: Plot) -> None:
     shares = [it.weights[place] for it in known for place, parent in enumerate(it.parents) if parent >= 0]
     way = _way_back(known)
     axes.plot(way[:, 0], way[:, 1], color=INK["frame"], linewidth=5, alpha=0.6, label="way back of the most probable")
-    axes.add_collection(LineCollection(edges, colors=_faded(np.array(shares)), linewidths=THIN))
-    axes.scatter(nodes[:, 0], nodes[:, 1], s=9, color=_faded(weights), linewidths=0, zorder=3)
+    axes.add_collection(LineCollection(edges, colors=_fade(np.array(shares)), linewidths=THIN))
+    axes.scatter(nodes[:, 0], nodes[:, 1], s=9, color=_fade(weights), linewidths=0, zorder=3)
     most = int(nodes[:, 1].max())
     axes.set_ylim(most + 0.6, 0.4)
     axes.set_yticks(range(1, most + 1))
@@ -176,7 +176,7 @@ def _way_back(known: list[Hypotheses]) -> NDArray[np.float64]:
     return np.array(way, float).reshape(-1, 2)
 
 
-def _faded(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fade(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (n, 4) colours, the more opaque the greater the weight."""
     colours = np.tile(to_rgba(INK["estimate"]), (len(weights), 1))
     colours[:, 3] = FAINTEST + (1 - FAINTEST) * weights

@@ -17,7 +17,7 @@ __all__ = [
     "gone",
     "hidden",
     "hypotheses",
-    "measured",
+    "measure",
     "of_role",
     "sigmas",
     "thresholds",
@@ -61,7 +61,7 @@ def of_role(run: Run, role: str) -> list[Series]:
     return [one for one in run.experiment.declared() if one.role == role and _is_measured(run, one.name)]
 
 
-def measured(run: Run, name: str) -> Numbers:
+def measure(run: Run, name: str) -> Numbers:
     """Return the values of a series, (L,) numbers, or (L, d) vectors and intervals; (L,) NaN where no frame has any."""
     values = [row.series.get(name) for row in run.diagnostics]
     if not name or all(value is None for value in values):

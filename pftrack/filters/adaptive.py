@@ -25,7 +25,7 @@ from pftrack.numerics.random import Generator
 from pftrack.particles import moments, normalise
 from pftrack.resampling import systematic_parents
 
-__all__ = ["Draw", "Features", "begin", "draw", "propagated", "surviving", "weigh"]
+__all__ = ["Draw", "Features", "begin", "draw", "propagate", "surviving", "weigh"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,9 +157,9 @@ def surviving(features: Features) -> NDArray[np.float64]:
     return _surviving(features.coordinates, features.survivors)
 
 
-def propagated(features: Features) -> NDArray[np.float64]:
+def propagate(features: Features) -> NDArray[np.float64]:
     """Return where the survivors move without noise, 2 x_t - x_{t-1}, (F, 2, N) px."""
-    return _propagated(features.coordinates, features.survivors)
+    return _propagate(features.coordinates, features.survivors)
 
 
 @compiled
@@ -233,7 +233,7 @@ def _surviving(coordinates: NDArray[np.float64], survivors: NDArray[np.int64]) -
 
 
 @compiled
-def _propagated(coordinates: NDArray[np.float64], survivors: NDArray[np.int64]) -> NDArray[np.float64]:
+def _propagate(coordinates: NDArray[np.float64], survivors: NDArray[np.int64]) -> NDArray[np.float64]:
     features, count = survivors.shape
     moved = np.empty((features, 2, count))
     for n in range(features):

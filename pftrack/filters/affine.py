@@ -20,7 +20,7 @@ from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import owned
+from pftrack.numerics.matrices import contiguous_copy
 from pftrack.numerics.random import Generator
 
 __all__ = ["AffineBelief", "AffineLayer", "observe", "predict", "project"]
@@ -76,7 +76,7 @@ class AffineLayer:
 
     def __post_init__(self) -> None:
         """Keep what compiled code gets in the one form for which it is compiled."""
-        object.__setattr__(self, "points_mm", owned(self.points_mm))
+        object.__setattr__(self, "points_mm", contiguous_copy(self.points_mm))
 
     def begin(self) -> AffineBelief:
         """Begin at the reference camera, at rest, as certain as one frame's process noise."""

@@ -12,7 +12,7 @@ measurement here. The angles walk at random, since second-order dynamics diverge
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters.sequential import condition, decorrelated
+from pftrack.filters.sequential import condition, decorrelate
 from pftrack.geometry.rotation import derivatives, rotation
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian
@@ -111,7 +111,7 @@ def _extended(
         seen = multiply(reference, slopes[axis])
         for i in range(6):
             jacobian[i, axis] = seen[i // 3, i % 3]
-    residuals, jacobian, variances = decorrelated(residuals, jacobian, noise)
+    residuals, jacobian, variances = decorrelate(residuals, jacobian, noise)
     posterior, spread, _ = condition(mean, walked, residuals, jacobian, variances)
     return posterior, spread
 
@@ -137,7 +137,7 @@ def _log_likelihood(
 ) -> NDArray[np.float64]:
     """Return log N(measured | A_0 R(theta), noise) of angles (N, 3) up to a constant, (N,)."""
     whitening = np.eye(6)
-    _, whitening, variances = decorrelated(measured, whitening, noise)
+    _, whitening, variances = decorrelate(measured, whitening, noise)
     log_likelihoods = np.zeros(theta.shape[0])
     for n in range(theta.shape[0]):
         residuals = _residuals(measured, reference, rotation(theta[n]))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.elementary import exponentials
 from pftrack.particles import normalise
 
-__all__ = ["Beam", "backtracked", "kept"]
+__all__ = ["Beam", "backtrack", "kept"]
 
 T = TypeVar("T")
 
@@ -100,7 +100,7 @@ def kept(
     return Beam(tuple(members[place] for place in chosen), log_weights, parents[chosen])
 
 
-def backtracked(parents: Sequence[NDArray[np.int64]], last: int) -> NDArray[np.int64]:
+def backtrack(parents: Sequence[NDArray[np.int64]], last: int) -> NDArray[np.int64]:
     """Return which member of each frame a member of the last one comes from.
 
     Args:

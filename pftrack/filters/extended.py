@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.kalman import condition
-from pftrack.numerics.gaussian import Gaussian, symmetrised
+from pftrack.numerics.gaussian import Gaussian, symmetrise
 from pftrack.numerics.matrices import product
 
 __all__ = ["predict", "update"]
@@ -28,7 +28,7 @@ def predict(
     """
     slope = jacobian(posterior.mean)
     covariance = product(product(slope, posterior.covariance), slope.T) + noise_covariance
-    return Gaussian(transition(posterior.mean), symmetrised(covariance))
+    return Gaussian(transition(posterior.mean), symmetrise(covariance))
 
 
 def update(

@@ -17,7 +17,7 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import product
 from pftrack.particles import ParticleSet
 
-__all__ = ["Lineage", "augment", "augment_dynamics", "begin_lineage", "block", "extend_lineage", "smoothed"]
+__all__ = ["Lineage", "augment", "augment_dynamics", "begin_lineage", "block", "extend_lineage", "smooth"]
 
 
 def augment(posterior: Gaussian, lag: int) -> Gaussian:
@@ -79,7 +79,7 @@ def extend_lineage(lineage: Lineage, particles: ParticleSet, lag: int) -> Lineag
     return Lineage(np.concatenate([newest, lineage.paths[:lag, particles.ancestors]]))
 
 
-def smoothed(lineage: Lineage, particles: ParticleSet, age: int) -> NDArray[np.float64]:
+def smooth(lineage: Lineage, particles: ParticleSet, age: int) -> NDArray[np.float64]:
     """Return E[x_{t-age} | z_{1:t}], (k,).
 
     Raises:

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 from pftrack.dynamics import LinearDynamics
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian, log_densities
-from pftrack.numerics.matrices import multiply, owned, product, solve
+from pftrack.numerics.matrices import contiguous_copy, multiply, product, solve
 
 __all__ = ["condition", "conditioned", "predict", "update"]
 
 
 def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
     """Return p(x_t | z_{1:t-1}) from p(x_{t-1} | z_{1:t-1}), both over (d,)."""
-    mean, covariance = _predicted(
-        owned(posterior.mean),
-        owned(posterior.covariance),
-        owned(dynamics.transition),
-        owned(dynamics.offset),
-        owned(dynamics.noise),
+    mean, covariance = _predict(
+        contiguous_copy(posterior.mean),
+        contiguous_copy(posterior.covariance),
+        contiguous_copy(dynamics.transition),
+        contiguous_copy(dynamics.offset),
+        contiguous_copy(dynamics.noise),
     )
     return Gaussian(mean, covariance)
 
@@ -67,11 +67,11 @@ def condition(
         noise_covariance: R, (m, m).
     """
     mean, covariance, log_evidence, regular = conditioned(
-        owned(prior.mean),
-        owned(prior.covariance),
-        owned(np.subtract(measurement, predicted)),
-        owned(jacobian),
-        owned(noise_covariance),
+        contiguous_copy(prior.mean),
+        contiguous_copy(prior.covariance),
+        contiguous_copy(np.subtract(measurement, predicted)),
+        contiguous_copy(jacobian),
+        contiguous_copy(noise_covariance),
     )
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
@@ -79,7 +79,7 @@ def condition(
 
 
 @compiled
-def _predicted(
+def _predict(
     mean: NDArray[np.float64],
     covariance: NDArray[np.float64],
     transition: NDArray[np.float64],

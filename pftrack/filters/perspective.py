@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 from pftrack.geometry.camera import pinhole, pinhole_jacobian
-from pftrack.geometry.rotation import derivatives, rotation, turned
+from pftrack.geometry.rotation import derivatives, rotation, turn
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import multiply, owned
+from pftrack.numerics.matrices import contiguous_copy, multiply
 from pftrack.numerics.random import Generator
 
 __all__ = ["POSE_NOISE", "PerspectiveLayer", "features", "project"]
@@ -50,8 +50,8 @@ class PerspectiveLayer:
 
     def __post_init__(self) -> None:
         """Keep what compiled code gets in the one form for which it is compiled."""
-        object.__setattr__(self, "points_mm", owned(self.points_mm))
-        object.__setattr__(self, "principal_px", owned(self.principal_px))
+        object.__setattr__(self, "points_mm", contiguous_copy(self.points_mm))
+        object.__setattr__(self, "principal_px", contiguous_copy(self.principal_px))
         object.__setattr__(self, "focal_px", float(self.focal_px))
         object.__setattr__(self, "reach_rad", float(self.reach_rad))
 
@@ -90,7 +90,7 @@ def features(
     """Return where points (F, 3) are seen, (F, 2) px from the principal point, and the derivatives (F, 2, 6) by q."""
     count = points_mm.shape[0]
     theta = state[:3]
-    seen = turned(points_mm, rotation(theta))
+    seen = turn(points_mm, rotation(theta))
     for n in range(count):
         for i in range(3):
             seen[n, i] += state[3 + i]
@@ -98,7 +98,7 @@ def features(
     turns = derivatives(theta)
     jacobian = np.empty((count, 2, 6))
     for axis in range(3):
-        moved = turned(points_mm, turns[axis])
+        moved = turn(points_mm, turns[axis])
         for n in range(count):
             for i in range(2):
                 jacobian[n, i, axis] = slopes[n, i, i] * moved[n, i] + slopes[n, i, 2] * moved[n, 2]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["condition", "decorrelated", "predict_second_order"]
+__all__ = ["condition", "decorrelate", "predict_second_order"]
 
 SMALLEST_PIVOT = 1e-12
 """Relative to its variance: what is left of a number's variance when the ones before it are known, at least."""
@@ -96,7 +96,7 @@ def condition(
 
 
 @compiled
-def decorrelated(
+def decorrelate(
     residuals: NDArray[np.float64], jacobian: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Make the noise of a measurement independent, by R = L D L^T with L unit lower triangular.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.numerics.gaussian import Gaussian, log_density, symmetrised
+from pftrack.numerics.gaussian import Gaussian, log_density, symmetrise
 from pftrack.numerics.matrices import multiply, root, solve
 
 __all__ = ["Function", "predict", "transform", "update", "update_batch"]
@@ -50,11 +50,11 @@ def transform(
     weights = np.full(2 * dimension + 1, 0.5 / (dimension + spread))
     weights[0] = spread / (dimension + spread)
     images = np.array(function(means[:, None, :] + offsets), np.float64, order="C")
-    return _weighted(weights, offsets, images)
+    return _weight(weights, offsets, images)
 
 
 @compiled
-def _weighted(
+def _weight(
     weights: NDArray[np.float64], offsets: NDArray[np.float64], images: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return means (n, m) and covariances (n, m, m) of images (n, s, m), and cross covariances (n, d, m) with offsets.
@@ -87,7 +87,7 @@ def predict(
 ) -> Gaussian:
     """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise of covariance Q (d, d); f maps (..., d) -> (..., d)."""
     means, covariances, _ = transform(posterior.mean[None], posterior.covariance, transition, kappa)
-    return Gaussian(means[0], symmetrised(covariances[0] + noise_covariance))
+    return Gaussian(means[0], symmetrise(covariances[0] + noise_covariance))
 
 
 def update(
@@ -132,8 +132,8 @@ def update_batch(
         Means (n, d), covariances (n, d, d) and log p(z), (n,).
     """
     predicted, spreads, cross = transform(means, covariance, observe, kappa)
-    innovation_covariances = symmetrised(spreads + noise_covariance)
-    updated, covariances, regular = _conditioned(
+    innovation_covariances = symmetrise(spreads + noise_covariance)
+    updated, covariances, regular = _condition(
         np.array(means, np.float64, order="C"),
         np.array(covariance, np.float64, order="C"),
         innovation_covariances,
@@ -142,11 +142,11 @@ def update_batch(
     )
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
-    return updated, symmetrised(covariances), log_density(measurement, predicted, innovation_covariances)
+    return updated, symmetrise(covariances), log_density(measurement, predicted, innovation_covariances)
 
 
 @compiled
-def _conditioned(
+def _condition(
     means: NDArray[np.float64],
     covariance: NDArray[np.float64],
     innovation_covariances: NDArray[np.float64],

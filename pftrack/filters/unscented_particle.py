@@ -69,7 +69,7 @@ def step(
     means = dynamics.predict(particles.states)[ancestors]
     prior_covariance = dynamics.noise_covariance[:driven, :driven]
     proposed, covariances, _ = update_batch(means[:, :driven], prior_covariance, measurement, observe, noise_covariance)
-    states = _proposed(means, proposed, covariances, rng.standard_normal((driven, count)))
+    states = _propose(means, proposed, covariances, rng.standard_normal((driven, count)))
     log_weights = (
         log_likelihood(states)
         + log_density(states[:, :driven], means[:, :driven], prior_covariance)
@@ -80,7 +80,7 @@ def step(
 
 
 @compiled
-def _proposed(
+def _propose(
     means: NDArray[np.float64],
     proposed: NDArray[np.float64],
     covariances: NDArray[np.float64],

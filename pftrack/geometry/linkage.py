@@ -29,8 +29,8 @@ __all__ = [
     "image_in_plane",
     "image_in_space",
     "joint_angles",
-    "mirrored",
-    "reversed_in_depth",
+    "mirror",
+    "reverse_in_depth",
     "slopes_in_plane",
     "slopes_in_space",
 ]
@@ -51,7 +51,7 @@ def joint_angles(absolute: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def mirrored(absolute: NDArray[np.float64], link: int) -> NDArray[np.float64]:
+def mirror(absolute: NDArray[np.float64], link: int) -> NDArray[np.float64]:
     """Return directions (3,) of which one is mirrored in depth, to the angle nearest to it, and the others are kept."""
     following = absolute.copy()
     following[link] = 2.0 * np.pi * np.floor(absolute[link] / np.pi + 0.5) - absolute[link]
@@ -142,7 +142,7 @@ def slopes_in_space(
 
 
 @compiled
-def reversed_in_depth(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+def reverse_in_depth(turn: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the rotation (3, 3) of the plane of a chain that is mirrored in depth as a whole: it is seen the same."""
     other = turn.copy()
     for i in range(3):

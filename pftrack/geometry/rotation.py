@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import principal
 
-__all__ = ["angles", "derivatives", "nearest_rotation", "rotation", "turned"]
+__all__ = ["angles", "derivatives", "nearest_rotation", "rotation", "turn"]
 
 
 @compiled
@@ -79,7 +79,7 @@ def angles(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def turned(points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def turn(points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return A x, (n, m), of points (n, 3), given A, (m, 3): a rotation, or the slopes of an affine camera."""
     count, size = points.shape[0], matrix.shape[0]
     moved = np.empty((count, size))

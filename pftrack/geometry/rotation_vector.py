@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 
 __all__ = [
-    "composed",
+    "compose",
     "cross_matrix",
     "matrix",
     "matrix_quaternion",
@@ -49,7 +49,7 @@ def vector(q: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def composed(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+def compose(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the quaternion (4,) of R(first) R(second), of unit length."""
     a, b, c, d = first[0], first[1], first[2], first[3]
     w, x, y, z = second[0], second[1], second[2], second[3]

@@ -148,11 +148,11 @@ def changes(states: ArrayLike, chart: Chart, reading: Reading) -> NDArray[np.flo
     accelerations = now - before
     if reading == "motion":
         cosine, sine = _direction(before)
-        accelerations = _turned(accelerations, cosine, -sine)
+        accelerations = _turn(accelerations, cosine, -sine)
     elif reading == "increments":
-        accelerations = _turned_by(now, -rows[kept, places]) - _turned_by(before, -rows[kept - 1, places])
+        accelerations = _turn_by(now, -rows[kept, places]) - _turn_by(before, -rows[kept - 1, places])
     elif reading != "fixed":
-        accelerations = _turned_by(accelerations, -rows[kept, places])
+        accelerations = _turn_by(accelerations, -rows[kept, places])
     return np.hstack([accelerations, turn[kept - 1]])
 
 
@@ -164,7 +164,7 @@ def steps(states: ArrayLike, chart: Chart) -> NDArray[np.float64]:
 
 def body_velocity(velocity: ArrayLike, heading: float) -> NDArray[np.float64]:
     """Return a velocity (2,) or (3,) of the picture's frame in that of a body turned by `heading`, rad."""
-    turned: NDArray[np.float64] = _turned_by(np.array([velocity], np.float64), np.array([-heading]))[0]
+    turned: NDArray[np.float64] = _turn_by(np.array([velocity], np.float64), np.array([-heading]))[0]
     return turned
 
 
@@ -286,15 +286,13 @@ def _direction(velocities: NDArray[np.float64]) -> tuple[NDArray[np.float64], ND
     return np.where(moving, x / divisor, 1.0), np.where(moving, y / divisor, 0.0)
 
 
-def _turned_by(vectors: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn_by(vectors: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
     # The C library's, as in compiled loops: NumPy's differ by processor.
     cosine, sine = (np.array([function(angle) for angle in angles]) for function in (math.cos, math.sin))
-    return _turned(vectors, cosine, sine)
+    return _turn(vectors, cosine, sine)
 
 
-def _turned(
-    vectors: NDArray[np.float64], cosine: NDArray[np.float64], sine: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _turn(vectors: NDArray[np.float64], cosine: NDArray[np.float64], sine: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return vectors (n, p) turned in the plane of their first two coordinates by angles of these (n,)."""
     x, y = vectors[:, 0], vectors[:, 1]
     turned = vectors.copy()

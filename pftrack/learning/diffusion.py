@@ -159,7 +159,7 @@ class Learned(BaseModel):
             LearnedError: It is no such file, was cut short, is of another version, experiment or chart, or its numbers
                 are no covariance.
         """
-        raw = _parsed(text)
+        raw = _parse(text)
         if raw.get("version") != VERSION:
             raise LearnedError(f"it has format {str(raw.get('version'))[:20]}, and this version of pftrack reads 1")
         if raw.get("experiment") != experiment:
@@ -169,9 +169,7 @@ class Learned(BaseModel):
         except ValidationError as error:
             raise LearnedError(_sentence(error)) from None
         if learned.chart != chart:
-            raise LearnedError(
-                f"it was learned of {_described(learned.chart)}, and {experiment} has {_described(chart)}"
-            )
+            raise LearnedError(f"it was learned of {_describe(learned.chart)}, and {experiment} has {_describe(chart)}")
         return learned
 
     @property
@@ -301,7 +299,7 @@ def _check_spread(spread: Spread, chart: Chart) -> None:
         )
 
 
-def _parsed(text: str) -> dict[str, Any]:
+def _parse(text: str) -> dict[str, Any]:
     """Return the JSON object of a learned file."""
     try:
         raw = json.loads(text)
@@ -329,7 +327,7 @@ def _tracks(count: int) -> str:
     return f"{count} {'track' if count == 1 else 'tracks'}"
 
 
-def _described(chart: Chart) -> str:
+def _describe(chart: Chart) -> str:
     named: Sequence[str] = [
         f"{name} ({unit})" if unit else name for name, unit in zip(chart.names, chart.units, strict=True)
     ]

@@ -103,10 +103,10 @@ class Guidance:
     @property
     def export(self) -> Export:
         """The file that is learned from the run as far as it was computed."""
-        return Export("learned", "Learned motion", "learned.json", "application/json", partial(_exported, self))
+        return Export("learned", "Learned motion", "learned.json", "application/json", partial(_export, self))
 
 
-def _exported(guidance: Guidance, state: Any, rows: Sequence["Diagnostics"]) -> bytes:  # noqa: ANN401 - of any tracker
+def _export(guidance: Guidance, state: Any, rows: Sequence["Diagnostics"]) -> bytes:  # noqa: ANN401 - of any tracker
     del state
     try:
         return guidance.learn([guidance.states(rows)]).text.encode()

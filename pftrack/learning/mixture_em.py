@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials, logarithms
-from pftrack.numerics.matrices import owned
+from pftrack.numerics.matrices import contiguous_copy
 from pftrack.numerics.sums import total
 
 __all__ = ["Mixture", "Settings", "adapt", "begin", "gaussian_log_density", "kernel_log_density", "responsibilities"]
@@ -90,8 +90,8 @@ def adapt(
     shares = responsibilities(
         survivors,
         mixture.ratios,
-        owned(upper[0]),
-        owned(upper[1]),
+        contiguous_copy(upper[0]),
+        contiguous_copy(upper[1]),
         lower,
         float(noise_sd_px),
         kernel=settings.lower_density == "kernel",
@@ -126,7 +126,7 @@ def responsibilities(
         if kernel:
             below = kernel_log_density(points, lower[n], noise_sd_px)
         else:
-            mean, covariance = _matched(lower[n])
+            mean, covariance = _match(lower[n])
             covariance[0, 0] += noise_sd_px**2
             covariance[1, 1] += noise_sd_px**2
             below = gaussian_log_density(points, mean, covariance)
@@ -178,7 +178,7 @@ def kernel_log_density(points: NDArray[np.float64], centres: NDArray[np.float64]
 
 
 @compiled
-def _matched(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _match(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the mean (2,) and covariance (2, 2) of points (2, M)."""
     size = points.shape[1]
     mean, covariance = np.zeros(2), np.zeros((2, 2))

@@ -93,7 +93,7 @@ def begin(model: LinearDynamics, position_px: NDArray[np.float64], sigma_px: flo
     centre = np.array(size) / 2.0
     known = Gaussian((position_px - centre) / SCALE_PX, np.eye(2) * (sigma_px / SCALE_PX) ** 2)
     return Learner(
-        theta=_normalised(model, centre),
+        theta=_normalise(model, centre),
         positions=augment(known, LAG),
         regressors=np.zeros((5, 5)),
         products=np.zeros((2, 5)),
@@ -134,7 +134,7 @@ def learn(
     counted = replace(watched, regressors=regressors, products=products, weight=weight, triples=learner.triples + 1)
     if counted.triples < settings.warm_up:
         return counted
-    theta = _solve(regressors, products, _normalised(initial, learner.centre_px), settings.ridge)
+    theta = _solve(regressors, products, _normalise(initial, learner.centre_px), settings.ridge)
     if np.isfinite(theta).all() and stays_within(theta, settings.largest_spectral_radius):
         return replace(counted, theta=theta)
     return counted
@@ -200,7 +200,7 @@ def _second_moments(positions: Gaussian) -> tuple[NDArray[np.float64], NDArray[n
     return second[2:, 2:], second[:2, 2:]
 
 
-def _normalised(model: LinearDynamics, centre_px: NDArray[np.float64]) -> NDArray[np.float64]:
+def _normalise(model: LinearDynamics, centre_px: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return [A1 A0 d] (2, 5) of a model in px, in the learner's coordinates."""
     newer, older = model.transition[:2, :2], model.transition[:2, 2:]
     drift = (model.offset[:2] - product(np.eye(2) - newer - older, centre_px)) / SCALE_PX

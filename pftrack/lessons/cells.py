@@ -3,7 +3,7 @@
 from pftrack.exports.notebook import Cell, code, markdown
 from pftrack.lessons.lesson import Lesson, Question
 
-__all__ = ["CHECKED", "asked", "checked", "found", "headed", "prediction", "seen"]
+__all__ = ["CHECKED", "asked", "check", "found", "headed", "prediction", "seen"]
 
 
 def headed(lesson: Lesson) -> Cell:
@@ -20,7 +20,7 @@ def found(lesson: Lesson, imports: str) -> Cell:
     """
     if not lesson.source:
         return code(f"{imports}\nfrom pftrack.lessons import find, judge\n\nlesson = find({lesson.id!r})")
-    again = f"lesson = read_lesson({_quoted(lesson.source)})"
+    again = f"lesson = read_lesson({_quote(lesson.source)})"
     return code(
         f"{imports}\nfrom pftrack.lessons import judge\nfrom pftrack.lessons.lecturers import read_lesson\n\n{again}"
     )
@@ -58,7 +58,7 @@ def seen(lesson: Lesson) -> Cell:
     return markdown(f"## See\n\n{lesson.notice}\n\n## Try\n\n{tries}")
 
 
-def checked(lesson: Lesson) -> Cell:
+def check(lesson: Lesson) -> Cell:
     """Return the cell that says what the checks are."""
     return markdown(
         f"## Checked\n\nWhat this lesson claims, computed here beside what is exact. {lesson.question.words}"
@@ -73,7 +73,7 @@ for check in lesson.checks:
 )
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """Return a text as Python has it, line by line where that can be."""
     lines_up = "'''" not in text and not text.endswith(("'", "\\")) and text.replace("\n", "").isprintable()
     return f"r'''{text}'''" if lines_up else repr(text)

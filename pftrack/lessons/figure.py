@@ -56,7 +56,7 @@ def _listed(values: NDArray[np.float64]) -> list[Any]:
     return listed
 
 
-def _shaded(values: NDArray[np.float64]) -> list[Any]:
+def _shade(values: NDArray[np.float64]) -> list[Any]:
     """Return amounts as JSON has them, to some thousandths of the largest: no colour shows more."""
     most = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
     unit = 10.0 ** (math.floor(math.log10(most)) - SHADE_DIGITS) if most > 0.0 else 1.0
@@ -84,7 +84,7 @@ Table: TypeAlias = Annotated[
 Shades: TypeAlias = Annotated[
     NDArray[np.float64],
     BeforeValidator(_numbers),
-    PlainSerializer(_shaded),
+    PlainSerializer(_shade),
     WithJsonSchema({"type": "array", "items": {"type": "array", "items": _ITEM}}),
 ]
 """An array (rows, columns) of what is shown as colours."""

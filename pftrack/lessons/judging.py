@@ -66,7 +66,7 @@ def read_answer(question: Question, given: object) -> Given:
         return given
     low, high = question.bounds
     unit = f" {question.unit}" if question.unit else ""
-    allowed = f"a number between {_written(low)} and {_written(high)}{unit}"
+    allowed = f"a number between {_write(low)} and {_write(high)}{unit}"
     if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
         raise ParameterError("answer", given, allowed)
     if not low <= given <= high:
@@ -88,12 +88,12 @@ def _how_far(question: Question, value: Given, answer: Answer, right: bool) -> s
         return "Right." if right else f"The right answer is “{exact}”, not “{said}”."
     unit = f" {question.unit}" if question.unit else ""
     if right:
-        return f"Right: it is {_written(answer.exact)}{unit}."
+        return f"Right: it is {_write(answer.exact)}{unit}."
     off = abs(value - answer.exact)
-    said, exact = _written(value), _written(answer.exact)
-    return f"You said {said}{unit}; it is {exact}{unit}, which is {_written(off, 3)}{unit} off."
+    said, exact = _write(value), _write(answer.exact)
+    return f"You said {said}{unit}; it is {exact}{unit}, which is {_write(off, 3)}{unit} off."
 
 
-def _written(value: float, digits: int = 4) -> str:
+def _write(value: float, digits: int = 4) -> str:
     """Return a number in a few digits, a large one whole: "10,000", not "1e+04"."""
     return f"{value:,.0f}" if abs(value) >= 10**digits - 0.5 else f"{value:.{digits}g}"

@@ -1,7 +1,7 @@
 """A lesson as a notebook: predict, then see, with the numbers that the page and the command line have."""
 
 from pftrack.exports.notebook import Cell, code, notebook
-from pftrack.lessons.cells import CHECKED, asked, checked, found, headed, prediction, seen
+from pftrack.lessons.cells import CHECKED, asked, check, found, headed, prediction, seen
 from pftrack.lessons.lesson import Demonstration, Lesson
 from pftrack.lessons.scenario_notebook import scenario_cells
 from pftrack.model.parameters import Declaration, Parameters, allowed, declarations, flat
@@ -47,7 +47,7 @@ def demonstration_cells(lesson: Lesson, parameters: Parameters, seed: int) -> tu
         seen(lesson),
         code(_values(parameters, seed)),
         code(SHOWN),
-        checked(lesson),
+        check(lesson),
         CHECKED,
     )
 

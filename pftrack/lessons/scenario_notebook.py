@@ -3,7 +3,7 @@
 from pftrack.experiments import find
 from pftrack.exports.notebook import Cell, code
 from pftrack.exports.run_notebook import run_cells
-from pftrack.lessons.cells import CHECKED, asked, checked, found, headed, prediction, seen
+from pftrack.lessons.cells import CHECKED, asked, check, found, headed, prediction, seen
 from pftrack.lessons.lesson import Lesson, Scenario
 from pftrack.lessons.running import asked as asked_run
 
@@ -31,7 +31,7 @@ def scenario_cells(lesson: Lesson) -> tuple[Cell, ...]:
         prediction(lesson.question, "answer_of(lesson)"),
         seen(lesson),
         *run_cells(recipe, find(recipe.experiment), plots=lesson.body.plots),
-        checked(lesson),
+        check(lesson),
         code(ANSWERED),
         CHECKED,
     )

@@ -109,7 +109,7 @@ def _scatter(axes: "Axes", trace: Scatter, panel: Panel, order: float) -> None:
         trace.x,
         trace.y,
         s=(0.75 * trace.size_px) ** 2,  # an area in points, of which a pixel of the screen has three quarters
-        color=_faded(trace, np.ones_like(trace.x) if trace.weights is None else np.clip(trace.weights, 0.05, 1.0)),
+        color=_fade(trace, np.ones_like(trace.x) if trace.weights is None else np.clip(trace.weights, 0.05, 1.0)),
         linewidths=0.0,
         label=trace.title,
         zorder=order,
@@ -131,7 +131,7 @@ def _tree(axes: "Axes", trace: Tree, panel: Panel, order: float) -> None:
     places = trace.parents[born, rows]
     segments = np.stack([np.column_stack([born - 1, places]), np.column_stack([born, rows])], axis=1)
     strengths = np.clip(trace.weights, 0.1, 1.0)
-    colours = _faded(trace, strengths[born, rows])
+    colours = _fade(trace, strengths[born, rows])
     lines = LineCollection(list(segments), colors=list(colours), linewidths=0.8, zorder=order)
     axes.add_collection(lines, autolim=False)
     generations, particles = np.indices(trace.weights.shape)
@@ -139,7 +139,7 @@ def _tree(axes: "Axes", trace: Tree, panel: Panel, order: float) -> None:
         generations.ravel(),
         particles.ravel(),
         s=6.0,
-        color=_faded(trace, strengths.ravel()),
+        color=_fade(trace, strengths.ravel()),
         linewidths=0.0,
         label=trace.title,
         zorder=order,
@@ -198,7 +198,7 @@ def _colour(trace: Any) -> str:  # noqa: ANN401 - any trace has an ink
     return hexadecimal(COLOURS[trace.ink])
 
 
-def _faded(trace: Any, strengths: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ANN401 - see above
+def _fade(trace: Any, strengths: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ANN401 - see above
     """Return (n, 4) RGBA of 0..1: the trace's ink, each as opaque as it is strong."""
     colour = np.array(COLOURS[trace.ink]) / 255.0
     return np.column_stack([np.broadcast_to(colour, (len(strengths), 3)), strengths])

@@ -70,7 +70,7 @@ def shares(
     Returns:
         The shares; all 0 if the window lies outside the picture.
     """
-    counts = _counts(read_only(image_rgb), float(position[0]), float(position[1]), *_packed(window), bin_table(space))
+    counts = _counts(read_only(image_rgb), float(position[0]), float(position[1]), *_pack(window), bin_table(space))
     return np.asarray(counts / max(counts.sum(), 1))
 
 
@@ -137,7 +137,7 @@ def _all(
     )
 
 
-def _packed(window: Window) -> tuple[int, int, bool]:
+def _pack(window: Window) -> tuple[int, int, bool]:
     return window.reach_across_px, window.reach_down_px, window.kernel
 
 
@@ -173,14 +173,14 @@ def similarities(
             right, bottom = max(right, windows[n, 2]), max(bottom, windows[n, 3])
     if right <= left:
         return np.zeros(windows.shape[0])
-    bins = _binned(image_rgb, table, left, top, right, bottom)
+    bins = _assign_bins(image_rgb, table, left, top, right, bottom)
     for n in range(windows.shape[0]):
         windows[n] = moved(windows[n], left, top)
     return _coefficients(bins, windows, root_model, kernel)
 
 
 @compiled
-def _binned(
+def _assign_bins(
     image_rgb: NDArray[np.uint8], table: NDArray[np.uint8], left: int, top: int, right: int, bottom: int
 ) -> NDArray[np.uint8]:
     """Return the bins of the pixels left..right - 1, top..bottom - 1."""
@@ -324,7 +324,7 @@ def _counts(
     window = windows_around(place[:1], place[1:2], place[2:3], place[3:4], width, height)[0]
     if window[2] <= window[0]:
         return found
-    bins = _binned(image_rgb, table, window[0], window[1], window[2], window[3])
+    bins = _assign_bins(image_rgb, table, window[0], window[1], window[2], window[3])
     window = moved(window, window[0], window[1])
     counts = np.zeros((LANES, BINS), np.int32)
     if kernel:

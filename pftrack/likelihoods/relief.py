@@ -205,13 +205,13 @@ def _correlations(
                 other_squares = np.int64(other_squares + other_level * other_level)
                 product += level * weight
                 other_product += other_level * weight
-            results[n, inside[i]] = _normalised(total, squares, product, end - begin)
-            results[n, inside[j]] = _normalised(other_total, other_squares, other_product, end - begin)
+            results[n, inside[i]] = _normalise(total, squares, product, end - begin)
+            results[n, inside[j]] = _normalise(other_total, other_squares, other_product, end - begin)
     return results
 
 
 @compiled
-def _normalised(total: np.int64, squares: np.int64, product: float, count: int) -> float:
+def _normalise(total: np.int64, squares: np.int64, product: float, count: int) -> float:
     """Return the correlation of a patch by the sums over its grey levels, their squares and their products."""
     power = squares - total * (total / count)
     return min(max(product / np.sqrt(power), -1.0), 1.0) if power > LEAST_VARIANCE * count else -1.0

@@ -36,7 +36,7 @@ __all__ = [
     "luma",
     "renewed",
     "scaled_sizes",
-    "scored",
+    "score",
 ]
 
 SPREAD = 0.15
@@ -108,7 +108,7 @@ def cut(grey: NDArray[np.uint8], points: NDArray[np.float64], sizes: NDArray[np.
             raise ValueError(f"a feature must lie within the picture of {width} x {height} px, got ({x:g}, {y:g})")
         columns = np.clip(int(np.floor(x + 0.5)) - w // 2 + np.arange(w), 0, width - 1)
         rows = np.clip(int(np.floor(y + 0.5)) - h // 2 + np.arange(h), 0, height - 1)
-        pixels.append(_normalised(grey[np.ix_(rows, columns)].astype(np.float64)))
+        pixels.append(_normalise(grey[np.ix_(rows, columns)].astype(np.float64)))
     return Templates(np.concatenate(pixels), sizes.copy())
 
 
@@ -127,10 +127,10 @@ def log_likelihood(
     grey: NDArray[np.uint8], positions: NDArray[np.float64], templates: Templates, spread: float = SPREAD
 ) -> NDArray[np.float64]:
     """Return the log likelihood (F, N) of positions, finite throughout; arguments as for `correlations`."""
-    return scored(correlations(grey, positions, templates), spread)
+    return score(correlations(grey, positions, templates), spread)
 
 
-def scored(correlation: NDArray[np.float64], spread: float = SPREAD) -> NDArray[np.float64]:
+def score(correlation: NDArray[np.float64], spread: float = SPREAD) -> NDArray[np.float64]:
     """Return the log likelihood of correlations (eq. 4.11), of the same shape."""
     scores: NDArray[np.float64] = -0.5 * ((correlation - 1.0) / spread) ** 2
     return scores
@@ -155,7 +155,7 @@ def renewed(templates: Templates, grey: NDArray[np.uint8], points: NDArray[np.fl
     inside = np.asarray(np.logical_and(points >= -0.5, points < np.array([width, height]) - 0.5).all(axis=1))
     fresh = cut(grey, np.where(inside[:, None], points, 0.0), templates.sizes)
     blended = [
-        _normalised((1.0 - rate) * old + rate * new) if known and new.any() else old
+        _normalise((1.0 - rate) * old + rate * new) if known and new.any() else old
         for old, new, known in zip(_patches(templates), _patches(fresh), inside, strict=True)
     ]
     return Templates(np.concatenate(blended), templates.sizes)
@@ -166,7 +166,7 @@ def _patches(templates: Templates) -> list[NDArray[np.float32]]:
     return np.split(templates.pixels, ends[:-1])
 
 
-def _normalised(patch: NDArray[np.floating]) -> NDArray[np.float32]:
+def _normalise(patch: NDArray[np.floating]) -> NDArray[np.float32]:
     """Return a patch as (w h,) less its mean and of unit norm, or zeros if it has no contrast."""
     off = patch.ravel() - patch.mean(dtype=np.float64)
     norm = float(np.sqrt(np.square(off).sum()))

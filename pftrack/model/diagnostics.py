@@ -107,10 +107,10 @@ def diagnose(
     return Diagnostics(
         frame=frame.index,
         time_s=frame.time_s,
-        estimate=_scaled(state.estimate, scale),
-        sigma=_scaled(state.sigma, scale),
+        estimate=_scale(state.estimate, scale),
+        sigma=_scale(state.sigma, scale),
         log_evidence=state.log_evidence,
-        truth=_scaled(target.position, scale) if target else None,
+        truth=_scale(target.position, scale) if target else None,
         extent=target.extent if target else None,
         observation=tuple(frame.signal.tolist()) if frame.signal is not None else None,
         error=error,
@@ -122,5 +122,5 @@ def diagnose(
     )
 
 
-def _scaled(values: NDArray[np.float64], scale: float) -> tuple[float, ...]:
+def _scale(values: NDArray[np.float64], scale: float) -> tuple[float, ...]:
     return tuple((scale * values).tolist())

@@ -222,7 +222,7 @@ def _overlap(course: Course) -> NDArray[np.float64]:
     return np.where(_boxed(course) & np.isfinite(course.believed).all(axis=1), shared / union, np.nan)
 
 
-def _normalised(course: Course) -> NDArray[np.float64]:
+def _normalise(course: Course) -> NDArray[np.float64]:
     return course.errors / np.hypot(course.extents[:, 0], course.extents[:, 1])
 
 
@@ -267,7 +267,7 @@ PICTURE_MEASURES = (
         "Error by size",
         "Median over the labelled frames of the error divided by the diagonal of the true box.",
         "median",
-        _normalised,
+        _normalise,
         better="lower",
         source=REVISITED,
     ),

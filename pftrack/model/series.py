@@ -40,8 +40,8 @@ __all__ = [
     "check_value",
     "columns",
     "from_json",
-    "joined",
-    "reduced",
+    "join",
+    "reduce",
     "to_json",
 ]
 
@@ -129,7 +129,7 @@ class Series:
     reductions: tuple[Reduction, ...] = ()
 
 
-def joined(*declared: Iterable[Series]) -> tuple[Series, ...]:
+def join(*declared: Iterable[Series]) -> tuple[Series, ...]:
     """Return all series that several declare, each once, in the order in which they come first.
 
     Raises:
@@ -202,7 +202,7 @@ def from_json(series: Series, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, NDArray[np.float64]]:
     """Return the values of a series over L frames as arrays by name, None where a frame has no such measurement."""
     if series.shape != "hypotheses":
-        return {series.name: _padded([math.nan if value is None else value for value in values])}
+        return {series.name: _pad([math.nan if value is None else value for value in values])}
     known = [value for value in values if isinstance(value, Hypotheses)]
     count = max((len(value.weights) for value in known), default=0)
     width = max((len(one) for value in known for one in value.values), default=len(series.components))
@@ -218,7 +218,7 @@ def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, N
     return {**found, f"{series.name}_parents": parents} if any(value.parents for value in known) else found
 
 
-def reduced(series: Series, column: NDArray[np.float64]) -> dict[str, float | int | None]:
+def reduce(series: Series, column: NDArray[np.float64]) -> dict[str, float | int | None]:
     """Return what is kept of a series over a whole run, by the reductions' names.
 
     Args:
@@ -229,10 +229,10 @@ def reduced(series: Series, column: NDArray[np.float64]) -> dict[str, float | in
         A number each; None where no frame has a value.
     """
     known = column[~np.isnan(column).reshape(len(column), -1).any(axis=1)] if len(column) else column
-    return {reduction.name: _reduced(series, reduction, known) for reduction in series.reductions}
+    return {reduction.name: _reduce(series, reduction, known) for reduction in series.reductions}
 
 
-def _reduced(series: Series, reduction: Reduction, known: NDArray[np.float64]) -> float | int | None:
+def _reduce(series: Series, reduction: Reduction, known: NDArray[np.float64]) -> float | int | None:
     if not len(known):
         return None
     match reduction.how:
@@ -266,7 +266,7 @@ def _numbers(raw: Iterable[Any]) -> tuple[float, ...]:
     return tuple(math.nan if number is None else float(number) for number in raw)
 
 
-def _padded(values: Sequence[Any]) -> NDArray[np.float64]:
+def _pad(values: Sequence[Any]) -> NDArray[np.float64]:
     """Return numbers as (L,), or vectors as (L, the longest), the rest NaN."""
     width = max((len(value) for value in values if isinstance(value, tuple)), default=None)
     if width is None:

@@ -67,7 +67,7 @@ class Timeline:
         checked_tracker(trackers, tracker)
         timeline = _timeline((), (Segment(0, parameters, tracker),), tuple(trackers))
         for change in sorted(changes, key=lambda change: change.frame):
-            timeline = _appended(timeline, change)
+            timeline = _append(timeline, change)
         return timeline
 
     def parameters_at(self, frame: int) -> Any:  # noqa: ANN401 - the experiment's own model
@@ -86,10 +86,10 @@ class Timeline:
         """
         kept = [segment for segment in self.segments if segment.start <= change.frame]
         before = _timeline(self.shared_with(change.frame), tuple(kept), self.trackers)
-        timeline = _appended(before, change)
+        timeline = _append(before, change)
         for later in self.changes:
             if later.frame > change.frame:
-                timeline = _appended(timeline, later)
+                timeline = _append(timeline, later)
         return timeline
 
     def shared_with(self, frame: int) -> tuple[Change, ...]:
@@ -119,7 +119,7 @@ def _timeline(changes: tuple[Change, ...], segments: tuple[Segment, ...], tracke
     return Timeline(changes, segments, trackers, history)
 
 
-def _appended(timeline: Timeline, change: Change) -> Timeline:
+def _append(timeline: Timeline, change: Change) -> Timeline:
     """Return the timeline with a change at its end."""
     if change.frame < 0:
         raise ParameterError("frame", change.frame, "a whole number, not negative")

@@ -1,6 +1,6 @@
 """Angles: the same after a whole turn, so that a difference or a mean of them is taken on the circle.
 
-`wrapped` is for arrays outside of compiled loops, `direction` for one vector there; `less_turns` and `circular_mean`
+`wrap` is for arrays outside of compiled loops, `direction` for one vector there; `less_turns` and `circular_mean`
 are for inside.
 """
 
@@ -11,10 +11,10 @@ from pftrack.numerics.compiled import compiled
 from pftrack.numerics.sums import inner_product
 from pftrack.numerics.trigonometry import sines_cosines
 
-__all__ = ["circular_mean", "direction", "less_turns", "wrapped"]
+__all__ = ["circular_mean", "direction", "less_turns", "wrap"]
 
 
-def wrapped(angle_rad: ArrayLike) -> NDArray[np.float64]:
+def wrap(angle_rad: ArrayLike) -> NDArray[np.float64]:
     """Return angles of any shape, brought into (-pi, pi] by whole turns; differences of angles are errors only so."""
     turned = np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
     # Just above half a turn the remainder rounds up to a whole one.

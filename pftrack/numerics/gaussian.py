@@ -10,7 +10,7 @@ from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import factorise, product, root, substitute
 from pftrack.numerics.random import Generator
 
-__all__ = ["Gaussian", "log_densities", "log_density", "symmetrised"]
+__all__ = ["Gaussian", "log_densities", "log_density", "symmetrise"]
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,6 @@ def log_densities(
     return densities, True
 
 
-def symmetrised(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def symmetrise(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the symmetric part of (..., d, d), which rounding must not lose."""
     return 0.5 * (covariance + np.swapaxes(covariance, -1, -2))

@@ -14,10 +14,10 @@ from pftrack.numerics.compiled import compiled
 from pftrack.numerics.sums import inner_product
 
 __all__ = [
+    "contiguous_copy",
     "factorise",
     "least_squares",
     "multiply",
-    "owned",
     "principal",
     "product",
     "root",
@@ -42,7 +42,7 @@ def product(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     Raises:
         ValueError: The shapes do not fit.
     """
-    left, right = owned(first), owned(second)
+    left, right = contiguous_copy(first), contiguous_copy(second)
     if left.shape[-1] != right.shape[0]:
         raise ValueError(f"expected as many columns as rows, got shapes {left.shape} and {right.shape}")
     rows = left if left.ndim == 2 else left[None]
@@ -56,8 +56,8 @@ def solved(matrix: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
     Raises:
         numpy.linalg.LinAlgError: A is singular.
     """
-    right = owned(wanted)
-    found, regular = solve(owned(matrix), right if right.ndim == 2 else right[:, None])
+    right = contiguous_copy(wanted)
+    found, regular = solve(contiguous_copy(matrix), right if right.ndim == 2 else right[:, None])
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     return found.reshape(right.shape)
@@ -65,7 +65,7 @@ def solved(matrix: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
 
 def root(covariance: ArrayLike) -> NDArray[np.float64]:
     """Return L, lower triangular, of L L^T = P (n, n), which may be singular; a pivot below 0 counts as 0."""
-    return factorise(owned(covariance))[0]
+    return factorise(contiguous_copy(covariance))[0]
 
 
 def least_squares(slopes: ArrayLike, wanted: ArrayLike) -> tuple[NDArray[np.float64], bool]:
@@ -75,8 +75,8 @@ def least_squares(slopes: ArrayLike, wanted: ArrayLike) -> tuple[NDArray[np.floa
         slopes: A, (n, k) with n >= k.
         wanted: B, (n, m) or (n,).
     """
-    right = owned(wanted)
-    found, determined = _least_squares(owned(slopes), right if right.ndim == 2 else right[:, None])
+    right = contiguous_copy(wanted)
+    found, determined = _least_squares(contiguous_copy(slopes), right if right.ndim == 2 else right[:, None])
     return found.reshape((found.shape[0], *right.shape[1:])), bool(determined)
 
 
@@ -85,10 +85,10 @@ def principal(symmetric: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Jacobi's method: each entry off the diagonal is turned away, round after round, until nothing is left of them.
     """
-    return _principal(owned(symmetric))
+    return _principal(contiguous_copy(symmetric))
 
 
-def owned(array: ArrayLike) -> NDArray[np.float64]:
+def contiguous_copy(array: ArrayLike) -> NDArray[np.float64]:
     """Return a copy that may be written and lies together: compiled code is compiled again for any other kind."""
     return np.array(array, dtype=np.float64, order="C")
 

@@ -74,13 +74,13 @@ class Stream:
 
     def random(self, size: Any = None) -> Any:  # noqa: ANN401 - a number or an array, as NumPy's does
         """Return numbers uniform in [0, 1), of the given shape, or one number."""
-        return self._shaped(uniforms, size)
+        return self._shape(uniforms, size)
 
     def standard_normal(self, size: Any = None) -> Any:  # noqa: ANN401 - a number or an array, as NumPy's does
         """Return independent N(0, 1) numbers of the given shape, or one number."""
-        return self._shaped(standard_normals, size)
+        return self._shape(standard_normals, size)
 
-    def _shaped(self, draw: Any, size: Any) -> Any:  # noqa: ANN401 - see above
+    def _shape(self, draw: Any, size: Any) -> Any:  # noqa: ANN401 - see above
         count = 1 if size is None else math.prod(size) if isinstance(size, tuple) else int(size)
         numbers = draw(self.seed, self.frame, self.purpose.value, self._draws, count)
         self._draws += 1

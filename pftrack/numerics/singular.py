@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.numerics.matrices import owned
+from pftrack.numerics.matrices import contiguous_copy
 from pftrack.numerics.sums import inner_product
 
-__all__ = ["eigenvalues", "orthogonalised", "singular_values"]
+__all__ = ["eigenvalues", "orthogonalise", "singular_values"]
 
 RIGHT_ANGLE = 1e-15
 """The cosine of two columns below which they are at right angles."""
@@ -29,11 +29,11 @@ def singular_values(matrix: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.
     Args:
         matrix: A, (m, n), finite.
     """
-    array = owned(matrix)
+    array = contiguous_copy(matrix)
     if array.shape[0] >= array.shape[1]:
-        scaled, turn = orthogonalised(array.T.copy())
+        scaled, turn = orthogonalise(array.T.copy())
     else:
-        turn, scaled = orthogonalised(array)[::-1]
+        turn, scaled = orthogonalise(array)[::-1]
     lengths = np.sqrt(np.square(scaled).sum(axis=1))
     order = np.argsort(-lengths, kind="stable")
     lengths, scaled, turn = lengths[order], scaled[order], turn[order]
@@ -48,7 +48,7 @@ def eigenvalues(symmetric: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.f
 
     They are the singular values of the matrix less a multiple of the identity that makes it positive.
     """
-    array = owned(symmetric)
+    array = contiguous_copy(symmetric)
     # No eigenvalue is larger than the largest sum of a row (Gershgorin).
     bound = float(np.abs(array).sum(axis=1).max(initial=0.0))
     _, values, vectors = singular_values(array + bound * np.eye(len(array)))
@@ -56,7 +56,7 @@ def eigenvalues(symmetric: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.f
 
 
 @compiled
-def orthogonalised(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def orthogonalise(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return T A and T, a rotation (n, n) of the rows of A (n, m) after which they are at right angles."""
     count, size = rows.shape
     turned = rows.copy()

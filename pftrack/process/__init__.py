@@ -6,7 +6,7 @@ turns its exit status into an `Ending`. The child side (`limits`) gives up what 
 anything that came from elsewhere: memory, processor time, files, the network, and what a fork has brought along.
 """
 
-from pftrack.process.child import ONE_THREAD, Ending, command, described, end_group, ending, environment, follow_parent
+from pftrack.process.child import ONE_THREAD, Ending, command, describe, end_group, ending, environment, follow_parent
 from pftrack.process.fork_server import ForkServer
 from pftrack.process.limits import confine, leave_interrupts_to_parent, stand_alone
 
@@ -16,7 +16,7 @@ __all__ = [
     "ForkServer",
     "command",
     "confine",
-    "described",
+    "describe",
     "end_group",
     "ending",
     "environment",

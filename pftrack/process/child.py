@@ -8,7 +8,7 @@ import time
 from contextlib import suppress
 from enum import Enum, auto
 
-__all__ = ["ONE_THREAD", "Ending", "command", "described", "end_group", "ending", "environment", "follow_parent"]
+__all__ = ["ONE_THREAD", "Ending", "command", "describe", "end_group", "ending", "environment", "follow_parent"]
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 """Environment that keeps numerical libraries to one thread: there is a process for every core already."""
@@ -57,7 +57,7 @@ def ending(status: int | None) -> Ending:
     return {-signal.SIGXCPU: Ending.OUT_OF_CPU_TIME, -signal.SIGKILL: Ending.KILLED}.get(status, Ending.CRASHED)
 
 
-def described(status: int) -> str:
+def describe(status: int) -> str:
     """Return an exit status in words: "ended with status 1", "killed by SIGSEGV"."""
     if status >= 0:
         return f"ended with status {status}"

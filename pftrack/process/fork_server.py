@@ -19,7 +19,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.reduction import recv_handle, send_handle
 from typing import Any, NoReturn, TypeAlias
 
-from pftrack.process.child import command, described, environment, follow_parent
+from pftrack.process.child import command, describe, environment, follow_parent
 from pftrack.process.limits import leave_interrupts_to_parent
 
 __all__ = ["ForkServer", "serve"]
@@ -166,7 +166,7 @@ def _ended(process: int) -> str:
         time.sleep(LOOK_S / 20)
         ended, status = os.waitpid(process, os.WNOHANG)
     if ended:
-        return described(os.waitstatus_to_exitcode(status))
+        return describe(os.waitstatus_to_exitcode(status))
     os.kill(process, signal.SIGKILL)
     os.waitpid(process, 0)
     return "ended"

@@ -29,7 +29,7 @@ from pftrack.model.drawing import (
 )
 from pftrack.model.world import Viewpoint, World
 
-__all__ = ["Projection", "looked_at"]
+__all__ = ["Projection", "look_at"]
 
 MARGIN = 1.04
 """Factor of free space around a world."""
@@ -142,7 +142,7 @@ def _ruler(world: World, side_px: float, scale: float) -> dict[str, Primitive]:
     }
 
 
-def looked_at(drawn: WorldDrawing, viewpoint: Viewpoint, side_px: int) -> Drawing:
+def look_at(drawn: WorldDrawing, viewpoint: Viewpoint, side_px: int) -> Drawing:
     """Return a world as the drawing that somebody sees who looks from a viewpoint.
 
     Args:

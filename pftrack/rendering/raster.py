@@ -34,7 +34,7 @@ from pftrack.model.drawing import (
     Primitive,
     Text,
 )
-from pftrack.rendering.projection import looked_at
+from pftrack.rendering.projection import look_at
 
 __all__ = ["png", "render", "render_beside"]
 
@@ -92,7 +92,7 @@ def render_beside(
     Returns:
         (round(height * scale), width, 3) uint8 RGB.
     """
-    parts = [drawing, *(looked_at(each, each.world.viewpoints[0], drawing.height) for each in drawing.worlds)]
+    parts = [drawing, *(look_at(each, each.world.viewpoints[0], drawing.height) for each in drawing.worlds)]
     return np.concatenate([render(part, layers=layers, scale=scale) for part in parts], axis=1)
 
 

@@ -59,21 +59,21 @@ def coverage(pool: Pool, full: bool) -> list[Finding]:
     held = {"affine": ("within_95",), "perspective": ("within_50", "within_95")}
     for upper, asserted in held.items():
         trials = [Trial("prism", seed, 625, {"upper_layer": upper}) for seed in seeds]
-        findings += _judged(pool, f"calibration: prism, {upper}", trials, held=asserted)
+        findings += _judge(pool, f"calibration: prism, {upper}", trials, held=asserted)
     if full:
         for view, model, asserted in HEADS:
             chosen: dict[str, Value] = {"speed": HEAD_SPEED, "face_model": model, **VIEWS[view]}
             trials = [Trial("head", 0, HEAD_FRAMES, {**chosen, "person": person}) for person in PEOPLE]
-            findings += _judged(pool, f"calibration: head, {model} face, {view}", trials, held=asserted)
+            findings += _judge(pool, f"calibration: head, {model} face, {view}", trials, held=asserted)
     return findings
 
 
-def _judged(pool: Pool, name: str, trials: Sequence[Trial], held: tuple[str, ...]) -> list[Finding]:
+def _judge(pool: Pool, name: str, trials: Sequence[Trial], held: tuple[str, ...]) -> list[Finding]:
     """Compare both bands with what they say; those of `held` are to be as the calibrated one says."""
     findings, errors = [], []
     for band in ("document", "calibrated"):
         chosen = [Trial(one.experiment, one.seed, one.frames, {**one.values, "pose_band": band}) for one in trials]
-        *shares, error = np.mean(pool.map(_measured, chosen), axis=0)
+        *shares, error = np.mean(pool.map(_measure, chosen), axis=0)
         errors.append(float(error))
         for (series, wanted), ours in zip(SHARES.items(), shares, strict=True):
             confirmed = band == "calibrated" and series in held
@@ -85,7 +85,7 @@ def _judged(pool: Pool, name: str, trials: Sequence[Trial], held: tuple[str, ...
     return [*findings, claim(result, ratio, holds=ratio <= 1.0, source="docs/calibration.md")]
 
 
-def _measured(trial: Trial) -> tuple[float, ...]:
+def _measure(trial: Trial) -> tuple[float, ...]:
     """Return the shares of frames and angles within both bands, and the mean error, degrees."""
     experiment = find(trial.experiment)
     run = Run(

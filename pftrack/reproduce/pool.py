@@ -76,7 +76,7 @@ class Pool:
         while len(outcomes) < len(pieces):
             while waiting and self._workers.welcome():
                 number = waiting.popleft()
-                self._workers.start(number, _mapped, function, pieces[number])
+                self._workers.start(number, _transform, function, pieces[number])
             for done in self._workers.finished(POLL_S):
                 if done.lost:
                     raise SweepError(f"the study failed: a process of the pool was lost ({done.lost})")
@@ -113,5 +113,5 @@ class Pool:
         return result
 
 
-def _mapped(function: Callable[[Item], Outcome], items: list[Item]) -> list[Outcome]:
+def _transform(function: Callable[[Item], Outcome], items: list[Item]) -> list[Outcome]:
     return [function(item) for item in items]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import Experiment, Setup
 from pftrack.model.measures import Course, measured
 from pftrack.model.parameters import Parameters, Value, revise
-from pftrack.model.series import reduced
+from pftrack.model.series import reduce
 from pftrack.model.source import History, Source
 from pftrack.model.tracker import Tracker, TrackState
 from pftrack.numerics.random import Purpose, Stream
@@ -108,14 +108,14 @@ def outcomes(
     groups = [[seed] for seed in seeds] if source.noisy else [list(seeds)]
     known: dict[tuple[int, str], Outcome] = {}
     for group in groups:
-        known |= _folded(experiment, setup, parameters, trackers, group, frames)
+        known |= _fold(experiment, setup, parameters, trackers, group, frames)
     return [
         [known.get((seed, name)) or _live(experiment, setup, values, name, seed, frames) for name in trackers]
         for seed in seeds
     ]
 
 
-def _folded(
+def _fold(
     experiment: Experiment,
     setup: Setup,
     parameters: Parameters,
@@ -250,7 +250,7 @@ class _Folding:
         for series in self._tracker.series:
             if series.reductions:
                 blocks = self._series.get(series.name)
-                kept |= reduced(series, np.concatenate(blocks) if blocks else np.zeros(0))
+                kept |= reduce(series, np.concatenate(blocks) if blocks else np.zeros(0))
         return kept
 
 

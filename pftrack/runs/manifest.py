@@ -15,7 +15,7 @@ from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
 from pftrack.version import __version__
 
-__all__ = ["FORMAT", "bibtex_of", "citation_of", "embedded", "extent_of", "manifest_of", "title_of"]
+__all__ = ["FORMAT", "bibtex_of", "citation_of", "embed", "extent_of", "manifest_of", "title_of"]
 
 FORMAT = "pftrack-manifest"
 
@@ -43,7 +43,7 @@ def manifest_of(run: Run) -> dict[str, Any]:
     }
 
 
-def embedded(run: Run) -> str:
+def embed(run: Run) -> str:
     """Return the manifest of a run as JSON in one line of ASCII, as other formats carry it."""
     return json.dumps(manifest_of(run))
 

@@ -130,10 +130,10 @@ def save(run: Run, path: Path, *, states: bool = False, footage_path: str | None
     try:
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr("run.json", describe(run, path=footage_path).model_dump_json(indent=1))
-            archive.writestr("diagnostics.npz", _packed(columns_of(run)))
+            archive.writestr("diagnostics.npz", _pack(columns_of(run)))
             if states:
                 # They are compressed within; a second time would gain nothing and take as long again.
-                archive.writestr("states.npz", _packed(_states(run)), zipfile.ZIP_STORED)
+                archive.writestr("states.npz", _pack(_states(run)), zipfile.ZIP_STORED)
         settle(part, path)
     finally:
         part.unlink(missing_ok=True)
@@ -280,7 +280,7 @@ def _states(run: Run) -> dict[str, np.ndarray[Any, Any]]:
     return arrays
 
 
-def _packed(arrays: Mapping[str, np.ndarray[Any, Any]]) -> bytes:
+def _pack(arrays: Mapping[str, np.ndarray[Any, Any]]) -> bytes:
     """Pack arrays as NumPy does, in half its time: particles are noise, on which a thorough search is lost."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.measures import Course, Measure, succeeded
 from pftrack.model.parameters import Parameters, with_role
-from pftrack.model.series import Series, columns, reduced
+from pftrack.model.series import Series, columns, reduce
 
 __all__ = ["Verdict", "allowed_loss", "course_of", "estimates_hash", "extent_series", "judge", "reductions"]
 
@@ -97,7 +97,7 @@ def reductions(declared: Sequence[Series], rows: Sequence[Diagnostics]) -> Mappi
     for series in declared:
         if series.reductions:
             values = [row.series[series.name] for row in rows if series.name in row.series]
-            kept |= reduced(series, columns(series, values)[series.name])
+            kept |= reduce(series, columns(series, values)[series.name])
     return kept
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import factorise, substitute
-from pftrack.numerics.singular import orthogonalised
+from pftrack.numerics.singular import orthogonalise
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE
 
 __all__ = ["box_in_ellipsoid", "ellipsoid_in_ellipsoid", "lies_in"]
@@ -89,7 +89,7 @@ def ellipsoid_in_ellipsoid(
     for j in range(size):
         for k in range(size):
             across[k, j] = image[j, k]
-    turned, _ = orthogonalised(across)
+    turned, _ = orthogonalise(across)
     squares, slopes = np.zeros(size), np.zeros(size)
     distance = 0.0
     for k in range(size):

@@ -17,14 +17,14 @@ from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways
 from pftrack.set_membership.steps import applied, settled
 from pftrack.set_membership.strips import SLACK
 
-__all__ = ["observed_in_plane"]
+__all__ = ["observe_in_plane"]
 
 MOST_STEPS, CLOSE_PX = 20, 1e-4
 """Of the search for the point to linearise at."""
 
 
 @compiled
-def observed_in_plane(
+def observe_in_plane(
     region: NDArray[np.float64],
     axes: tuple[int, int],
     scale: float,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.numerics.singular import orthogonalised
+from pftrack.numerics.singular import orthogonalise
 
 __all__ = ["LENGTHENED", "OUTER", "PRINTED", "predict"]
 
@@ -58,7 +58,7 @@ def predict(shape: NDArray[np.float64], moved: int, radius: float, way: int) -> 
 def _lengthen(shape: NDArray[np.float64], radius: float) -> None:
     """Make every semi-axis longer by the radius, in place."""
     size = shape.shape[0]
-    scaled, axes = orthogonalised(shape)
+    scaled, axes = orthogonalise(shape)
     for i in range(size):
         for j in range(size):
             shape[i, j] = 0.0

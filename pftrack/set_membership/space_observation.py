@@ -15,11 +15,11 @@ from pftrack.set_membership.space_cells import TURNS, Grid, Link, image, space_c
 from pftrack.set_membership.steps import applied, settled
 from pftrack.set_membership.strips import SLACK
 
-__all__ = ["observed_in_space"]
+__all__ = ["observe_in_space"]
 
 
 @compiled
-def observed_in_space(
+def observe_in_space(
     region: NDArray[np.float64],
     link: Link,
     seen: NDArray[np.float64],

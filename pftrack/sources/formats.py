@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["ALLOWED", "HEAD_BYTES", "TRACKS_COLUMNS", "Format", "SourceError", "decoded", "delimiter_of", "sniff"]
+__all__ = ["ALLOWED", "HEAD_BYTES", "TRACKS_COLUMNS", "Format", "SourceError", "decode", "delimiter_of", "sniff"]
 
 ALLOWED = (
     "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
@@ -66,7 +66,7 @@ def sniff(head: bytes) -> Format:
     raise SourceError(f"the file is {what}, which cannot be read here; expected {ALLOWED}")
 
 
-def decoded(data: bytes) -> str:
+def decode(data: bytes) -> str:
     """Return text, by its mark of byte order, as UTF-8, or else as Windows has it in Western Europe."""
     for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
         if data.startswith(mark):
@@ -98,7 +98,7 @@ def _boxes(head: bytes) -> bool:
 
 
 def _columns(head: bytes) -> set[str]:
-    line = decoded(head).partition("\n")[0]
+    line = decode(head).partition("\n")[0]
     return {name.strip().lower() for name in line.split(delimiter_of(line))}
 
 

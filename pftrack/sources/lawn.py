@@ -218,11 +218,11 @@ def _texture(scene_number: int, draw: int, blur_px: tuple[float, float]) -> NDAr
     for _ in range(draw + 1):
         noise = stream.standard_normal((SIZE[1], SIZE[0], 3))
     for axis, sd in ((1, blur_px[0]), (0, blur_px[1])):
-        noise = _blurred(noise, axis, sd)
+        noise = _blur(noise, axis, sd)
     return np.asarray(noise)
 
 
-def _blurred(noise: NDArray[np.float64], axis: int, sd: float) -> NDArray[np.float64]:
+def _blur(noise: NDArray[np.float64], axis: int, sd: float) -> NDArray[np.float64]:
     """Return noise convolved with a Gaussian along an axis, on around the edges, with its variance kept."""
     reach = int(3.0 * sd + 0.5)
     offsets = np.arange(-reach, reach + 1)

@@ -153,7 +153,7 @@ def _table(name: str, file: TextIO, form: Form) -> tuple[dict[int, list[float]],
     rows = csv.reader(file)
     columns = _columns(name, next(rows, []), wanted)
     several = "object" in columns
-    for line, row in _filled(rows):
+    for line, row in _fill(rows):
         place = f"{name}, line {line}"
         if len(row) <= max(columns[column] for column in wanted):
             raise TruthError(f"{place}: expected {len(columns)} values, got {len(row)}")
@@ -187,7 +187,7 @@ def _columns(name: str, header: list[str], wanted: tuple[str, ...]) -> dict[str,
     return {column: names.index(column) for column in (*wanted, "object") if column in names}
 
 
-def _filled(rows: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
+def _fill(rows: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
     return ((line, row) for line, row in enumerate(rows, start=2) if any(value.strip() for value in row))
 
 

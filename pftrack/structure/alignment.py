@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 from pftrack.geometry.face_model import fit_similarity
 from pftrack.numerics.matrices import least_squares, product
 
-__all__ = ["Alignment", "aligned", "residuals", "shape_error"]
+__all__ = ["Alignment", "align", "residuals", "shape_error"]
 
 Alignment: TypeAlias = Literal["affine", "similarity"]
 MIRROR: NDArray[np.float64] = np.array([1.0, 1.0, -1.0])
 
 
-def aligned(
-    estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Alignment = "affine"
-) -> NDArray[np.float64]:
+def align(estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Alignment = "affine") -> NDArray[np.float64]:
     """Return an estimated shape (n, 3) mapped onto the true one with the least sum of squared distances.
 
     Args:
@@ -51,10 +49,10 @@ def residuals(
     estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Alignment = "affine"
 ) -> NDArray[np.float64]:
     """Return each point's distance (n,) from the truth after alignment, in the unit of the truth."""
-    return np.asarray(np.sqrt(np.square(aligned(estimate, truth, kind) - truth).sum(axis=1)))
+    return np.asarray(np.sqrt(np.square(align(estimate, truth, kind) - truth).sum(axis=1)))
 
 
 def shape_error(estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Alignment = "affine") -> float:
     """Return the error of document 1, eq. 4.19: what alignment leaves, relative to the truth about its centre."""
-    apart = aligned(estimate, truth, kind) - truth
+    apart = align(estimate, truth, kind) - truth
     return float(np.sqrt(np.square(apart).sum() / np.square(truth - truth.mean(axis=0)).sum()))

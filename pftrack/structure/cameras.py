@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.structure.positive import factorised, inverted, solved_from
+from pftrack.structure.positive import cholesky_solve, factorise, invert
 
 __all__ = ["SIZE", "evidence", "fitted", "frontal", "normal_of", "settled", "steadied", "turn_between"]
 
@@ -128,8 +128,8 @@ def settled(
     for _ in range(most_rounds):
         residuals, _, slopes = fitted(focal, found, shape, rows)
         normal, wanted, _ = normal_of(residuals, slopes, precisions, turn_between(found, before), turn_precision)
-        change = solved_from(factorised(normal)[0], wanted)
-        found = _moved(found, change)
+        change = cholesky_solve(factorise(normal)[0], wanted)
+        found = _move(found, change)
         length = 0.0
         for i in range(SIZE):
             length += change[i] * wanted[i]
@@ -154,7 +154,7 @@ def evidence(
     """
     residuals, _, slopes = fitted(focal, camera, shape, rows)
     normal, _, cost = normal_of(residuals, slopes, precisions, turn_between(camera, before), turn_precision)
-    _, log_determinant = factorised(normal)
+    _, log_determinant = factorise(normal)
     return -0.5 * (cost + log_determinant)
 
 
@@ -202,8 +202,8 @@ def steadied(
     residuals, _, slopes = fitted(focal, camera, shape, rows)
     normal, _, _ = normal_of(residuals, slopes, precisions, turn, 0.0)
     covariance, precision = np.empty((SIZE, SIZE)), np.empty((3, 3))
-    inverted(normal, covariance)
-    inverted(covariance[:3, :3].copy(), precision)
+    invert(normal, covariance)
+    invert(covariance[:3, :3].copy(), precision)
     square = 0.0
     for i in range(3):
         for j in range(3):
@@ -215,7 +215,7 @@ def steadied(
     for i in range(3):
         # The step whose quaternion is (1, w / 2) turns by 2 arctan(|w| / 2).
         change[i] = 2.0 * np.tan(0.5 * share * angle) / angle * turn[i] if angle > 0.0 else 0.0
-    found = _moved(reference, change)
+    found = _move(reference, change)
     for i in range(3):
         found[i, 3] = camera[i, 3]
     return found
@@ -266,7 +266,7 @@ def normal_of(
 
 
 @compiled
-def _moved(camera: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
+def _move(camera: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a camera (3, 4) after a small rotation and a translation (6,)."""
     # The rotation of the quaternion (1, w / 2), made a unit.
     square = change[0] * change[0] + change[1] * change[1] + change[2] * change[2]

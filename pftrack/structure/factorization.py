@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.matrices import least_squares, owned, product, solved
+from pftrack.numerics.matrices import contiguous_copy, least_squares, product, solved
 from pftrack.numerics.singular import eigenvalues, singular_values
 from pftrack.structure.tracks import Tracks
 
@@ -156,7 +156,7 @@ def _quadratic(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArr
 
 def _root(metric: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return A (3, 3) of A A^T = Q; eigenvalues below the smallest that are plausible are raised to that."""
-    values, vectors = eigenvalues(owned(metric))
+    values, vectors = eigenvalues(contiguous_copy(metric))
     if not values[0] > 0.0:
         raise ValueError("expected cameras with rows at right angles; no map makes them so")
     return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST_SQUARE * values[0])))

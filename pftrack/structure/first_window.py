@@ -45,7 +45,7 @@ def from_window(tracks: Tracks, settings: Settings, found: Variational | None = 
     if not np.isfinite(found.shape).all():
         raise ValueError("expected cameras that determine a metric shape, got frames from which none comes")
     best: tuple[float, Recursive] | None = None
-    for state in _mirrored(found, settings, tracks.seen):
+    for state in _mirror(found, settings, tracks.seen):
         total, after = 0.0, state
         for positions, variances in zip(tracks.positions, tracks.variances, strict=True):
             after = recursive.step(after, positions, variances)
@@ -57,7 +57,7 @@ def from_window(tracks: Tracks, settings: Settings, found: Variational | None = 
     return best[1]
 
 
-def _mirrored(found: Variational, settings: Settings, seen: NDArray[np.bool_]) -> Iterator[Recursive]:
+def _mirror(found: Variational, settings: Settings, seen: NDArray[np.bool_]) -> Iterator[Recursive]:
     """Yield the beginnings with both mirror images of a metric shape; a point that was never seen may be anywhere."""
     spread = SPREAD * float(np.sqrt(found.shape.var(axis=0).mean()))
     covariance = np.where(seen[:, None, None], spread**2 * np.eye(3), found.shape_covariances)

@@ -27,7 +27,7 @@ from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import product, solved
 from pftrack.structure import recursive
 from pftrack.structure.cameras import evidence, frontal, settled
-from pftrack.structure.positive import inverted
+from pftrack.structure.positive import invert
 from pftrack.structure.recursive import Recursive
 from pftrack.structure.tracks import checked_view
 
@@ -114,7 +114,7 @@ class Growing:
         joint = self.own.covariance
         if left > 0.0:
             prior = np.empty_like(joint)
-            inverted(self.own.prior_precision, prior)
+            invert(self.own.prior_precision, prior)
             joint = left * prior + (1.0 - left) * joint
         kept = _shape_only(self.mean_shape)
         blocks = product(product(kept, joint), kept).reshape(count, 3, count, 3)
@@ -163,8 +163,8 @@ def step(state: Growing, positions: NDArray[np.float64], variances: NDArray[np.f
         mean_camera = frontal(focal, state.mean_shape, rows, precisions)
     own_camera = state.own.camera if state.own.camera is not None else mean_camera
     turn_precision = 1.0 / state.own.settings.turn_sd_rad**2
-    mean_camera, usual = _predicted(focal, mean_camera, state.mean_shape, rows, precisions, turn_precision)
-    own_camera, personal = _predicted(focal, own_camera, state.own.shape, rows, precisions, turn_precision)
+    mean_camera, usual = _predict(focal, mean_camera, state.mean_shape, rows, precisions, turn_precision)
+    own_camera, personal = _predict(focal, own_camera, state.own.shape, rows, precisions, turn_precision)
     # A camera's translation is in the unit of the shape: in another size its flat prior is another.
     advantage = personal - usual - 3.0 * math.log(state.onto_mean.scale)
     advantage = min(max(advantage, -LARGEST_DIFFERENCE), LARGEST_DIFFERENCE)
@@ -202,7 +202,7 @@ def _of_own(settings: Settings) -> recursive.Settings:
 
 
 @compiled
-def _predicted(
+def _predict(
     focal: float,
     camera: NDArray[np.float64],
     shape: NDArray[np.float64],

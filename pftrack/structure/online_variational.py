@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 from pftrack.structure.passes import free_energy, moments, points_given, rows_given
-from pftrack.structure.positive import inverted
+from pftrack.structure.positive import invert
 from pftrack.structure.tracks import FEWEST_POINTS, Tracks, checked_view
-from pftrack.structure.variational import GAMMA, initial_motion, iterated
+from pftrack.structure.variational import GAMMA, initial_motion, iterate
 
 __all__ = ["Forgetting", "Online", "Settings", "begin", "run", "step"]
 
@@ -163,7 +163,7 @@ def _first(state: Online) -> Online:
     """Return the state after the batch method on the first full window."""
     gamma = state.settings.gamma
     start = initial_motion(state.rows, state.precisions, "svd", gamma)
-    found = iterated(state.rows, state.precisions, *start, state.settings.iterations, gamma)
+    found = iterate(state.rows, state.precisions, *start, state.settings.iterations, gamma)
     energy = float(found.free_energies[-1])
     return replace(
         state,
@@ -273,6 +273,6 @@ def _information(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
     told = np.empty(count)
     precision = np.empty((3, 3))
     for n in range(count):
-        inverted(covariances[n], precision)
+        invert(covariances[n], precision)
         told[n] = max(precision[0, 0] + precision[1, 1] + precision[2, 2] - 3.0, 0.0)
     return told

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.structure.positive import inverted
+from pftrack.structure.positive import invert
 
 __all__ = ["free_energy", "moments", "points_given", "rows_given"]
 
@@ -50,7 +50,7 @@ def points_given(
                 information[i] += weight * (rest * motion[d, i] - spreads[d, i, 3])
                 for j in range(i + 1):
                     precision[i, j] += weight * (motion[d, i] * motion[d, j] + spreads[d, i, j])
-        inverted(precision, covariances[n])
+        invert(precision, covariances[n])
         for i in range(3):
             means[n, i] = 0.0
             for j in range(3):
@@ -103,7 +103,7 @@ def rows_given(
                 information[i] += weight * rows[d, n] * second[n, i, 3]
                 for j in range(i + 1):
                     precision[i, j] += weight * second[n, i, j]
-        log_determinants[d] = inverted(precision, covariances[d])
+        log_determinants[d] = invert(precision, covariances[d])
         for i in range(4):
             means[d, i] = 0.0
             for j in range(4):
@@ -142,7 +142,7 @@ def free_energy(
     energy = 0.0
     for n in range(count):
         # Prior and entropy of the point.
-        energy += 1.5 + 0.5 * inverted(shape_covariances[n], scratch)
+        energy += 1.5 + 0.5 * invert(shape_covariances[n], scratch)
         for i in range(3):
             energy -= 0.5 * second[n, i, i]
         for d in range(height):

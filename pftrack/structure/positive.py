@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.sums import inner_product
 
-__all__ = ["factorised", "inverted", "solved_from"]
+__all__ = ["cholesky_solve", "factorise", "invert"]
 
 SMALLEST_PIVOT = 1e-14
 """What is left of a precision, relative to it, at least; beyond that it is rounding."""
@@ -19,7 +19,7 @@ SMALLEST = 1e-300
 
 
 @compiled
-def factorised(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def factorise(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """Return L (n, n) of L L^T = P, of which the lower half is read, and log det P."""
     size = matrix.shape[0]
     lower = np.zeros((size, size))
@@ -35,7 +35,7 @@ def factorised(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]
 
 
 @compiled
-def solved_from(lower: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+def cholesky_solve(lower: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return x (n,) of L L^T x = b, given L (n, n)."""
     size = lower.shape[0]
     found = wanted.copy()
@@ -49,10 +49,10 @@ def solved_from(lower: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDAr
 
 
 @compiled
-def inverted(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> float:
+def invert(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> float:
     """Write the inverse of a positive definite matrix (n, n), of which the lower half is read; return its log det."""
     size = matrix.shape[0]
-    lower, log_determinant = factorised(matrix)
+    lower, log_determinant = factorise(matrix)
     # The inverse of the root, in place, and then its product with its transpose.
     for j in range(size):
         lower[j, j] = 1.0 / lower[j, j]

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.sums import inner_product
 from pftrack.structure.cameras import SIZE, fitted, frontal, normal_of, settled, steadied, turn_between
-from pftrack.structure.positive import factorised, inverted, solved_from
+from pftrack.structure.positive import cholesky_solve, factorise, invert
 from pftrack.structure.tracks import FEWEST_POINTS, checked_view
 
 __all__ = ["Recursive", "Settings", "begin", "step", "taken"]
@@ -108,7 +108,7 @@ class Recursive:
     def covariance(self) -> NDArray[np.float64]:
         """(3 n, 3 n) of all coordinates together."""
         inverse = np.empty_like(self.precision)
-        inverted(self.precision, inverse)
+        invert(self.precision, inverse)
         return inverse
 
     @property
@@ -150,7 +150,7 @@ def begin(
     if not all(np.isfinite(given).all() for given in (shape, covariance, camera) if given is not None):
         raise ValueError("expected finite numbers in shape, covariance and camera, got one that is not")
     precision = np.empty((3 * count, 3 * count))
-    inverted(np.array(covariance, np.float64, order="C"), precision)
+    invert(np.array(covariance, np.float64, order="C"), precision)
     mean = np.array(shape, np.float64, order="C")
     first = None if camera is None else np.array(camera, np.float64, order="C")
     return Recursive(settings, mean, precision, mean, precision, first)
@@ -185,7 +185,7 @@ def taken(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.fl
     reference = state.reference
     if reference is None:
         reference = settled(focal, camera, state.shape, rows, precisions, camera, turn_precision, rounds)
-    shape, precision, camera, log_evidence = _improved(
+    shape, precision, camera, log_evidence = _improve(
         focal, start, held, camera, reference, rows, precisions, turn_precision, state.settings.rounds, rounds
     )
     return replace(
@@ -199,7 +199,7 @@ def taken(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.fl
     )
 
 
-def _improved(
+def _improve(
     focal: float,
     start: NDArray[np.float64],
     held: NDArray[np.float64],
@@ -215,10 +215,10 @@ def _improved(
 
     Not compiled: it calls a dozen compiled functions a frame, each of which would be compiled into it once more.
     """
-    _, log_before = factorised(held)
+    _, log_before = factorise(held)
     shape = start
     camera = settled(focal, before, shape, rows, precisions, before, turn_precision, camera_rounds)
-    precision, gradient, cost, log_camera = _combined(
+    precision, gradient, cost, log_camera = _combine(
         focal, camera, before, reference, shape, start, held, rows, precisions, turn_precision
     )
     for _ in range(rounds):
@@ -229,7 +229,7 @@ def _improved(
         for _ in range(HALVINGS):
             tried = shape + change.reshape(start.shape)
             seen_from = settled(focal, camera, tried, rows, precisions, before, turn_precision, camera_rounds)
-            fresh = _combined(focal, seen_from, before, reference, tried, start, held, rows, precisions, turn_precision)
+            fresh = _combine(focal, seen_from, before, reference, tried, start, held, rows, precisions, turn_precision)
             if fresh[2] <= cost:
                 shape, camera = tried, seen_from
                 precision, gradient, cost, log_camera = fresh
@@ -238,20 +238,20 @@ def _improved(
             change *= 0.5
         if not better:
             break
-    _, log_after = factorised(precision)
+    _, log_after = factorise(precision)
     return shape, precision, camera, -0.5 * (cost + log_after - log_before + log_camera)
 
 
 @compiled
 def _newton_step(precision: NDArray[np.float64], gradient: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """Return the change that Newton's method proposes, and by how much it promises to lower the cost."""
-    lower, _ = factorised(precision)
-    change = solved_from(lower, gradient)
+    lower, _ = factorise(precision)
+    change = cholesky_solve(lower, gradient)
     return change, inner_product(change, gradient)
 
 
 @compiled
-def _combined(
+def _combine(
     focal: float,
     camera: NDArray[np.float64],
     before: NDArray[np.float64],
@@ -283,7 +283,7 @@ def _combined(
                     precision[place, 3 * n + j] += slope * by_point[d, n, j]
                 for k in range(SIZE):
                     coupling[place, k] += slope * by_camera[d, n, k]
-    lower, log_camera = factorised(normal)
+    lower, log_camera = factorise(normal)
     _pay(precision, gradient, coupling, wanted, lower)
     return precision, gradient, cost, log_camera
 
@@ -338,5 +338,5 @@ def _forgotten(
             keep, back = np.sqrt(kept[p // 3] * kept[q // 3]), np.sqrt((1.0 - kept[p // 3]) * (1.0 - kept[q // 3]))
             held[p, q] = keep * known[p, q] + back * prior_precision[p, q]
             pull[p] += back * prior_precision[p, q] * (prior_shape[q // 3, q % 3] - shape[q // 3, q % 3])
-    lower, _ = factorised(held)
-    return shape + solved_from(lower, pull).reshape(count, 3), held
+    lower, _ = factorise(held)
+    return shape + cholesky_solve(lower, pull).reshape(count, 3), held

@@ -23,7 +23,7 @@ from pftrack.structure.factorization import Camera, metric_transform
 from pftrack.structure.passes import free_energy, moments, points_given, rows_given
 from pftrack.structure.tracks import Tracks
 
-__all__ = ["GAMMA", "Initial", "Variational", "fit", "initial_motion", "iterated", "mapped", "metric", "strengths_of"]
+__all__ = ["GAMMA", "Initial", "Variational", "fit", "initial_motion", "iterate", "mapped", "metric", "strengths_of"]
 
 Initial: TypeAlias = Literal["svd", "zero", "random"]
 
@@ -82,10 +82,10 @@ def fit(
         raise ValueError(f"expected at least one iteration and gamma above 0, got {iterations} and {gamma:g}")
     rows, precisions = tracks.matrix, tracks.precisions
     motion, covariances = initial_motion(rows, precisions, initial, gamma, rng)
-    return iterated(rows, precisions, motion, covariances, iterations, gamma)
+    return iterate(rows, precisions, motion, covariances, iterations, gamma)
 
 
-def iterated(
+def iterate(
     rows: NDArray[np.float64],
     precisions: NDArray[np.float64],
     motion: NDArray[np.float64],

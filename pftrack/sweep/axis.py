@@ -26,7 +26,7 @@ from pftrack.model.parameters import (
 )
 from pftrack.sweep.errors import SweepError
 
-__all__ = ["MOST_RUNS", "TRACKER", "Axis", "checked", "declared", "parse_axis"]
+__all__ = ["MOST_RUNS", "TRACKER", "Axis", "check", "declared", "parse_axis"]
 
 MOST_RUNS = 2_000_000
 """The largest sweep; an axis alone cannot have more values than that."""
@@ -67,20 +67,20 @@ def parse_axis(experiment: Experiment, text: str) -> Axis:
     if not given:
         raise SweepError(f"the axis {name} is empty; an axis is {FORMS}")
     if ":" in given and declaration is not None and declaration.kind in {"integer", "number"}:
-        return checked(experiment, Axis(name, _stepped(declaration, given)))
+        return check(experiment, Axis(name, _stepped(declaration, given)))
     parts = [part.strip() for part in given.split(",")]
     if not all(parts):
         raise SweepError(f"the axis {name} has an empty value: {_short(given)}")
     if declaration is None:
-        return checked(experiment, Axis(name, tuple(parts)))
+        return check(experiment, Axis(name, tuple(parts)))
     model = type(experiment.simulate().parameters)
     try:
-        return checked(experiment, Axis(name, tuple(parse(model, name, part) for part in parts)))
+        return check(experiment, Axis(name, tuple(parse(model, name, part) for part in parts)))
     except ParameterError as error:
         raise SweepError(f"the axis {error}") from None
 
 
-def checked(experiment: Experiment, axis: Axis) -> Axis:
+def check(experiment: Experiment, axis: Axis) -> Axis:
     """Return an axis with its values in the parameter's own kind, or refuse it.
 
     Raises:

@@ -100,7 +100,7 @@ def cells(source: Result | Counts, x: str | None = None, y: str | None = None) -
     Raises:
         SweepError: The sweep has no such axis, or both are the same.
     """
-    counts = source if isinstance(source, Counts) else _counted(source, x, y)
+    counts = source if isinstance(source, Counts) else _count(source, x, y)
     return {name: _map(counts, place) for place, name in enumerate(counts.plan.trackers)}
 
 
@@ -142,7 +142,7 @@ def coded(
     return Significance(codes, p_values, effect)
 
 
-def _counted(result: Result, x: str | None, y: str | None) -> Counts:
+def _count(result: Result, x: str | None, y: str | None) -> Counts:
     total = count(result.plan, None, x, y)
     for piece in result.pieces(columns(result.plan, x, y)):
         total += count(result.plan, piece, x, y)

@@ -105,7 +105,7 @@ def compare(
         if name not in maps:
             raise SweepError(f"the sweep has no tracker {name!r}; it has {', '.join(maps)}")
     difference = quantity.gain(quantity.means(maps[first]), quantity.means(maps[second]))
-    paired = _paired(quantity, samples, first, second)
+    paired = _pair(quantity, samples, first, second)
     if quantity.name == "success":
         counted = significance(maps[first], maps[second], test=test)
         return Comparison(quantity, first, second, difference, paired, test, counted.p_values, counted.effect)
@@ -119,7 +119,7 @@ def compare(
     return Comparison(quantity, first, second, difference, paired, "rank-sum", p_values, effect)
 
 
-def _paired(quantity: Quantity, samples: Samples, first: str, second: str) -> Paired:
+def _pair(quantity: Quantity, samples: Samples, first: str, second: str) -> Paired:
     gains = [
         quantity.gain(one[in_one], other[in_other])
         for one, other, (_, in_one, in_other) in zip(

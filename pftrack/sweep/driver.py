@@ -17,7 +17,7 @@ from pftrack.sweep.journal import Journal, begin, resume
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.pool import LocalWorkers
 from pftrack.sweep.result import Result, read_result
-from pftrack.sweep.work import as_text, computed, measured
+from pftrack.sweep.work import as_text, computed, measure
 from pftrack.sweep.workers import Workers
 
 __all__ = ["Estimate", "Progress", "carry_out", "estimate"]
@@ -122,7 +122,7 @@ def carry_out(
 
 def estimate(plan: Plan, jobs: int = 1) -> Estimate:
     """Return what a plan would cost, measured on a few of its runs."""
-    run_s = measured(as_text(plan))
+    run_s = measure(as_text(plan))
     return Estimate(plan.runs, plan.conditions, plan.runs * run_s / jobs, run_s)
 
 
@@ -167,7 +167,7 @@ class _Drive:
     def _cut(self) -> Chunks:
         """Measure the plan and cut it into chunks of about a second."""
         self._tell()
-        self._workers.start(MEASURING, measured, self._text)
+        self._workers.start(MEASURING, measure, self._text)
         while True:
             for done in self._workers.finished(POLL_S):
                 if not done.lost:
@@ -177,7 +177,7 @@ class _Drive:
                     self._journal.cut(chunks)
                     return chunks
                 self._lose(MEASURING, done.lost, "the first run")
-                self._workers.start(MEASURING, measured, self._text)
+                self._workers.start(MEASURING, measure, self._text)
             if self._stop():
                 raise SweepStopped
 

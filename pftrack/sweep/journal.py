@@ -20,7 +20,7 @@ from pftrack.files import write_whole
 from pftrack.sweep.chunks import Chunk, Chunks
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.plan import Plan
-from pftrack.sweep.table import conformed, schema
+from pftrack.sweep.table import conform, schema
 from pftrack.version import __version__
 
 __all__ = ["Journal", "begin", "plan_of", "resume"]
@@ -131,7 +131,7 @@ class Journal:
             pending: list[pa.Table] = []
             rows = 0
             for path in chunk_files(self.folder):
-                pending.append(conformed(_rows(path), described))
+                pending.append(conform(_rows(path), described))
                 rows += len(pending[-1])
                 if sum(len(table) for table in pending) >= ROWS_A_GROUP:
                     writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)
@@ -168,7 +168,7 @@ def begin(plan: Plan, out: Path) -> Journal:
     if journal.folder.exists():
         raise SweepError(f"{out} was begun already; go on with --resume {out}, or remove {journal.folder}")
     journal.folder.mkdir()
-    write_whole(journal.folder / PLAN, json.dumps(_described(plan), indent=1).encode())
+    write_whole(journal.folder / PLAN, json.dumps(_describe(plan), indent=1).encode())
     return journal
 
 
@@ -203,7 +203,7 @@ def plan_of(path: Path) -> Plan:
 
 def metadata(plan: Plan) -> dict[bytes, bytes]:
     """Return what every Parquet file of a sweep says of it."""
-    return {METADATA: json.dumps(_described(plan)).encode()}
+    return {METADATA: json.dumps(_describe(plan)).encode()}
 
 
 def partial_of(out: Path) -> Path:
@@ -265,5 +265,5 @@ def _plan(raw: Any, path: Path) -> Plan:  # noqa: ANN401 - JSON of anybody
         raise SweepError(f"{path} does not fit this version of pftrack: {error}") from None
 
 
-def _described(plan: Plan) -> dict[str, object]:
+def _describe(plan: Plan) -> dict[str, object]:
     return {"format": FORMAT, "version": VERSION, "pftrack": __version__, "plan": plan.as_dict()}

@@ -19,7 +19,7 @@ from pftrack.model.parameters import ParameterError, Value, revise
 from pftrack.model.recipe import Recipe
 from pftrack.numerics.random import LARGEST_SEED
 from pftrack.runs.run import LONGEST_RUN, Change, Run
-from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, checked, declared, value_of
+from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, check, declared, value_of
 from pftrack.sweep.errors import SweepError
 
 __all__ = ["Plan", "Single"]
@@ -238,10 +238,10 @@ def _axes(
             what = "the trackers" if axis.name == TRACKER else f"the axis {axis.name}"
             raise SweepError(f"{what} can be given only once")
         if axis.name == TRACKER:
-            trackers = tuple(str(value) for value in checked(experiment, axis).values)
+            trackers = tuple(str(value) for value in check(experiment, axis).values)
         else:
-            axes.append(checked(experiment, axis))
-    named = checked(experiment, Axis(TRACKER, trackers or (experiment.default_tracker,)))
+            axes.append(check(experiment, axis))
+    named = check(experiment, Axis(TRACKER, trackers or (experiment.default_tracker,)))
     return tuple(axes), tuple(str(value) for value in named.values)
 
 

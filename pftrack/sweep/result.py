@@ -18,7 +18,7 @@ from pftrack.model.parameters import Value
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.journal import chunk_files, partial_of, plan_of
 from pftrack.sweep.plan import Plan
-from pftrack.sweep.table import conformed, schema
+from pftrack.sweep.table import conform, schema
 
 __all__ = ["Result", "csv_pieces", "read_chunk", "read_result", "rows_of", "summary"]
 
@@ -63,7 +63,7 @@ class Result:
                 with pq.ParquetFile(path, page_checksum_verification=True) as file:
                     for batch in file.iter_batches(ROWS_A_PIECE, columns=columns):
                         piece = pa.Table.from_batches([batch]).replace_schema_metadata(None)
-                        yield piece if columns else conformed(piece, schema(self.plan))
+                        yield piece if columns else conform(piece, schema(self.plan))
             except (pa.ArrowException, OSError):
                 if self.complete:
                     raise SweepError(f"{path} is damaged: its description is whole, its rows are not") from None

@@ -29,7 +29,7 @@ from pftrack.runs.batch import Outcome, outcomes
 from pftrack.sweep.chunks import Chunk, Piece
 from pftrack.sweep.plan import Plan
 
-__all__ = ["FIXED", "TIMING", "compute", "conformed", "schema"]
+__all__ = ["FIXED", "TIMING", "compute", "conform", "schema"]
 
 TIMING = "step_ms"
 """The column that is measured, not computed: it is no part of what is reproducible."""
@@ -67,7 +67,7 @@ def reductions(plan: Plan) -> list[Reduction]:
     return [reduction for series in plan.wiring.declared(*plan.trackers) for reduction in series.reductions]
 
 
-def conformed(table: pa.Table, columns: pa.Schema) -> pa.Table:
+def conform(table: pa.Table, columns: pa.Schema) -> pa.Table:
     """Return a table that an earlier version may have written with these columns: null where it has none of a name."""
     arrays = [
         table[field.name].cast(field.type) if field.name in table.column_names else pa.nulls(len(table), field.type)

@@ -20,7 +20,7 @@ from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import compute
 from pftrack.version import __version__
 
-__all__ = ["as_text", "computed", "measured", "one_thread", "version"]
+__all__ = ["as_text", "computed", "measure", "one_thread", "version"]
 
 MEASURED_S = 0.5
 """How long a plan is measured at most, beyond the first condition."""
@@ -52,7 +52,7 @@ def computed(text: str, conditions: int, trials: int, number: int) -> bytes:
     return bytes(sink.getvalue().to_pybytes())
 
 
-def measured(text: str) -> float:
+def measure(text: str) -> float:
     """Return how long a run of a plan takes, s, from a few conditions all over it."""
     plan = _plan(text)
     setup = plan.wiring.simulate()

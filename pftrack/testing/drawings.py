@@ -53,18 +53,18 @@ def checks(experiment: Experiment) -> Iterator[Check]:
     )
 
 
-def _drawn(experiment: Experiment, tracker: str) -> Iterator[tuple[int, Drawing]]:
+def _draw(experiment: Experiment, tracker: str) -> Iterator[tuple[int, Drawing]]:
     yield from enumerate(straight(experiment, tracker).drawings)
 
 
 def _drawings_have_no_faults(experiment: Experiment, tracker: str) -> None:
-    for frame, drawing in _drawn(experiment, tracker):
+    for frame, drawing in _draw(experiment, tracker):
         for name, clause in faults(drawing).items():
             raise CheckError(f"{name} in frame {frame} cannot be shown: {clause}")
 
 
 def _drawings_are_sound(experiment: Experiment, tracker: str) -> None:
-    for frame, drawing in _drawn(experiment, tracker):
+    for frame, drawing in _draw(experiment, tracker):
         _demand_sound(experiment, drawing, frame)
         if frame in {0, FRAMES - 1}:
             shape = render(drawing).shape
@@ -97,7 +97,7 @@ def _worlds_are_sound(experiment: Experiment, tracker: str) -> None:
     for world in experiment.worlds:
         stated = world.name and world.title and world.unit
         demand(stated, f"the world {world.name!r} must have a name, a title and a unit")
-    for frame, drawing in _drawn(experiment, tracker):
+    for frame, drawing in _draw(experiment, tracker):
         drawn = tuple(each.world for each in drawing.worlds)
         demand(
             drawn == experiment.worlds,
@@ -149,7 +149,7 @@ def _demand_finite(name: str, item: Primitive, frame: int) -> None:
 
 def _names_are_stable(experiment: Experiment, tracker: str) -> None:
     known: dict[str, tuple[str, str]] = {}
-    for frame, drawing in _drawn(experiment, tracker):
+    for frame, drawing in _draw(experiment, tracker):
         in_worlds = {
             f"{each.world.name} {name}": item for each in drawing.worlds for name, item in each.primitives.items()
         }

@@ -48,15 +48,15 @@ def _estimates_are_finite(experiment: Experiment, tracker: str) -> None:
 def _states_are_values(experiment: Experiment, tracker: str) -> None:
     run = begun(experiment, tracker)
     first = run.current
-    before = _copied(first)
+    before = _copy(first)
     run.finish()
     demand(first.state.nbytes > 0, f"a state must say how much memory it takes, got {first.state.nbytes} bytes")
-    for name, array in _copied(first).items():
+    for name, array in _copy(first).items():
         same = np.array_equal(array, before[name], equal_nan=array.dtype.kind == "f")
         demand(same, f"{name} of the state of frame 0 changed while later frames were computed; states must not change")
 
 
-def _copied(step: Step) -> dict[str, np.ndarray]:
+def _copy(step: Step) -> dict[str, np.ndarray]:
     arrays = {name: np.array(array) for name, array in step.state.arrays().items()}
     return arrays | {"estimate": np.array(step.state.estimate), "sigma": np.array(step.state.sigma)}
 

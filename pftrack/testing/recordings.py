@@ -27,7 +27,7 @@ from pftrack.rendering.film import FilmWriter
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.tracks.table import written
+from pftrack.sources.tracks.table import write
 from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, named
 from pftrack.testing.marks import at_first
 from pftrack.testing.repeatability import demand_equal
@@ -50,7 +50,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 @contextmanager
-def _filmed(experiment: Experiment) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
+def _film(experiment: Experiment) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
     """Write the simulated scene to a file, and give its pictures as a decoder has them, and where the target is."""
     run = begun(experiment)
     targets: list[Target | None] = []
@@ -89,31 +89,31 @@ def _tracks(steps: Sequence[Step]) -> str:
     points = np.array([one.points_px for one in measured if one is not None])
     sd = np.array([one.sd_px for one in measured if one is not None])
     names = [str(number) for number in range(1, points.shape[1] + 1)]
-    return written(names, points, np.broadcast_to(np.square(sd).reshape(*points.shape[:2], -1), points.shape))
+    return write(names, points, np.broadcast_to(np.square(sd).reshape(*points.shape[:2], -1), points.shape))
 
 
 def _a_film_is_tracked(experiment: Experiment) -> None:
     if experiment.on_video is None:
         return
-    with _filmed(experiment) as (sequence, targets):
+    with _film(experiment) as (sequence, targets):
         for place, (kind, start) in enumerate(product(experiment.marks, (0, LATER))):
             target = targets[start]
             known = None if target is None else kind.of_target(target)
             mark = known or experiment.mark(at_first(kind, sequence.size))
-            setup = _wired(experiment, sequence, mark, start, sure=known is not None)
+            setup = _wire(experiment, sequence, mark, start, sure=known is not None)
             if setup is not None:
                 _demand_suitability(experiment, setup, sequence, f"a recording with a {kind.name()}")
                 # What one tracker makes of a kind of mark the others make as well, and some are slow.
                 trackers = list(experiment.trackers) if place == 0 else [experiment.default_tracker]
                 _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
         if not experiment.needs_mark(sequence.index.kind):
-            setup = _wired(experiment, sequence, None, 0, sure=False)
+            setup = _wire(experiment, sequence, None, 0, sure=False)
             if setup is not None:
                 trackers = [experiment.default_tracker] if experiment.marks else list(experiment.trackers)
                 _demand_tracked(experiment, setup, sequence, "a recording without a mark", trackers)
 
 
-def _wired(
+def _wire(
     experiment: Experiment, sequence: FrameSequence, mark: Mark | None, start: int, *, sure: bool
 ) -> Setup | None:
     """Return the setup of a recording, or None where the mark may be, and is, refused in a sentence."""
@@ -193,7 +193,7 @@ def _demand_reopened(run: Run, sequence: FrameSequence, what: str) -> None:
 def _no_start_is_refused(experiment: Experiment) -> None:
     if experiment.on_video is None:
         return
-    with _filmed(experiment) as (sequence, _):
+    with _film(experiment) as (sequence, _):
         for kind in experiment.marks:
             mark = experiment.mark(at_first(kind, sequence.size))
             for start in (-1, sequence.frame_count):

@@ -17,7 +17,7 @@ from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_per_feature, pose_guidance
-from pftrack.trackers.pose.reports import measurement, reported
+from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
@@ -42,12 +42,12 @@ def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrism
         raise ValueError("a prism is tracked by its vertices, got a target without any")
     solid = _solid(landmarks.model_mm, parameters)
     belief = pose.begin(solid, landmarks.points_px, parameters, method, rng)
-    return PoseState(solid, belief, belief.pose, _recognised(_measured(frame)))
+    return PoseState(solid, belief, belief.pose, _recognised(_measure(frame)))
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
     """Weigh particles by the measured vertices."""
-    measured = _measured(frame)
+    measured = _measure(frame)
     noise_sd = measured.sd_px.astype(np.float64)
     belief = pose.advance(
         state,
@@ -68,7 +68,7 @@ def _solid(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], paramet
     return Solid(points_mm, reference, float(parameters.focal_length_px), PRINCIPAL_PX, place)
 
 
-def _measured(frame: Frame) -> Measurements:
+def _measure(frame: Frame) -> Measurements:
     if frame.measurements is None:
         raise ValueError("a prism is tracked by measured vertices, got a frame without any")
     return frame.measurements
@@ -80,7 +80,7 @@ def _recognised(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[
 
 
 def _tracker(method: Method, title: str, description: str) -> Tracker:
-    series = reported(method, NAMES)
+    series = report(method, NAMES)
     return Tracker(
         method,
         title,

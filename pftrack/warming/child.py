@@ -16,7 +16,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.numerics.compiled import FUNCTIONS
 from pftrack.process import follow_parent, leave_interrupts_to_parent
 from pftrack.warming.coverage import cases, run_case
-from pftrack.warming.watch import name_of, watched
+from pftrack.warming.watch import name_of, watch
 
 LOW_PRIORITY = 10
 
@@ -61,7 +61,7 @@ def main() -> None:
         os.nice(LOW_PRIORITY)
     dict(EXPERIMENTS)
     say({"total": len(FUNCTIONS)})
-    with watched(lambda _: None, lambda name, seconds: say({"function": name, "seconds": round(seconds, 3)})):
+    with watch(lambda _: None, lambda name, seconds: say({"function": name, "seconds": round(seconds, 3)})):
         for line in sys.stdin:
             name, number = json.loads(line)
             warm(name, number, say)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any
 
-from pftrack.process import command, described, environment
+from pftrack.process import command, describe, environment
 from pftrack.warming.memory import remember
 from pftrack.warming.progress import Progress
 from pftrack.warming.schedule import Case, Schedule
@@ -138,7 +138,7 @@ class Warming:
                 child.stdin.close()
         if current is not None:
             with self._lock:
-                self._fail(current[0], f"its compiler process {described(child.returncode)}")
+                self._fail(current[0], f"its compiler process {describe(child.returncode)}")
                 self._close(current[0])
                 self._tell()
 

@@ -9,7 +9,7 @@ from numba.core import event
 
 from pftrack.numerics.compiled import FUNCTIONS
 
-__all__ = ["loaded", "name_of", "watched"]
+__all__ = ["loaded", "name_of", "watch"]
 
 
 class _Watch(event.Listener):
@@ -34,7 +34,7 @@ class _Watch(event.Listener):
 
 
 @contextmanager
-def watched(begun: Callable[[str], None], ended: Callable[[str, float], None]) -> Iterator[None]:
+def watch(begun: Callable[[str], None], ended: Callable[[str, float], None]) -> Iterator[None]:
     """Tell of every function of ours that this process compiles.
 
     Args:

@@ -11,7 +11,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server import api_docs, pages
 from pftrack_server.api import health, router, scene
 from pftrack_server.errors import ErrorBody
-from pftrack_server.follow.door import Door
+from pftrack_server.follow.access import AccessGuard
 from pftrack_server.middleware.body_limit import BodyLimit
 from pftrack_server.middleware.errors import install
 from pftrack_server.middleware.metrics import Metrics, Stopwatch
@@ -63,7 +63,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(api_docs.router)
     pages.install(app)
     # The last one added is the first to see a request.
-    app.add_middleware(Door)
+    app.add_middleware(AccessGuard)
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)
     app.add_middleware(Guard, settings=settings)
     app.add_middleware(Stopwatch, metrics=metrics)

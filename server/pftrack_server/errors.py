@@ -18,10 +18,10 @@ __all__ = [
     "ConflictError",
     "CrowdedError",
     "DamagedError",
+    "DiskFullError",
     "EndedError",
     "ErrorBody",
     "ForbiddenError",
-    "NoRoomError",
     "NotFoundError",
     "RefusedError",
     "TooLargeError",
@@ -105,7 +105,7 @@ class TooLargeError(ApiError):
     status = HTTPStatus.REQUEST_ENTITY_TOO_LARGE
 
 
-class NoRoomError(ApiError):
+class DiskFullError(ApiError):
     """The disk, or what is allowed of it, has no room for more."""
 
     status = HTTPStatus.INSUFFICIENT_STORAGE

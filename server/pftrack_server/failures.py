@@ -12,7 +12,7 @@ from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.failures import DifferencePublic, FailureCourse, FailureNeighbour, FailurePublic
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import enact_failure
-from pftrack_server.tasks.kept import Kept, hashed
+from pftrack_server.tasks.kept import Kept, digest
 
 __all__ = ["Courses", "failure_named", "failures", "public"]
 
@@ -118,7 +118,7 @@ class Courses:
         name = shown.failure.id
         async with self._under_way.setdefault(name, asyncio.Lock()):
             if name not in self._known:
-                is_own, place = shown.experiment.id in EXPERIMENTS.own, hashed(name)
+                is_own, place = shown.experiment.id in EXPERIMENTS.own, digest(name)
                 course = await asyncio.to_thread(self._kept.read, place) if is_own else None
                 if course is None:
                     await self._wait_for(shown.experiment.id)

@@ -6,12 +6,12 @@ from typing import Any
 
 import structlog
 
-__all__ = ["Seldom"]
+__all__ = ["RateLimitedLogger"]
 
 EVERY_S = 10.0
 
 
-class Seldom:
+class RateLimitedLogger:
     """Writes a warning at most once in a while, so that nobody can fill the log.
 
     Args:

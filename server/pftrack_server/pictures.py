@@ -79,7 +79,7 @@ class PictureEncoder:
             drawing: What is to be seen.
             fine: Whether colours are wanted at full resolution; a picture that is known so is returned in any case.
         """
-        self._known = {name: self._encoded(name, item.image_rgb, fine=fine) for name, item in _pictures(drawing)}
+        self._known = {name: self._encode(name, item.image_rgb, fine=fine) for name, item in _pictures(drawing)}
         return {name: known.encoded for name, known in self._known.items()}
 
     def for_scene(self, drawing: Drawing) -> SceneDrawing:
@@ -88,7 +88,7 @@ class PictureEncoder:
         bare = {name: Picture(NO_PIXELS, item.layer) for name, item in _pictures(drawing)}
         return SceneDrawing(replace(drawing, primitives={**drawing.primitives, **bare}), pictures)
 
-    def _encoded(self, name: str, image_rgb: NDArray[np.uint8], *, fine: bool) -> _Known:
+    def _encode(self, name: str, image_rgb: NDArray[np.uint8], *, fine: bool) -> _Known:
         known = self._known.get(name)
         if known is not None and known.is_fine >= fine and _same(known.image_rgb, image_rgb):
             return known

@@ -7,7 +7,7 @@ import resource
 import signal
 from collections.abc import Callable
 
-from pftrack_server.store.room import mebibytes
+from pftrack_server.store.disk_budget import mebibytes
 
 __all__ = ["LEAST_OPEN_FILES", "allowed_cpu_seconds", "name_cpu_limit", "notices", "too_few_files"]
 

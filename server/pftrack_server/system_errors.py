@@ -8,7 +8,7 @@ from sqlalchemy.exc import DBAPIError
 
 from pftrack.model.parameters import ParameterError
 from pftrack_server.errors import ApiError
-from pftrack_server.store.room import DISK_FULL, is_full
+from pftrack_server.store.disk_budget import DISK_FULL, is_full
 
 __all__ = ["failure", "told"]
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.browser.accessible import check, fits
-from tests.browser.conftest import WITHOUT_PLOTS, Complaints
+from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import SessionPage, View
 from tests.conftest import FRUGAL
@@ -90,7 +90,7 @@ def newcomer(chromium: Any, server: Server, complaints: Complaints) -> Iterator[
         )
         contexts.append(context)
         context.set_default_timeout(60_000)
-        for script in (FRUGAL, WITHOUT_PLOTS, CUTTING):
+        for script in (FRUGAL, CUTTING):
             context.add_init_script(script)
         page = context.new_page()
         page.on("pageerror", lambda error: complaints.hear(str(error)))

@@ -29,7 +29,7 @@ from pftrack.model.drawing import (
 )
 from pftrack.model.world import Viewpoint, World
 from pftrack.rendering import render
-from pftrack.rendering.projection import looked_at
+from pftrack.rendering.projection import look_at
 from pftrack_server.flat.codec import DrawingEncoder
 from tests.browser.host import Server
 
@@ -194,7 +194,7 @@ def test_a_primitive_of_a_world_stands_where_the_film_has_it(paint: Paint, name:
     """Seen from any side, to half a pixel of the canvas; of letters to a whole one, as in a picture."""
     drawn, item = WorldDrawing(WORLD, {name: IN_WORLD[name]}), IN_WORLD[name]
     for side in SIDES:
-        seen = looked_at(drawn, Viewpoint("v", "V", *side), 100)
+        seen = look_at(drawn, Viewpoint("v", "V", *side), 100)
         film, canvas = render(seen, scale=scale, caption=False), paint(drawn, scale, side=side)
         assert canvas.shape == film.shape
         assert np.abs(apart(canvas, film)).max() <= (1.0 if isinstance(item, Text) else 0.5)
@@ -205,7 +205,7 @@ def test_a_ruler_is_as_long_as_in_the_film(paint: Paint) -> None:
     drawn = WorldDrawing(WORLD)
     film, canvas = (
         (image[92:, :] < 200).all(axis=2)
-        for image in (render(looked_at(drawn, Viewpoint("v", "V", 0, 0), 100), caption=False), paint(drawn))
+        for image in (render(look_at(drawn, Viewpoint("v", "V", 0, 0), 100), caption=False), paint(drawn))
     )
     assert film.any()
     np.testing.assert_allclose(*(np.flatnonzero(each.any(axis=0))[[0, -1]] for each in (canvas, film)), atol=1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pftrack.rendering.film import FilmWriter
-from pftrack.sources.tracks.table import written
+from pftrack.sources.tracks.table import write
 from tests.arm import FRAMES, film, joints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
@@ -109,7 +109,7 @@ def test_a_table_of_four_tracks_is_taken_as_it_is(gallery: Gallery, server: Serv
     """Nothing has to be touched: its tracks are the four points in their order."""
     page = gallery.page
     points = 2.0 * np.array([joints(index) for index in range(FRAMES)]) + np.array([80.0, 20.0])
-    gallery.choose("arm.csv", written(list("abcd"), points, np.ones_like(points)).encode(), "text/csv")
+    gallery.choose("arm.csv", write(list("abcd"), points, np.ones_like(points)).encode(), "text/csv")
     page.locator("#target-experiment").wait_for()
     page.select_option("#target-experiment", "linkage")
     page.get_by_text("Leave them as they are").wait_for()

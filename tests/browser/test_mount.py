@@ -154,8 +154,8 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
 def test_a_session_has_the_parts_that_were_asked_for(several: Several) -> None:
     """A session started from a recipe, with a transport and a readout alone, works without a scene."""
     page = several.page
-    recipe = {"experiment": "ball", "seed": 3, "frames": 40, "play": True}
-    several.mount("a", {"recipe": recipe, "parts": ["transport", "readout"]})
+    request = {"recipe": {"experiment": "ball", "seed": 3, "frames": 40}, "play": True}
+    several.mount("a", {"recipe": request, "parts": ["transport", "readout"]})
     several.until(lambda: several.position("a") > 3, "it plays")
     parts = page.evaluate("[...document.querySelectorAll('[data-part]')].map((it) => it.dataset.part)")
     assert parts == ["readout", "transport"]

@@ -219,7 +219,7 @@ def test_compiling_is_announced(call: Call, tmp_path: Path, monkeypatch: pytest.
 
     saved = tmp_path / "a.pft"
     assert call("run", "sine", "--frames", 2, "--out", saved)[0] == 0
-    monkeypatch.setattr("pftrack.warming.watch.watched", watched)
+    monkeypatch.setattr("pftrack.warming.watch.watch", watched)
     command = ("replay", saved) if again else ("run", "sine", "--frames", 2)
     status, out, err = call(*command, "--json")
     assert status == 0

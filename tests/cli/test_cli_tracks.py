@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.sources.tracks.table import written
+from pftrack.sources.tracks.table import write
 from tests.arm import FRAMES, joints
 from tests.cli.commands import Call, refused
 from tests.tracks import table
@@ -46,7 +46,7 @@ def test_a_table_of_just_the_points_needs_no_mark(call: Call, tmp_path: Path) ->
     """Four tracks are a chain in their order; of five it must be said which, and the option given is named."""
     four = 2.0 * np.array([joints(index) for index in range(FRAMES)]) + np.array([80.0, 20.0])
     for names, points in (("abcd", four), ("abcde", np.concatenate([four, four[:, :1] + 30.0], axis=1))):
-        (tmp_path / f"{names}.csv").write_text(written(list(names), points, np.ones_like(points)))
+        (tmp_path / f"{names}.csv").write_text(write(list(names), points, np.ones_like(points)))
     code, out, err = call("run", "linkage", "--tracks", tmp_path / "abcd.csv", "--frames", "3", "--json")
     assert code == 0, err
     assert json.loads(out)["frames"] == 3

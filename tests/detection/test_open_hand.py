@@ -9,12 +9,12 @@ import pytest
 from pftrack.detection.hand_fit import FlatHand, disagreement, fitted, placed
 from pftrack.detection.open_hand import NoOpenHandError, OpenHand, opened
 from pftrack.detection.protrusions import HandFeatures, features_of
-from pftrack.detection.raised_fingers import proposed
+from pftrack.detection.raised_fingers import propose
 from pftrack.detection.silhouette import Finding, SilhouetteParameters, suggested
 from pftrack.geometry.hand_model import MODEL, joints, open_pose, silhouette
 from pftrack.model.parameters import revise
 from pftrack.model.source import History
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.numerics.compiled import read_only
 from pftrack.sources.hand import HandSceneParameters, HandSource, HandTarget
 
@@ -37,7 +37,7 @@ def errors(found: OpenHand, target: HandTarget) -> tuple[float, float, float, fl
         float(np.hypot(*(tips - target.tips).T).mean() / target.scale),
         float(np.hypot(*(found.pose[:2] - target.pose[:2])) / target.scale),
         abs(found.scale / target.scale - 1),
-        abs(float(wrapped(found.pose[2] - target.pose[2]))),
+        abs(float(wrap(found.pose[2] - target.pose[2]))),
     )
 
 
@@ -226,7 +226,7 @@ def test_fewer_fingers_are_proposed_and_not_taken_for_sure(raised: tuple[int, ..
         pose[6 + 4 * finger : 9 + 4 * finger] = 1.25 if finger else 0.7
     mask = silhouette(pose, 52.0, shape, (200, 200))
     features = features_of(np.repeat(mask[..., None], 3, axis=2).astype(np.uint8) * np.uint8(255), SETTINGS)
-    found = proposed(features)
+    found = propose(features)
     assert found.seen == tuple(finger in raised for finger in range(5))
     assert "drag the tips" in found.remarks[0]
     tips = joints(pose, 52.0, shape)[:, 3, :2]
@@ -237,11 +237,11 @@ def test_fewer_fingers_are_proposed_and_not_taken_for_sure(raised: tuple[int, ..
 def test_an_open_hand_needs_no_proposal_and_a_fist_has_none() -> None:
     """All five are seen; of one finger or none there is nothing to propose, for the reason that there is no hand."""
     features, target = seen(0, 6)
-    found = proposed(features)
+    found = propose(features)
     assert found.seen == (True,) * 5
     assert np.hypot(*(found.tips - target.tips).T).max() < 5.0
     for values in ({"occlusion_width_px": 400}, {"flash_every": 1}):
         with pytest.raises(NoOpenHandError):
-            proposed(seen(0, 6, **values)[0])
+            propose(seen(0, 6, **values)[0])
     with pytest.raises(NoOpenHandError, match="finger is seen"):
-        proposed(seen(29, 3)[0])
+        propose(seen(29, 3)[0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.detection.protrusions import HandFeatures, features_in, features_of, resampled
+from pftrack.detection.protrusions import HandFeatures, features_in, features_of, resample
 from pftrack.detection.silhouette import Finding, Silhouette, SilhouetteParameters
 from pftrack.model.frame import Frame
 from pftrack.model.parameters import revise
@@ -133,6 +133,6 @@ def test_other_things_are_looked_at_without_fault(kind: str) -> None:
 def test_lines_are_resampled_by_arc_length() -> None:
     """Points of a bent line are a px apart along it; values go along."""
     line = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 2.5]])
-    points, values = resampled(line, np.array([0.0, 3.0, 5.5]))
+    points, values = resample(line, np.array([0.0, 3.0, 5.5]))
     assert points.tolist() == [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1], [3, 2]]
     assert values == pytest.approx(np.arange(6.0))

@@ -14,10 +14,10 @@ from pftrack.model.parameters import ParameterError
 from pftrack.model.sequence import FrameSequence
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
-from pftrack.sources.linkage.recorded import guessed
+from pftrack.sources.linkage.recorded import guess
 from pftrack.sources.linkage.truth import NAMES, places
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.tracks.table import written
+from pftrack.sources.tracks.table import write
 from tests.arm import FRAMES, film, joints
 
 LINKAGE = find("linkage")
@@ -118,7 +118,7 @@ def test_a_mark_needs_all_points(arm: Path) -> None:
 
 def table(folder: Path, points: NDArray[np.float64], names: list[str]) -> FrameSequence:
     path = folder / "tracks.csv"
-    path.write_text(written(names, points, np.ones_like(points)), encoding="utf-8")
+    path.write_text(write(names, points, np.ones_like(points)), encoding="utf-8")
     return open_sequence(path)
 
 
@@ -165,7 +165,7 @@ def test_the_guess_is_seen_at_the_marks() -> None:
     """Whatever the points, the chain that is guessed has just these as its image, and is longer than it looks."""
     for seed in range(20):
         points = 100.0 * Stream(seed, 0, Purpose.SCENE).random((4, 2))
-        chain = guessed(points)
+        chain = guess(points)
         np.testing.assert_allclose(places(chain)[:, :2] + chain.origin_px, points, atol=1e-9)
         assert (chain.r >= np.linalg.norm(np.diff(points, axis=0), axis=1) - 1e-9).all()
         assert chain.reference is not None

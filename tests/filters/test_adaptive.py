@@ -129,4 +129,4 @@ def test_what_survives_and_where_it_goes() -> None:
     for n in range(3):
         kept = features.particles[n, features.survivors[n]]
         assert np.array_equal(adaptive.surviving(features)[n].T, kept[:, :2])
-        assert np.allclose(adaptive.propagated(features)[n].T, 2 * kept[:, :2] - kept[:, 2:])
+        assert np.allclose(adaptive.propagate(features)[n].T, 2 * kept[:, :2] - kept[:, 2:])

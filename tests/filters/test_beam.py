@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.filters.beam import Beam, backtracked, kept
+from pftrack.filters.beam import Beam, backtrack, kept
 
 NONE = np.full(0, -1)
 
@@ -65,14 +65,14 @@ def test_what_is_kept_differs_and_is_as_probable_as_it_was(found: list[tuple[flo
 def test_backtracking_follows_the_parents() -> None:
     """The path ends at the member asked for, and every step of it goes to the parent."""
     parents = [roots(2), np.array([1, 0, 1]), np.array([2, 0])]
-    assert backtracked(parents, 0).tolist() == [1, 2, 0]
-    assert backtracked(parents, 1).tolist() == [1, 0, 1]
-    assert backtracked([], 0).tolist() == []
+    assert backtrack(parents, 0).tolist() == [1, 2, 0]
+    assert backtrack(parents, 1).tolist() == [1, 0, 1]
+    assert backtrack([], 0).tolist() == []
 
 
 def test_backtracking_ends_where_there_is_no_parent() -> None:
     """A member that was begun anew has no past."""
-    assert backtracked([roots(1), np.array([0, -1]), np.array([1])], 0).tolist() == [-1, 1, 0]
+    assert backtrack([roots(1), np.array([0, -1]), np.array([1])], 0).tolist() == [-1, 1, 0]
 
 
 def test_one_certain_member() -> None:

@@ -43,10 +43,10 @@ def test_lineages_smooth() -> None:
         ).particles
         lineage = fixed_lag.extend_lineage(lineage, particles, LAG)
     assert len(lineage.paths) == LAG + 1
-    assert fixed_lag.smoothed(lineage, particles, LAG)[0] == pytest.approx(_smoothed_exactly().mean[0], abs=0.03)
-    assert fixed_lag.smoothed(lineage, particles, 0)[0] == pytest.approx(particles.mean[0])
+    assert fixed_lag.smooth(lineage, particles, LAG)[0] == pytest.approx(_smoothed_exactly().mean[0], abs=0.03)
+    assert fixed_lag.smooth(lineage, particles, 0)[0] == pytest.approx(particles.mean[0])
     with pytest.raises(IndexError):
-        fixed_lag.smoothed(lineage, particles, LAG + 1)
+        fixed_lag.smooth(lineage, particles, LAG + 1)
 
 
 def test_second_order_models_are_augmented() -> None:

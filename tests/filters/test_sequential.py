@@ -5,7 +5,7 @@ import pytest
 
 from pftrack.dynamics import autoregression
 from pftrack.filters import kalman
-from pftrack.filters.sequential import condition, decorrelated, predict_second_order
+from pftrack.filters.sequential import condition, decorrelate, predict_second_order
 from pftrack.numerics.gaussian import Gaussian
 
 RNG = np.random.default_rng(0)
@@ -45,7 +45,7 @@ def test_dependent_numbers_are_made_independent() -> None:
     prior, observation, noise = Gaussian(RNG.normal(size=3), spread(3)), RNG.normal(size=(6, 3)), spread(6)
     measured = RNG.normal(size=6)
     exact, evidence = kalman.update(prior, measured, observation, noise)
-    parts = decorrelated(measured - observation @ prior.mean, observation, noise)
+    parts = decorrelate(measured - observation @ prior.mean, observation, noise)
     mean, covariance, log_evidence = condition(prior.mean, prior.covariance, *parts)
     assert np.allclose(mean, exact.mean)
     assert np.allclose(covariance, exact.covariance)
@@ -55,7 +55,7 @@ def test_dependent_numbers_are_made_independent() -> None:
 def test_singular_noise_stays_finite() -> None:
     """A number that another one determines, and one that is certain already, do no harm."""
     noise = np.ones((3, 3))
-    parts = decorrelated(np.ones(3), np.eye(3), noise)
+    parts = decorrelate(np.ones(3), np.eye(3), noise)
     mean, covariance, _ = condition(np.zeros(3), np.eye(3), *parts)
     assert np.isfinite(mean).all()
     assert np.isfinite(covariance).all()

@@ -10,7 +10,7 @@ from pftrack.dynamics import LinearDynamics
 from pftrack.filters import kalman
 from pftrack.filters.trajectories import cloud, gaussian
 from pftrack.filters.trajectories.cloud import MOST_PARTICLES, Cloud
-from pftrack.filters.trajectories.modes import located, logs_mode
+from pftrack.filters.trajectories.modes import locate, logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, beginnings, follow, likelihood_surface, track_error
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.sources.trajectories.reference import REFERENCE_PX
@@ -209,7 +209,7 @@ def test_a_track_may_begin_again() -> None:
     assert isinstance(exact, gaussian.Gaussians)
     belief = cloud.without(belief, gone)
     exact = gaussian.without(exact, gone)
-    assert np.isnan(gaussian.smoothed(exact)[0][:6]).any(axis=(0, 2)).tolist() == gone.tolist()
+    assert np.isnan(gaussian.smooth(exact)[0][:6]).any(axis=(0, 2)).tolist() == gone.tolist()
     for frame in range(6, 12):
         observed = tracks[frame] + np.outer(gone, (200.0, 0.0))
         belief, moments = cloud.step(
@@ -239,11 +239,11 @@ def test_a_mode_is_the_mean_about_the_fullest_bin() -> None:
     """Bins begin at whole numbers, below 0 too; what is further than one bin away does not count."""
     nodes = np.array([[0.2, 0.2], [0.4, 0.9], [1.5, 0.5], [-0.5, 0.1], [40.0, 40.0], [2.5, 0.0]], np.float32)
     counts = np.array([2, 1, 1, 2, 2, 9], np.uint16)
-    assert located(nodes[:5], counts[:5], True) == pytest.approx(
+    assert locate(nodes[:5], counts[:5], True) == pytest.approx(
         ((0.4 + 0.4 + 1.5 - 1.0) / 6, (0.4 + 0.9 + 0.5 + 0.2) / 6)
     )
-    assert located(nodes, counts, True)[0] == pytest.approx((1.5 + 9 * 2.5) / 10)
-    assert located(nodes, counts, False)[0] == pytest.approx(float(nodes[:, 0] @ counts) / 17)
+    assert locate(nodes, counts, True)[0] == pytest.approx((1.5 + 9 * 2.5) / 10)
+    assert locate(nodes, counts, False)[0] == pytest.approx(float(nodes[:, 0] @ counts) / 17)
     assert logs_mode(np.array([0.0, 0.1, 0.3, 2.0]), np.array([1.0, 1.0, 1.0, 1.5])) == pytest.approx(0.4 / 3)
     assert logs_mode(np.array([0.0, 0.1, 0.3, 2.0]), np.array([0.1, 0.1, 0.1, 1.5])) == pytest.approx(2.0)
 

@@ -11,11 +11,11 @@ from pftrack.geometry.linkage import (
     image_in_plane,
     image_in_space,
     joint_angles,
-    mirrored,
-    reversed_in_depth,
+    mirror,
+    reverse_in_depth,
 )
 from pftrack.geometry.rotation_vector import matrix, quaternion
-from pftrack.trackers.linkage.chain import UPRIGHT, observed, slopes
+from pftrack.trackers.linkage.chain import UPRIGHT, observe, slopes
 
 THETA, R = np.array([0.4, 0.7, -0.3]), np.array([70.0, 60.0, 50.0])
 ANGLE = st.floats(-3.0, 3.0)
@@ -46,7 +46,7 @@ def test_derivatives_are_those_of_differences(size: int) -> None:
     attitude = UPRIGHT.copy() if size == 9 else quaternion(rng.normal(size=3))
     step = 1e-5
     columns = [
-        (observed(state + step * axis, attitude) - observed(state - step * axis, attitude)) / (2 * step)
+        (observe(state + step * axis, attitude) - observe(state - step * axis, attitude)) / (2 * step)
         for axis in np.eye(size)
     ]
     assert slopes(state, attitude) == pytest.approx(np.array(columns).T, abs=1e-6)
@@ -56,7 +56,7 @@ def test_derivatives_are_those_of_differences(size: int) -> None:
 def test_a_mirrored_link_looks_the_same(theta: tuple[float, float, float], link: int) -> None:
     """Mirrored in depth a link leans to the other side, the others keep their directions, and the image is the same."""
     before = directions(np.array(theta))
-    after = mirrored(before, link)
+    after = mirror(before, link)
     others = [k for k in range(3) if k != link]
     assert after[others].tolist() == before[others].tolist()
     assert np.sin(after[link]) == pytest.approx(-np.sin(before[link]), abs=1e-12)
@@ -67,7 +67,7 @@ def test_a_mirrored_link_looks_the_same(theta: tuple[float, float, float], link:
 def test_a_chain_reversed_in_depth_looks_the_same() -> None:
     """Mirrored as a whole a flat chain is turned otherwise, and no point of its image moves."""
     turn = matrix(np.array([0.3, -0.5, 0.2]))
-    other = reversed_in_depth(turn)
+    other = reverse_in_depth(turn)
     assert other @ other.T == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(other) == pytest.approx(1.0)
     place = np.array([1.0, 2.0])

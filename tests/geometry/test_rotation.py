@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.geometry.rotation import angles, derivatives, rotation
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 
 ANGLE = st.floats(-np.pi, np.pi)
 TILT = st.floats(-1.5, 1.5)
@@ -34,7 +34,7 @@ def test_the_order_is_y_x_z(x: float, y: float, z: float) -> None:
 def test_angles_undo_the_rotation(x: float, y: float, z: float) -> None:
     """While theta_x is within a quarter turn, the angles come back from the matrix."""
     theta = np.array([x, y, z])
-    assert np.allclose(wrapped(angles(rotation(theta)) - theta), 0.0, atol=1e-9)
+    assert np.allclose(wrap(angles(rotation(theta)) - theta), 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("tilt", [-np.pi / 2, np.pi / 2])

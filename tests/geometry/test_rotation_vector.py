@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.geometry.rotation_vector import (
-    composed,
+    compose,
     cross_matrix,
     matrix,
     matrix_quaternion,
@@ -41,7 +41,7 @@ def test_half_turns_have_a_quaternion(axis: int) -> None:
 @given(VECTOR, VECTOR)
 def test_quaternions_compose_as_rotations_do(one: np.ndarray, other: np.ndarray) -> None:
     """The product of quaternions is that of the matrices."""
-    both = quaternion_matrix(composed(quaternion(one), quaternion(other)))
+    both = quaternion_matrix(compose(quaternion(one), quaternion(other)))
     assert both == pytest.approx(matrix(one) @ matrix(other), abs=1e-12)
 
 
@@ -51,7 +51,7 @@ def test_the_right_jacobian_is_the_small_turn_of_a_small_change(size: int) -> No
     omega = size * np.array([0.6, -0.6, 0.53])
     step, jacobian = 1e-6, right_jacobian(omega)
     for axis in np.eye(3):
-        found = vector(composed(quaternion(-omega), quaternion(omega + step * axis))) / step
+        found = vector(compose(quaternion(-omega), quaternion(omega + step * axis))) / step
         assert found == pytest.approx(jacobian @ axis, abs=2e-6)
     if size == 0.54:
         length = np.linalg.norm(jacobian)

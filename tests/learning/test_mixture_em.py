@@ -78,7 +78,7 @@ def test_saying_nothing_teaches_nothing() -> None:
             Mixture(ratios, ratios, 0.0),
             adaptive.surviving(after),
             (projection.positions, projection.variances),
-            adaptive.propagated(before),
+            adaptive.propagate(before),
             5.0,
             Settings(0.5, 0.0, "kernel"),
         )

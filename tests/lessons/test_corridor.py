@@ -11,11 +11,11 @@ from pftrack.lessons.course.corridor import (
     LENGTH_M,
     STEPS,
     Corridor,
-    binned,
+    assign_bins,
     known,
     total_variation,
 )
-from pftrack.lessons.course.sir import CHANCE, SirParameters, show, tolerated
+from pftrack.lessons.course.sir import CHANCE, SirParameters, show, tolerate
 from pftrack.particles import ParticleSet
 
 
@@ -55,7 +55,9 @@ def test_what_is_known_cannot_be_written_to() -> None:
 def test_total_variation_is_that_of_the_bins() -> None:
     """A cloud in one bin against the uniform density is off by all but that bin's share."""
     cloud = ParticleSet.uniform(np.full((10, 1), 31.0))
-    assert binned(CELLS_M, np.full(len(CELLS_M), CELL_M / LENGTH_M)) == pytest.approx(0.02 * np.ones(len(BINS_M) - 1))
+    assert assign_bins(CELLS_M, np.full(len(CELLS_M), CELL_M / LENGTH_M)) == pytest.approx(
+        0.02 * np.ones(len(BINS_M) - 1)
+    )
     assert total_variation(cloud, np.full(len(CELLS_M), 1.0 / LENGTH_M)) == pytest.approx(0.98)
 
 
@@ -78,7 +80,7 @@ def test_fifty_particles_settle_at_a_wrong_door_now_and_then() -> None:
 def test_the_tolerance_is_what_repeats_keep_to() -> None:
     """Independent draws are off by a third of it on average; nearly all clouds keep to it, after each step."""
     walk, exact = known(Corridor())
-    limits = [tolerated(density, 400) for density in exact.given]
+    limits = [tolerate(density, 400) for density in exact.given]
     runs = [Corridor().clouds(walk.doors, 400, seed) for seed in range(100)]
     within = np.array(
         [

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.lessons.course.kalman import LESSON, riccati
-from pftrack.lessons.course.velocity import errors, filtered, simulated
+from pftrack.lessons.course.velocity import apply_filter, errors, simulate
 from tests.lessons.demonstrations import shown
 
 
@@ -16,16 +16,16 @@ def test_riccati_settles_where_the_specification_says() -> None:
 @pytest.mark.parametrize(("process", "noise"), [(0.005, 25.0), (0.05, 4.0), (0.5, 0.5)])
 def test_riccati_is_a_fixed_point(process: float, noise: float) -> None:
     """Predictions of the library's filter come to it from any noise."""
-    predicted = filtered(process, noise, np.zeros(300)).predicted[-1]
+    predicted = apply_filter(process, noise, np.zeros(300)).predicted[-1]
     assert predicted == pytest.approx(riccati(process, noise), rel=1e-6)
 
 
 def test_further_tracks_are_filtered_as_the_first_is() -> None:
     """Gains of one track, applied to all, come to the library's own estimate on that track."""
-    tracks = simulated(0.05, 4.0, 3, 60, 5)
+    tracks = simulate(0.05, 4.0, 3, 60, 5)
     measured = tracks.measured[:, 2].copy()
     measured[20:40] = np.nan
-    known = filtered(0.05, 4.0, measured)
+    known = apply_filter(0.05, 4.0, measured)
     for frames in (1, 30, 60):
         off = errors(tracks, known.gains[:frames])[:, 2]
         assert off == pytest.approx(tracks.states[frames - 1, :, 2] - known.means[frames - 1], abs=1e-9)
@@ -33,7 +33,7 @@ def test_further_tracks_are_filtered_as_the_first_is() -> None:
 
 def test_the_same_draws_serve_any_noise() -> None:
     """With four times the variance, every measurement is twice as far off."""
-    calm, rough = (simulated(0.05, noise, 1, 30, 4) for noise in (1.0, 4.0))
+    calm, rough = (simulate(0.05, noise, 1, 30, 4) for noise in (1.0, 4.0))
     assert (calm.states == rough.states).all()
     off = [tracks.measured - tracks.states[:, 0] for tracks in (calm, rough)]
     assert off[1] == pytest.approx(2.0 * off[0])
@@ -41,7 +41,7 @@ def test_the_same_draws_serve_any_noise() -> None:
 
 def test_the_ellipse_grows_and_tilts_while_frames_are_dropped() -> None:
     """As the answer says: each second of the gap is less sure of the position, and of how it goes with the velocity."""
-    known = filtered(0.05, 4.0, [*np.zeros(20), *np.full(20, np.nan), 0.0])
+    known = apply_filter(0.05, 4.0, [*np.zeros(20), *np.full(20, np.nan), 0.0])
     covariances = known.covariances[19:40]
     correlations = covariances[:, 0, 1] / np.sqrt(covariances[:, 0, 0] * covariances[:, 1, 1])
     assert (np.diff(covariances[:, 0, 0]) > 0).all()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.lessons.course.monte_carlo import LESSON, MEAN, SD, rms, sampled, sizes_up_to
+from pftrack.lessons.course.monte_carlo import LESSON, MEAN, SD, rms, sample, sizes_up_to
 from pftrack.lessons.judging import judge
 from tests.lessons.demonstrations import asked_at
 
@@ -11,8 +11,8 @@ from tests.lessons.demonstrations import asked_at
 @pytest.mark.parametrize(("small", "large"), [(10, 20), (70, 3000), (990, 1000)])
 def test_a_smaller_cloud_is_the_beginning_of_a_larger_one(small: int, large: int) -> None:
     """A slider that is turned adds samples or takes them away, and draws none anew; further axes change none either."""
-    one, few = sampled(5, small, 1, 3)
-    other, many = sampled(5, large, 4, 3)
+    one, few = sample(5, small, 1, 3)
+    other, many = sample(5, large, 4, 3)
     assert (other[:small] == one).all()
     common = [size for size in sizes_up_to(small) if size in sizes_up_to(large)]
     assert many[: len(common), :, :1] == pytest.approx(few[: len(common)])
@@ -20,7 +20,7 @@ def test_a_smaller_cloud_is_the_beginning_of_a_larger_one(small: int, large: int
 
 def test_means_are_those_of_the_samples() -> None:
     """Of the first ten, thirty, hundred, and of all."""
-    samples, means = sampled(2, 250, 2, 4)
+    samples, means = sample(2, 250, 2, 4)
     assert means.shape == (4, 4, 2)
     assert list(sizes_up_to(250)) == [10, 30, 100, 250]
     assert means[:, 0, 0] == pytest.approx([samples[:size].mean() for size in (10, 30, 100, 250)])
@@ -28,7 +28,7 @@ def test_means_are_those_of_the_samples() -> None:
 
 def test_samples_have_the_density_that_is_drawn() -> None:
     """Mean and standard deviation of ten thousand are within four of their own standard deviations."""
-    samples, _ = sampled(1, 10_000, 1, 1)
+    samples, _ = sample(1, 10_000, 1, 1)
     assert samples.mean() == pytest.approx(MEAN, abs=4 * SD / 100)
     assert samples.std() == pytest.approx(SD, abs=4 * SD / np.sqrt(20_000))
 

@@ -17,8 +17,8 @@ from pftrack.model.series import (
     check_value,
     columns,
     from_json,
-    joined,
-    reduced,
+    join,
+    reduce,
     to_json,
 )
 
@@ -131,19 +131,19 @@ def test_reductions_are_means_shares_and_counts_of_what_is_known() -> None:
     share = Series(
         "c", "c", shape="vector", components=("x", "y"), reductions=(Reduction("share_y", "share", "share", "y"),)
     )
-    assert reduced(mean, np.array([1.0, np.nan, 2.0])) == {"mean_a": 1.5}
-    assert reduced(flag, np.array([1.0, 0.0, 1.0])) == {"times_b": 2}
-    assert reduced(share, np.array([[3.0, 1.0], [1.0, 1.0]])) == {"share_y": 0.375}
+    assert reduce(mean, np.array([1.0, np.nan, 2.0])) == {"mean_a": 1.5}
+    assert reduce(flag, np.array([1.0, 0.0, 1.0])) == {"times_b": 2}
+    assert reduce(share, np.array([[3.0, 1.0], [1.0, 1.0]])) == {"share_y": 0.375}
     for series in (mean, flag, share):
-        assert set(reduced(series, np.zeros(0)).values()) == {None}
-    assert reduced(mean, np.array([np.nan])) == {"mean_a": None}
+        assert set(reduce(series, np.zeros(0)).values()) == {None}
+    assert reduce(mean, np.array([np.nan])) == {"mean_a": None}
 
 
 def test_one_name_is_one_series() -> None:
     """Trackers may declare the same series; two different ones of a name are refused, and so are reductions."""
-    assert joined((NUMBER, VECTOR), (NUMBER,)) == (NUMBER, VECTOR)
+    assert join((NUMBER, VECTOR), (NUMBER,)) == (NUMBER, VECTOR)
     with pytest.raises(ValueError, match="two different series are called 'speed'"):
-        joined((NUMBER,), (Series("speed", "speed", "mm"),))
+        join((NUMBER,), (Series("speed", "speed", "mm"),))
     kept = Reduction("kept", "kept", "mean")
     with pytest.raises(ValueError, match="two reductions are called 'kept'"):
-        joined((Series("a", "a", reductions=(kept,)), Series("b", "b", reductions=(kept,))))
+        join((Series("a", "a", reductions=(kept,)), Series("b", "b", reductions=(kept,))))

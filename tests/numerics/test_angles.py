@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.numerics.angles import circular_mean, direction, less_turns, wrapped
+from pftrack.numerics.angles import circular_mean, direction, less_turns, wrap
 
 
 def test_whole_turns_do_not_count() -> None:
@@ -14,7 +14,7 @@ def test_whole_turns_do_not_count() -> None:
         within = less_turns(angle)
         assert -np.pi <= within <= np.pi
         assert np.exp(1j * within) == pytest.approx(np.exp(1j * angle))
-        assert np.exp(1j * float(wrapped(angle))) == pytest.approx(np.exp(1j * angle))
+        assert np.exp(1j * float(wrap(angle))) == pytest.approx(np.exp(1j * angle))
 
 
 def test_the_mean_of_angles_is_taken_on_the_circle() -> None:
@@ -26,15 +26,15 @@ def test_the_mean_of_angles_is_taken_on_the_circle() -> None:
 @given(st.floats(-50, 50))
 def test_wrapped_angles_are_the_same_angles(angle: float) -> None:
     """A wrapped angle lies in (-pi, pi] and differs by whole turns."""
-    within = float(wrapped(angle))
+    within = float(wrap(angle))
     assert -np.pi < within <= np.pi
     assert (within - angle) / (2 * np.pi) == pytest.approx(round((within - angle) / (2 * np.pi)), abs=1e-9)
 
 
 def test_half_a_turn_is_positive() -> None:
     """Of the two names of half a turn the positive one is used."""
-    assert wrapped([np.pi, -np.pi]).tolist() == [np.pi, np.pi]
-    assert wrapped(np.nextafter(np.pi, 4.0)) == np.pi  # which rounding would take a whole turn back
+    assert wrap([np.pi, -np.pi]).tolist() == [np.pi, np.pi]
+    assert wrap(np.nextafter(np.pi, 4.0)) == np.pi  # which rounding would take a whole turn back
 
 
 def test_a_direction_is_the_angle_of_a_vector() -> None:

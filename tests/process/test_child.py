@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.process import Ending, command, described, end_group, ending, environment
+from pftrack.process import Ending, command, describe, end_group, ending, environment
 
 SLEEP = [sys.executable, "-c", "import time; time.sleep(60)"]
 
@@ -49,9 +49,9 @@ def test_a_status_tells_the_ending(status: int | None, how: Ending) -> None:
 
 def test_a_status_in_words() -> None:
     """A status names its signal where the signal has a name."""
-    assert described(2) == "ended with status 2"
-    assert described(-signal.SIGSEGV) == "killed by SIGSEGV"
-    assert described(-99) == "killed by signal 99"
+    assert describe(2) == "ended with status 2"
+    assert describe(-signal.SIGSEGV) == "killed by SIGSEGV"
+    assert describe(-99) == "killed by signal 99"
 
 
 def test_a_group_ends_as_one() -> None:

@@ -23,7 +23,7 @@ from pftrack.model.drawing import (
 )
 from pftrack.model.world import Viewpoint, World
 from pftrack.rendering import render, render_beside
-from pftrack.rendering.projection import Projection, looked_at
+from pftrack.rendering.projection import Projection, look_at
 
 BLUE = COLOURS["estimate"]
 WORLD = World("w", "World", "mm", 50.0, middle=(10.0, 20.0, 30.0))
@@ -112,13 +112,13 @@ def test_what_is_near_lies_above_what_is_far() -> None:
     cloud = Points(f32([10, 20, 10], [10, 20, 50]), np.array([red, green], np.uint8), 20.0, "points")
     drawn = WorldDrawing(WORLD, {"cloud": cloud})
     for azimuth, colour in ((0, green), (180, red)):
-        picture = render(looked_at(drawn, Viewpoint("v", "V", azimuth, 0), 101), caption=False)
+        picture = render(look_at(drawn, Viewpoint("v", "V", azimuth, 0), 101), caption=False)
         assert tuple(picture[50, 50]) == colour
 
 
 def test_a_world_has_a_ruler_in_its_unit() -> None:
     """It is as long as it says, at the scale of the picture."""
-    drawing = looked_at(WorldDrawing(WORLD), Viewpoint("v", "From here", 0, 0), 208)
+    drawing = look_at(WorldDrawing(WORLD), Viewpoint("v", "From here", 0, 0), 208)
     line, text = drawing.primitives["ruler"], drawing.primitives["ruler length"]
     assert isinstance(line, Links)
     assert isinstance(text, Text)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pftrack.reproduce.structure.course import Trial, course, grown, online
+from pftrack.reproduce.structure.course import Trial, course, grow, online
 from pftrack.reproduce.structure.figures import draw
 
 PRISM = [Trial("prism", seed) for seed in range(2)]
@@ -25,7 +25,7 @@ def test_forgetting_by_information_keeps_what_was_seen() -> None:
 
 def test_a_face_that_grows_gives_the_better_pose() -> None:
     """From the mean face the own one comes within a third of its distance, and the pose by it is better."""
-    outcome = grown(Trial(99, 0))
+    outcome = grow(Trial(99, 0))
     assert outcome.own_mm < outcome.mean_mm / 3.0
     assert outcome.pose_deg[1] < outcome.pose_deg[0]
     assert outcome.weight[-1] > 0.9

@@ -73,7 +73,7 @@ def test_saving_replaces_whole_files_only(run: Run, tmp_path: Path, monkeypatch:
     def fail(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("pftrack.runs.record._packed", fail)
+    monkeypatch.setattr("pftrack.runs.record._pack", fail)
     with pytest.raises(OSError, match="No space"):
         save(run, path)
     assert path.read_bytes() == before

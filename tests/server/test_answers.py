@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack_server.tasks.answers import pack, unpack
-from pftrack_server.worker.protocol import Event, Failed, Heartbeat, Mistake, Reply, Step
+from pftrack_server.worker.protocol import Event, Failed, Heartbeat, Reply, Step, UnexpectedError
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text() | st.binary(),
@@ -31,7 +31,7 @@ def test_no_value_is_taken_for_bytes() -> None:
         assert unpack(pack(Reply(0, value))) == Reply(0, value)
 
 
-@pytest.mark.parametrize("event", [Failed("the file is empty \udcff"), Mistake("Traceback"), Step(3, 7)])
+@pytest.mark.parametrize("event", [Failed("the file is empty \udcff"), UnexpectedError("Traceback"), Step(3, 7)])
 def test_an_event_comes_back(event: Event) -> None:
     """Refusals, mistakes and steps are events as well."""
     assert unpack(pack(event)) == event

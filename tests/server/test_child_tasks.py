@@ -15,7 +15,7 @@ import pytest
 
 from pftrack.process import Ending, environment
 from pftrack_server.errors import ClientGoneError, RefusedError
-from pftrack_server.log import Seldom
+from pftrack_server.log import RateLimitedLogger
 from pftrack_server.tasks.child import GRACE_S, OPEN_FILES, Budget
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
@@ -127,7 +127,7 @@ def test_a_mistake_of_ours_is_in_the_log(
     mistake: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Who asks for a task that fails is told little, the log where."""
-    monkeypatch.setattr("pftrack_server.tasks.child_tasks.seldom", Seldom("tasks"))
+    monkeypatch.setattr("pftrack_server.tasks.child_tasks.seldom", RateLimitedLogger("tasks"))
     with pytest.raises(RefusedError, match="cannot be read safely"):
         run(ChildTasks(Queues()).run(mistake))
     assert "on purpose" in capsys.readouterr().out

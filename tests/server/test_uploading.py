@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from starlette.requests import Request
 
 from pftrack_server.errors import ApiError, RefusedError, TooLargeError
-from pftrack_server.store.room import Room
+from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.uploads.multipart import Received, receive
 from tests.server.apart import run
 
@@ -48,7 +48,9 @@ def taken(
     with tempfile.TemporaryDirectory() as root:
         folder = Path(root) / "incoming"
         try:
-            received = run(receive(request, folder, Room(Path(root), 0), most_bytes=most_bytes, most_files=most_files))
+            received = run(
+                receive(request, folder, DiskBudget(Path(root), 0), most_bytes=most_bytes, most_files=most_files)
+            )
         except ApiError:
             assert not folder.exists(), "a refused upload leaves nothing"
             raise

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.set_membership.observation import observed_in_plane
+from pftrack.set_membership.observation import observe_in_plane
 from pftrack.set_membership.prediction import OUTER
 from pftrack.set_membership.regions import HIGH, LOW, SHAPE, Ways, contains, region_of
 from pftrack.set_membership.strips import TRACE, VOLUME
@@ -34,7 +34,7 @@ def test_no_pose_that_fits_is_lost(ways: Ways) -> None:
         seen = inside[:, 3 + link] * np.cos(inside[:, link] / SCALE)
         bound = float(rng.choice([0.01, 1.0, 6.0]))
         truth = seen[0] + rng.uniform(-bound, bound)
-        left = observed_in_plane(region, (link, 3 + link), SCALE, truth, bound, 64, 8, ways)
+        left = observe_in_plane(region, (link, 3 + link), SCALE, truth, bound, 64, 8, ways)
         assert lost(left, inside[abs(seen - truth) <= bound], ellipsoids=ways.ellipsoids) == 0
 
 
@@ -48,17 +48,17 @@ def leaning(least_rad: float) -> np.ndarray:
 def test_a_link_that_cannot_lie_in_the_image_leans_to_either_side() -> None:
     """Cells that fall apart make two regions, each about its own direction, unless there is no room for them."""
     seen = 50 * np.cos(0.45)
-    left = observed_in_plane(leaning(-0.6), (0, 3), SCALE, seen, 0.5, 64, 8, FULL)
+    left = observe_in_plane(leaning(-0.6), (0, 3), SCALE, seen, 0.5, 64, 8, FULL)
     assert len(left) == 2
     assert left[0, HIGH, 0] < -0.3 * SCALE < 0.3 * SCALE < left[1, LOW, 0]
-    assert len(observed_in_plane(leaning(-0.6), (0, 3), SCALE, seen, 0.5, 64, 1, FULL)) == 1
-    assert len(observed_in_plane(leaning(-0.1), (0, 3), SCALE, seen, 0.5, 64, 8, FULL)) == 1
+    assert len(observe_in_plane(leaning(-0.6), (0, 3), SCALE, seen, 0.5, 64, 1, FULL)) == 1
+    assert len(observe_in_plane(leaning(-0.1), (0, 3), SCALE, seen, 0.5, 64, 8, FULL)) == 1
 
 
 def test_an_impossible_length_leaves_nothing() -> None:
     """A link that is shown longer than it can be refutes its region."""
     for ways in TREATMENTS.values():
-        assert len(observed_in_plane(leaning(-0.6), (0, 3), SCALE, 53.0, 1.5, 64, 8, ways)) == 0
+        assert len(observe_in_plane(leaning(-0.6), (0, 3), SCALE, 53.0, 1.5, 64, 8, ways)) == 0
 
 
 def test_a_region_of_one_point_stays_where_it_is() -> None:
@@ -68,7 +68,7 @@ def test_a_region_of_one_point_stays_where_it_is() -> None:
     for turn in range(200):
         link = turn % 3
         seen = float(point[3 + link] * np.cos(point[link] / SCALE))
-        left = observed_in_plane(region, (link, 3 + link), SCALE, seen, 0.0, 16, 8, FULL)
+        left = observe_in_plane(region, (link, 3 + link), SCALE, seen, 0.0, 16, 8, FULL)
         assert len(left) == 1
         region = left[0]
         assert contains(region, point)

@@ -8,7 +8,7 @@ import pytest
 from pftrack.model.frame import Frame, Measurements
 from pftrack.model.source import History
 from pftrack.sources.linkage.parameters import LinkageSceneParameters
-from pftrack.sources.linkage.paths import LENGTH, PATHS, PathName, eased
+from pftrack.sources.linkage.paths import LENGTH, PATHS, PathName, ease
 from pftrack.sources.linkage.source import LinkageSource
 from pftrack.sources.linkage.truth import LinkageTarget, attitude, in_radians, places
 
@@ -26,10 +26,10 @@ def seen(seed: int, index: int, **values: object) -> tuple[Frame, LinkageTarget,
 def test_paths_go_through_their_keys_and_have_no_leaps(name: PathName) -> None:
     """At each key the angles are the key's, and between them they change smoothly."""
     for frame, *angles in PATHS[name]:
-        np.testing.assert_allclose(eased(PATHS[name], frame), angles, atol=1e-12)
-    steps = np.diff([eased(PATHS[name], frame) for frame in range(LENGTH[name])], axis=0)
+        np.testing.assert_allclose(ease(PATHS[name], frame), angles, atol=1e-12)
+    steps = np.diff([ease(PATHS[name], frame) for frame in range(LENGTH[name])], axis=0)
     assert np.abs(steps).max() < 0.08
-    np.testing.assert_array_equal(eased(PATHS[name], 1e4), PATHS[name][-1][1:])
+    np.testing.assert_array_equal(ease(PATHS[name], 1e4), PATHS[name][-1][1:])
 
 
 @pytest.mark.parametrize("path", get_args(PathName))

@@ -11,10 +11,10 @@ from pftrack.model.parameters import Parameters
 from pftrack.model.source import History
 from pftrack.sources.formats import SourceError
 from pftrack.sources.sequence import Limits, open_sequence
-from pftrack.sources.tracks.bodies import named, normalised
+from pftrack.sources.tracks.bodies import named, normalise
 from pftrack.sources.tracks.recorded import RecordedTracks, body_of
 from pftrack.sources.tracks.sequence import TrackSequence
-from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, written
+from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, write
 
 SQUARE = {"a": (10.0, 10.0), "b": (300.0, 12.0), "c": (305.5, 200.0), "d": (11.0, 210.25)}
 LONG = "frame,point,x_px,y_px,var_x,var_y\n" + "".join(
@@ -35,7 +35,7 @@ def test_the_long_form() -> None:
     assert np.isnan(table.positions[2]).all()
     assert np.isinf(table.variances[2]).all()
     assert table.warnings == ("In 1 of 4 frames no point is seen.",)
-    assert written(table.names, table.positions, table.variances).splitlines()[1] == "0,a,15.0,10.0,4.0,9.0"
+    assert write(table.names, table.positions, table.variances).splitlines()[1] == "0,a,15.0,10.0,4.0,9.0"
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_points_with_the_names_of_a_face_are_one() -> None:
     shape = named(names)
     assert shape.mean is not None
     mean = mean_model().points_mm[[FEATURES.index(name) for name in names]]
-    np.testing.assert_allclose(shape.mean, normalised(mean))
+    np.testing.assert_allclose(shape.mean, normalise(mean))
     assert {(names[one], names[other]) for one, other in shape.edges} == {it for it in LINKS if set(it) <= set(names)}
     other = named(("nose", "reye", "leye", "tail"))
     assert other.mean is None

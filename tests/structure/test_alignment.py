@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.geometry.rotation import rotation
-from pftrack.structure.alignment import aligned, residuals, shape_error
+from pftrack.structure.alignment import align, residuals, shape_error
 
 TRUTH = np.random.default_rng(0).normal(size=(8, 3)) * 20.0 + [100.0, 0.0, 700.0]
 
@@ -11,7 +11,7 @@ def test_an_affine_image_of_the_truth_has_no_error() -> None:
     """Whatever the map, the error after alignment is zero to 1e-12."""
     image = TRUTH @ np.random.default_rng(1).normal(size=(3, 3)) + [3.0, -4.0, 5.0]
     assert shape_error(image, TRUTH) < 1e-12
-    assert np.allclose(aligned(image, TRUTH), TRUTH)
+    assert np.allclose(align(image, TRUTH), TRUTH)
 
 
 def test_a_similarity_may_mirror_but_not_stretch() -> None:

@@ -10,7 +10,7 @@ from pftrack.structure import variational
 from pftrack.structure.alignment import shape_error
 from pftrack.structure.factorization import factorize
 from pftrack.structure.passes import free_energy, moments, points_given, rows_given
-from pftrack.structure.positive import factorised, inverted, solved_from
+from pftrack.structure.positive import cholesky_solve, factorise, invert
 from pftrack.structure.tracks import Tracks
 from pftrack.structure.variational import GAMMA, Initial, Variational
 from tests.structure.bodies import body, cameras, seen
@@ -44,11 +44,11 @@ def test_inverses_are_exact() -> None:
     """The inverse and the log determinant are those of LAPACK to rounding."""
     root = np.random.default_rng(0).normal(size=(4, 4))
     matrix, inverse = root @ root.T + np.eye(4), np.empty((4, 4))
-    assert inverted(matrix, inverse) == pytest.approx(np.linalg.slogdet(matrix)[1])
+    assert invert(matrix, inverse) == pytest.approx(np.linalg.slogdet(matrix)[1])
     assert np.allclose(inverse, np.linalg.inv(matrix), atol=1e-14)
-    lower, _ = factorised(matrix)
+    lower, _ = factorise(matrix)
     assert np.allclose(lower @ lower.T, matrix)
-    assert np.allclose(solved_from(lower, root[0].copy()), np.linalg.solve(matrix, root[0]))
+    assert np.allclose(cholesky_solve(lower, root[0].copy()), np.linalg.solve(matrix, root[0]))
 
 
 def test_the_information_form_is_the_gain_form() -> None:

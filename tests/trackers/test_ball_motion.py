@@ -327,7 +327,7 @@ def test_a_filter_without_particles_has_no_paths() -> None:
     state = stepped("condensation", state, 3, given)
     assert state.lineage is not None
     assert len(state.lineage.paths) == 2
-    assert fixed_lag.smoothed(state.lineage, state.particles, 0) == pytest.approx(state.estimate)  # type: ignore[arg-type]
+    assert fixed_lag.smooth(state.lineage, state.particles, 0) == pytest.approx(state.estimate)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("tracker", ["condensation", "upf", "pc-pf"])

@@ -15,7 +15,7 @@ from pftrack.sources.prism import NAMES, VERTICES_MM
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.beliefs import AffineLayers, Belief, JointParticles, PerspectiveLayers
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
-from pftrack.trackers.pose.reports import measurement, reported
+from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
@@ -152,13 +152,13 @@ def test_nothing_is_lost_where_nothing_changes(kind: str) -> None:
     method, upper, expected = KINDS[kind]
     values = parameters(upper)
     state = stepped(begun(method, values), method, values, 1)  # type: ignore[arg-type]
-    kept = pose.transferred(state, replace(SOLID), values)
+    kept = pose.transfer(state, replace(SOLID), values)
     if expected is PerspectiveLayers:
         assert isinstance(kept.belief, PerspectiveLayers)
         assert kept.translation_mm == pytest.approx(state.translation_mm, abs=1.0)
     else:
         assert kept.belief is state.belief
-    larger = pose.transferred(state, replace(SOLID, points_mm=1.1 * VERTICES_MM), values)
+    larger = pose.transfer(state, replace(SOLID, points_mm=1.1 * VERTICES_MM), values)
     assert larger.belief is not state.belief
     assert larger.feature_means == pytest.approx(state.feature_means)
     assert larger.estimate == pytest.approx(state.estimate)
@@ -168,7 +168,7 @@ def test_a_change_of_the_camera_keeps_the_particles() -> None:
     """From affine to pinhole the features' particles stay, and the solid is set before the camera by their places."""
     values = parameters("affine")
     state = stepped(begun("pf-asd", values), "pf-asd", values, 1)
-    changed = pose.transferred(state, SOLID, parameters("perspective"))
+    changed = pose.transfer(state, SOLID, parameters("perspective"))
     assert isinstance(changed.belief, PerspectiveLayers)
     assert isinstance(state.belief, AffineLayers)
     assert changed.belief.layers.features is state.belief.layers.features
@@ -178,7 +178,7 @@ def test_a_change_of_the_camera_keeps_the_particles() -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_what_is_reported_is_what_the_belief_has(method: pose.Method) -> None:
     """Numbers of particles add up, the effective sample size lies between its bounds, and no series is undeclared."""
-    values, series = parameters(), reported(method, NAMES)
+    values, series = parameters(), report(method, NAMES)
     measure = measurement(series)
     state = begun(method, values)
     for frame in range(1, 6):

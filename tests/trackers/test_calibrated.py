@@ -10,7 +10,7 @@ from pftrack.geometry.rotation import rotation
 from pftrack.model.parameters import Value
 from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import VERTICES_MM
-from pftrack.trackers.pose.calibrated import depth_slopes, nearness, pinned
+from pftrack.trackers.pose.calibrated import depth_slopes, nearness, pin
 from pftrack.trackers.pose.solid import GAUSSIAN, STUDENT_4
 
 SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])
@@ -31,7 +31,7 @@ def shares(made: Run) -> tuple[float, float]:
 def test_a_point_is_pinned_to_where_it_was_seen() -> None:
     """The camera sees it there, and it moved across the line of sight only."""
     seen = VERTICES_MM @ SLOPES.T + np.arange(16.0).reshape(8, 2)
-    moved = pinned(VERTICES_MM, seen, VERTICES_MM @ SLOPES.T, np.tile(SLOPES, (8, 1, 1)))
+    moved = pin(VERTICES_MM, seen, VERTICES_MM @ SLOPES.T, np.tile(SLOPES, (8, 1, 1)))
     assert moved @ SLOPES.T == pytest.approx(seen)
     assert (moved - VERTICES_MM) @ np.cross(*SLOPES) == pytest.approx(0.0, abs=1e-9)
 

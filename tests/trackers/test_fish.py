@@ -15,7 +15,7 @@ from pftrack.model.source import History
 from pftrack.particles import ParticleSet
 from pftrack.sources.fish import FishSource, FishTarget
 from pftrack.trackers.fish.learned import GUIDANCE
-from pftrack.trackers.fish.motion import drawn
+from pftrack.trackers.fish.motion import draw
 from pftrack.trackers.fish.state import FishState
 from pftrack.trackers.fish.step import MOTIONS, begun, seen_edges, stepped
 
@@ -127,7 +127,7 @@ def test_lengths_go_with_the_body() -> None:
     """For a fish of half the size steps and accelerations are half as long, and angles the same."""
     small = DEFAULTS.model_copy(update={"half_length_px": 20.0})
     for motion in MOTIONS.values():
-        whole, half = drawn(motion, DEFAULTS), drawn(motion, small)
+        whole, half = draw(motion, DEFAULTS), draw(motion, small)
         assert half.mean == pytest.approx(whole.mean * [0.5, 0.5, 1.0, 1.0])
         assert half.root == pytest.approx(whole.root * np.array([0.5, 0.5, 1.0, 1.0])[:, None])
 
@@ -180,7 +180,7 @@ def test_a_learned_file_of_something_else_is_refused() -> None:
 def test_with_constant_velocity_accelerations_spread_alike_along_both_axes() -> None:
     """The sd along either axis of the picture is the root mean square of the learned ones along and across the body."""
     sd = GUIDANCE.learned("").diffusion(DEFAULTS.motion_reading).sd
-    found = np.diagonal(drawn(MOTIONS["constant-velocity"], DEFAULTS).root)
+    found = np.diagonal(draw(MOTIONS["constant-velocity"], DEFAULTS).root)
     assert found[:2] == pytest.approx([np.hypot(sd[0], sd[1]) / np.sqrt(2.0)] * 2)
     assert sd[0] != pytest.approx(sd[1])
 

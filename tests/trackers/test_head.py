@@ -8,7 +8,7 @@ from pftrack.model.parameters import Value, revise
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.head import step as head
-from pftrack.trackers.head.memory import HeadMemory, around, eye_distance, widened
+from pftrack.trackers.head.memory import HeadMemory, around, eye_distance, widen
 
 HEAD = find("head")
 
@@ -85,7 +85,7 @@ def test_uncertainty_grows_to_a_bound() -> None:
     """Unseen for long, the angles' deviation grows, and stops at that of not knowing."""
     belief, last = Gaussian(np.ones(3), 1e-4 * np.eye(3)), 0.0
     for _ in range(2000):
-        belief = widened(belief, 0.05)
+        belief = widen(belief, 0.05)
         assert belief.standard_deviations[0] >= last
         last = float(belief.standard_deviations[0])
     assert last == pytest.approx(np.deg2rad(60.0))
@@ -95,9 +95,9 @@ def test_uncertainty_grows_to_a_bound() -> None:
 def test_the_bound_of_uncertainty_is_sixty_degrees() -> None:
     """A belief that is a little surer than that stays what it is, with a frame's noise more."""
     nearly = Gaussian(np.zeros(3), np.deg2rad(59.5) ** 2 * np.eye(3))
-    wider = widened(nearly, np.deg2rad(5.0))
+    wider = widen(nearly, np.deg2rad(5.0))
     assert np.rad2deg(wider.standard_deviations) == pytest.approx([np.hypot(59.5, 5.0)] * 3)
-    assert np.rad2deg(widened(wider, np.deg2rad(12.0)).standard_deviations) == pytest.approx([60.0] * 3)
+    assert np.rad2deg(widen(wider, np.deg2rad(12.0)).standard_deviations) == pytest.approx([60.0] * 3)
 
 
 @pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])
@@ -138,4 +138,4 @@ def test_what_the_upper_layer_does_not_read_leaves_it_alone(
     timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3, **beginning}),)
     run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=timeline)
     state, parameters = run.seek(10).state, run.parameters_at(10)
-    assert head._formed(state, revise(parameters, {name: value})).belief is state.belief
+    assert head._form(state, revise(parameters, {name: value})).belief is state.belief

@@ -173,7 +173,7 @@ def test_a_face_that_has_come_nearer_stays_near(changed: dict[str, Value], monke
     found = run.step(grey_at(face.points_px))
     assert found.solid.scale == pytest.approx(1.2 * before.solid.scale)
     run.given = revise(run.given, changed)
-    assert head._formed(run.state, run.given).solid.scale == pytest.approx(found.solid.scale, rel=0.05)
+    assert head._form(run.state, run.given).solid.scale == pytest.approx(found.solid.scale, rel=0.05)
 
 
 def test_a_face_that_is_found_twice_is_as_large_as_it_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -203,7 +203,7 @@ def test_templates_in_relief_outlast_any_size(upper: str, monkeypatch: pytest.Mo
     assert found.reliefs is before.reliefs
     for changed in ({"face_model": "personal"}, {"template_scale": 0.7}, {"focal_widths": 1.0}):
         other = revise(given, changed)
-        again, fresh = memory(head._formed(run.state, other)).reliefs, memory(begun("pf-asd", other)).reliefs
+        again, fresh = memory(head._form(run.state, other)).reliefs, memory(begun("pf-asd", other)).reliefs
         assert again is not None
         assert fresh is not None
         assert again is not before.reliefs

@@ -9,7 +9,7 @@ from pftrack.experiments.head.recording import defaults
 from pftrack.likelihoods import relief
 from pftrack.model.parameters import Value, revise
 from pftrack.numerics.random import Purpose, Stream
-from pftrack.reproduce.head.turns import RELIEF, Clip, filmed, watched
+from pftrack.reproduce.head.turns import RELIEF, Clip, film, watch
 from pftrack.trackers.head import reliefs
 from pftrack.trackers.head import step as head
 from pftrack.trackers.pose.methods import METHODS, Method
@@ -20,12 +20,12 @@ RELIEVED = parameters(templates="relief")
 
 @cache
 def clip(person: int, frames: int) -> Clip:
-    return filmed(person, frames)
+    return film(person, frames)
 
 
 def test_a_fast_turn_is_followed_in_relief() -> None:
     """Within half a second the head turns by 35 degrees; flat templates are left behind, those in relief are not."""
-    flat, bent = (watched(clip(323, 26), values, 0) for values in ({}, RELIEF))
+    flat, bent = (watch(clip(323, 26), values, 0) for values in ({}, RELIEF))
     assert bent.tracked_share == 1.0
     assert bent.errors_deg[0] < 5.0
     assert bent.errors_deg[0] < flat.errors_deg[0] / 2.0
@@ -35,7 +35,7 @@ def test_a_fast_turn_is_followed_in_relief() -> None:
 @pytest.mark.parametrize("person", [321, 323, 324])
 def test_no_seed_loses_a_fast_head(person: int) -> None:
     """The yaw is right to 5 degrees and the head tracked in 95 % of the frames, with the worst of twenty seeds."""
-    outcomes = [watched(clip(person, 150), RELIEF, seed) for seed in range(20)]
+    outcomes = [watch(clip(person, 150), RELIEF, seed) for seed in range(20)]
     assert max(outcome.errors_deg[0] for outcome in outcomes) <= 5.0
     assert min(outcome.tracked_share for outcome in outcomes) >= 0.95
 

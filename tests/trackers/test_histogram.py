@@ -14,8 +14,8 @@ from pftrack.model.parameters import revise
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Change, Run
-from pftrack.trackers.histogram.likelihood import HISTOGRAM, packed
-from pftrack.trackers.histogram.model import first_look, judged, model_of
+from pftrack.trackers.histogram.likelihood import HISTOGRAM, pack
+from pftrack.trackers.histogram.model import first_look, judge, model_of
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.state import SIZE, HistogramState
 from pftrack.trackers.histogram.step import TRACKERS
@@ -77,7 +77,7 @@ def test_weights_are_the_likelihood() -> None:
     for frame, old in ((patch(40, 40), state), (patch(43, 41), None)):
         new = old or TRACKERS["condensation"].step(state, frame, SMALL, Stream(1, 1, Purpose.TRACK))
         scores = HISTOGRAM.log_likelihood(
-            np.ascontiguousarray(frame.image_rgb), np.asfortranarray(new.particles.states), packed(new, SMALL.sharpness)
+            np.ascontiguousarray(frame.image_rgb), np.asfortranarray(new.particles.states), pack(new, SMALL.sharpness)
         )
         off = new.particles.log_weights - scores
         assert np.ptp(off) < 1e-9
@@ -182,7 +182,7 @@ def test_a_window_outside_the_picture_weighs_nothing() -> None:
     states = state.particles.states.copy()
     states[0, 0], states[1, SIZE], states[2, 0] = -500.0, 3.0, np.nan
     image = np.ascontiguousarray(patch(40, 40).image_rgb)
-    scores = HISTOGRAM.log_likelihood(image, np.asfortranarray(states), packed(state, 20.0))
+    scores = HISTOGRAM.log_likelihood(image, np.asfortranarray(states), pack(state, 20.0))
     assert scores[:3].tolist() == [-20.0] * 3
     assert (scores[3:] > -20.0).all()
 
@@ -298,12 +298,12 @@ def test_misses_count_only_in_a_row_and_renewal_takes_its_share() -> None:
     """A frame that shows the target again clears the misses; the new model is (1 - r) q + r p."""
     image = patch(40, 40).image_rgb
     state = replace(begun(), missed=5)
-    assert judged(state, image, SMALL).missed == 0
-    assert judged(state, np.full_like(image, 90), SMALL).missed == 6
+    assert judge(state, image, SMALL).missed == 0
+    assert judge(state, np.full_like(image, 90), SMALL).missed == 6
     old = np.full(110, 1 / 110)
     renewing = revise(SMALL, {"renewal_rate": 0.2, "renewal_likeness": 0, "renewal_spread": 10})
-    seen = judged(replace(state, model=old), image, revise(renewing, {"renewal_rate": 1})).model
-    assert judged(replace(state, model=old), image, renewing).model == pytest.approx(0.8 * old + 0.2 * seen)
+    seen = judge(replace(state, model=old), image, revise(renewing, {"renewal_rate": 1})).model
+    assert judge(replace(state, model=old), image, renewing).model == pytest.approx(0.8 * old + 0.2 * seen)
 
 
 def test_giving_up_the_search_goes_back_to_tracking() -> None:

@@ -97,7 +97,7 @@ def test_the_ratios_are_judged_by_the_prediction() -> None:
         state.mixture,
         adaptive.surviving(stepped.features),
         (stepped.projection.positions, stepped.projection.variances),
-        adaptive.propagated(state.features),
+        adaptive.propagate(state.features),
         Settings().noise_sd_px,
         layered.mixture_em.Settings(),
     )

@@ -16,10 +16,10 @@ from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.linkage.course import Condition, course
 from pftrack.reproduce.linkage.kalman import CROSS
 from pftrack.sources.linkage.truth import REFERENCE_RAD, LinkageTarget
-from pftrack.trackers.linkage.chain import UPRIGHT, Chain, described, observed, slopes
+from pftrack.trackers.linkage.chain import UPRIGHT, Chain, describe, observe, slopes
 from pftrack.trackers.linkage.gaussians import constraints, look, noise
-from pftrack.trackers.linkage.handover import boxed, from_moments
-from pftrack.trackers.linkage.linearised import linearisation_points, predicted
+from pftrack.trackers.linkage.handover import box, from_moments
+from pftrack.trackers.linkage.linearised import linearisation_points, predict
 from pftrack.trackers.linkage.parameters import TABLE_4_1
 from pftrack.trackers.linkage.state import LinkageState
 
@@ -55,7 +55,7 @@ def seen(index: int, target: LinkageTarget, *, off: Iterable[float] = (0.0, 0.0,
 
 def seen_in_space(index: int, target: LinkageTarget) -> Frame:
     mean = np.concatenate([target.omega, target.t, target.theta[1:], np.zeros(7), target.r])
-    points = observed(mean, quaternion(REFERENCE_RAD)).reshape(4, 2)
+    points = observe(mean, quaternion(REFERENCE_RAD)).reshape(4, 2)
     return Frame(index, 0.0, measurements=Measurements(points, np.ones((4, 2))))
 
 
@@ -73,10 +73,10 @@ def exact(state: LinkageState, frame: Frame, rows: list[int]) -> Gaussian:
     """One step of the Kalman filter of the chain, linearised where the mean is."""
     chain = state.belief.members[0]
     parameters = revise(DEFAULTS, CAREFUL)
-    prior = Gaussian(*predicted(chain.mean, chain.covariance, noise(parameters, False)))
+    prior = Gaussian(*predict(chain.mean, chain.covariance, noise(parameters, False)))
     jacobian = slopes(prior.mean, UPRIGHT)[rows]
     values = look(frame, state.origin_px, in_space=False)[rows]
-    measured = values - observed(prior.mean, UPRIGHT)[rows] + jacobian @ prior.mean
+    measured = values - observe(prior.mean, UPRIGHT)[rows] + jacobian @ prior.mean
     return kalman.update(prior, measured, jacobian, np.eye(len(rows)))[0]
 
 
@@ -149,7 +149,7 @@ def test_a_link_almost_parallel_has_two_sides() -> None:
     points = linearisation_points(state, UPRIGHT, 0.35)
     assert len(points) == 2
     assert np.cumsum(points[1, :3]) == pytest.approx([1.2, 2.2, 2.0 * np.pi - 3.0])
-    assert observed(points[1], UPRIGHT) == pytest.approx(observed(state, UPRIGHT))
+    assert observe(points[1], UPRIGHT) == pytest.approx(observe(state, UPRIGHT))
     assert len(linearisation_points(state, UPRIGHT, 1.0)) == 8
     assert len(linearisation_points(state, UPRIGHT, -1.0)) == 1
 
@@ -164,7 +164,7 @@ def test_a_flat_chain_has_two_sides_in_space() -> None:
         points = linearisation_points(flat, attitude, 0.35)
         assert len(points) == count
         for point in points:
-            assert observed(point, attitude) == pytest.approx(observed(flat, attitude), abs=8.0 if count == 4 else 1e-6)
+            assert observe(point, attitude) == pytest.approx(observe(flat, attitude), abs=8.0 if count == 4 else 1e-6)
 
 
 def test_both_sides_are_kept_until_one_is_refuted() -> None:
@@ -229,8 +229,8 @@ def test_a_gaussian_is_told_whatever_its_attitude() -> None:
     mean = np.concatenate([[0.3, -0.2, 0.4], rng.normal(size=11), R])
     turn = quaternion(REFERENCE_RAD)
     chain = from_moments(mean, root @ root.T, turn)
-    before = described(mean, root @ root.T, turn, turn)
-    after = described(chain.mean, chain.covariance, chain.attitude, turn)
+    before = describe(mean, root @ root.T, turn, turn)
+    after = describe(chain.mean, chain.covariance, chain.attitude, turn)
     for one, other in zip(before, after, strict=True):
         assert one == pytest.approx(other, abs=1e-9)
 
@@ -238,7 +238,7 @@ def test_a_gaussian_is_told_whatever_its_attitude() -> None:
 def test_a_box_is_taken_over_as_a_gaussian() -> None:
     """The centre, and a twelfth of the squared width; what does not move has the velocity of the first frame."""
     low, high = np.array([0.9, 0.7, 0.6, 60.0, 50.0, 40.0]), np.array([1.1, 0.9, 0.8, 80.0, 70.0, 40.0])
-    chain = boxed(low, high, None, DEFAULTS)
+    chain = box(low, high, None, DEFAULTS)
     assert chain.mean == pytest.approx([1.0, 0.8, 0.7, 0.0, 0.0, 0.0, 70.0, 60.0, 40.0])
     assert np.sqrt(12.0 * chain.covariance.diagonal()[[0, 6, 8]]) == pytest.approx([0.2, 20.0, 1e-3])
     assert chain.covariance[3, 3] == DEFAULTS.start_rate_variance_rad2

@@ -12,7 +12,7 @@ from pftrack.particles import ParticleSet
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage import particles as filtering
 from pftrack.trackers.linkage.gaussians import constraints, noise
-from pftrack.trackers.linkage.linearised import predicted
+from pftrack.trackers.linkage.linearised import predict
 from pftrack.trackers.linkage.state import LinkageState
 
 LINKAGE = find("linkage")
@@ -112,7 +112,7 @@ def test_nothing_seen_is_the_motion_alone() -> None:
     assert after.belief.effective_sample_size == pytest.approx(1000)
     assert after.mean == pytest.approx(before.mean, abs=0.2)
     parameters = revise(LINKAGE.simulate().parameters, NARROW)
-    _, wanted = predicted(*before.belief.moments, noise(parameters, False))
+    _, wanted = predict(*before.belief.moments, noise(parameters, False))
     assert np.sqrt(after.belief.covariance.diagonal()) == pytest.approx(np.sqrt(wanted.diagonal()), rel=0.1)
     assert (after.events.outlier, after.log_evidence) == (False, pytest.approx(0.0, abs=1e-9))
 

@@ -24,7 +24,7 @@ from pftrack.sources.prism import NAMES, VERTICES_MM
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.beliefs import JointParticles, Layers
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
-from pftrack.trackers.pose.reports import measurement, reported
+from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
@@ -325,7 +325,7 @@ def test_the_deviation_of_a_feature_is_that_of_one_axis(method: pose.Method) -> 
     """What is reported is the root of the mean of both axes' variances, not of their sum."""
     given = parameters(sample_count=60, joint_sample_count=500)
     state = stepped(begun(method, given), method, given, 1)
-    found = measurement(reported(method, NAMES))(state)["feature_sd_px"]
+    found = measurement(report(method, NAMES))(state)["feature_sd_px"]
     variances = state.feature_covariances[:, [0, 1], [0, 1]]
     assert found == pytest.approx(np.sqrt(variances.mean(axis=1)))
 
@@ -346,7 +346,7 @@ def test_another_focal_length_puts_the_solid_elsewhere() -> None:
     given = parameters(upper_layer="perspective", sample_count=60)
     state = begun("pf-asd", given)
     far = replace(SOLID, focal_px=2 * FOCAL)
-    moved = pose.transferred(state, far, given)
+    moved = pose.transfer(state, far, given)
     assert moved.translation_mm[2] == pytest.approx(2 * state.translation_mm[2], rel=0.05)
     assert moved.estimate == pytest.approx(state.estimate)
     assert apart(moved).layers.features is apart(state).layers.features

@@ -13,7 +13,7 @@ from pftrack.geometry.rotation import rotation
 from pftrack.model.frame import Frame, Measurements
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
-from pftrack.sources.tracks.bodies import body_of, normalised, unnamed
+from pftrack.sources.tracks.bodies import body_of, normalise, unnamed
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.state import StructureState
@@ -49,7 +49,7 @@ def followed(tracker: str, seen: Sequence[Measurements], **values: Any) -> list[
 
 
 def error(state: StructureState, points: NDArray[np.float64]) -> float:
-    return float(shape_errors(state.estimate, normalised(points).ravel()))
+    return float(shape_errors(state.estimate, normalise(points).ravel()))
 
 
 @pytest.mark.parametrize(("tracker", "most"), [("svd", 1e-6), ("growing", 1e-2), ("informed", 1e-2), ("online", 1e-2)])

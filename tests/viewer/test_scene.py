@@ -21,7 +21,7 @@ from pftrack.model.drawing import (
     Primitive,
     Text,
 )
-from pftrack_server.log import Seldom
+from pftrack_server.log import RateLimitedLogger
 from pftrack_server.pictures import PictureEncoder, SceneDrawing
 from pftrack_server.viewer.scene import Scene
 from pftrack_server.viewer.viewer import UNWATCHED_S
@@ -188,7 +188,7 @@ def test_a_failure_beside_the_drawing_ends_nothing(
     session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The panel that fails is written down, and the scene goes on."""
-    monkeypatch.setattr("pftrack_server.viewer.viewer.seldom", Seldom("viewer"))
+    monkeypatch.setattr("pftrack_server.viewer.viewer.warnings", RateLimitedLogger("viewer"))
     failed: list[int] = []
 
     def fail() -> None:

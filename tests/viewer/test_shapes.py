@@ -83,7 +83,7 @@ def test_axes_end_where_the_columns_of_the_rotation_point() -> None:
 
 def test_faces_are_turned_over() -> None:
     """Mirroring y would otherwise show a mesh inside out."""
-    np.testing.assert_array_equal(shapes.turned_over(np.array([[0, 1, 2]], dtype=np.int32)), [[2, 1, 0]])
+    np.testing.assert_array_equal(shapes.turn_over(np.array([[0, 1, 2]], dtype=np.int32)), [[2, 1, 0]])
 
 
 def test_depth_is_the_highest_of_all() -> None:

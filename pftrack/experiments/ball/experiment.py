@@ -14,7 +14,7 @@ from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.ball.failures import FAILURES
 from pftrack.experiments.ball.suitability import suits
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
-from pftrack.filters.fixed_lag import smoothed
+from pftrack.filters.fixed_lag import smooth
 from pftrack.likelihoods import chromaticity
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
@@ -144,7 +144,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives["true space-time"] = Polyline(truths, COLOURS["truth"], 3.0, "path through time")
     if state.lineage is not None and state.particles is not None:
         ages = range(len(state.lineage.paths))
-        recalled = np.array([smoothed(state.lineage, state.particles, age) for age in ages])
+        recalled = np.array([smooth(state.lineage, state.particles, age) for age in ages])
         primitives["smoothed"] = Polyline(at_height(recalled, 2.0), COLOURS["second"], 2.0, "smoothed path")
     return Drawing(width, height, primitives, _caption(step))
 

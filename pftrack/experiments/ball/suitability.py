@@ -44,7 +44,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     picture = sequence.picture(footage.start)
     every = _every(max(picture.shape), WIDE_PX)
     likelihood = chromaticity.likelihood_map(picture[::every, ::every], model, level)
-    alike = separation(likelihood, (), _scaled(box, every)).alike
+    alike = separation(likelihood, (), _scale(box, every)).alike
     found = replace(view.separation(model, level), alike=alike)
     value = found.contrast
     advice, better = _advice(view, parameters, value) if value < WELL else ((), None)
@@ -106,7 +106,7 @@ class _View:
     def _here(self, box: Place) -> Place:
         """Return a box of the picture as one of what is kept of it."""
         x, y, w, h = box
-        return _scaled((x - self._corner[0], y - self._corner[1], w, h), self._every)
+        return _scale((x - self._corner[0], y - self._corner[1], w, h), self._every)
 
 
 def _every(size: int, most: int) -> int:
@@ -114,7 +114,7 @@ def _every(size: int, most: int) -> int:
     return max(1, -(-size // most))
 
 
-def _scaled(box: Place, every: int) -> Place:
+def _scale(box: Place, every: int) -> Place:
     x, y, w, h = box
     return x / every, y / every, w / every, h / every
 

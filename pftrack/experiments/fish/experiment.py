@@ -103,10 +103,10 @@ def measure(frame: Frame, state: FishState) -> Mapping[str, SeriesValue]:
     target = frame.target
     if not isinstance(target, FishTarget):
         return {}
-    heading, bend = _wrapped(state.mean[4] - target.theta), state.mean[5] - target.phi
+    heading, bend = _wrap(state.mean[4] - target.theta), state.mean[5] - target.phi
     return {
         "heading_error": float(np.rad2deg(abs(heading))),
-        "bend_error": float(np.rad2deg(abs(_wrapped(bend)))),
+        "bend_error": float(np.rad2deg(abs(_wrap(bend)))),
         "true_heading": float(np.rad2deg(state.mean[4] - heading)),
         "true_bend": float(np.rad2deg(target.phi)),
     }
@@ -158,7 +158,7 @@ def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> An
     return np.hypot(off[..., 0], off[..., 1])
 
 
-def _wrapped(angle: float) -> float:
+def _wrap(angle: float) -> float:
     return float(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)
 
 

@@ -82,8 +82,8 @@ def modes_world(parameters: FishTrackerParameters, frame: int) -> WorldDrawing:
     along = float(parameters.along_mode * sway)
     change = _change(diffusion, parameters.shown_mode, along)
     rest = np.array([0.0, 0.0, UP, 0.0])
-    fan = np.array([_moved(rest, _change(diffusion, parameters.shown_mode, share)) for share in FAN])
-    ghost = _moved(rest, change)
+    fan = np.array([_move(rest, _change(diffusion, parameters.shown_mode, share)) for share in FAN])
+    ghost = _move(rest, change)
     drawn: dict[str, Primitive] = {
         "fan": outlines(fan, GOLDFISH, COLOURS["hidden"], 1.0, "learned motion"),
         "rest": outlines(rest[None], GOLDFISH, COLOURS["truth"], 1.5, "learned motion"),
@@ -120,7 +120,7 @@ def changes_world(
     drawn["learned"] = Ellipsoids(
         np.zeros((1, 3), np.float32),
         np.asarray(covariance[None], np.float32),
-        _coloured(1, "observation"),
+        _colour(1, "observation"),
         0.25,
         "learned motion",
     )
@@ -146,7 +146,7 @@ def _change(diffusion: Diffusion, mode: int, along: float) -> NDArray[np.float64
     return change
 
 
-def _moved(pose: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
+def _move(pose: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a pose at rest (4,) after a frame with these changes: turned, bent, and moved in its new direction."""
     theta = pose[2] + change[2]
     cosine, sine = np.cos(theta), np.sin(theta)
@@ -168,7 +168,7 @@ def _ghost(pose: NDArray[np.float64], colour: Colour) -> dict[str, Primitive]:
 
 def _points(places: NDArray[np.float64], colour: str, size: float, layer: str) -> Points:
     near = places[(np.square(places).sum(axis=1) < SEEN**2)].astype(np.float32)
-    return Points(near, _coloured(len(near), colour), size, layer)
+    return Points(near, _colour(len(near), colour), size, layer)
 
 
 def _axes() -> Links:
@@ -176,5 +176,5 @@ def _axes() -> Links:
     return Links(np.array(ends, np.float32), COLOURS["hidden"], 1.0, "axes")
 
 
-def _coloured(count: int, colour: str) -> NDArray[np.uint8]:
+def _colour(count: int, colour: str) -> NDArray[np.uint8]:
     return np.tile(np.array(COLOURS[colour], np.uint8), (count, 1))

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from pftrack.detection.open_hand import NoOpenHandError, OpenHand, opened
 from pftrack.detection.protrusions import HandFeatures, features_of
-from pftrack.detection.raised_fingers import proposed
+from pftrack.detection.raised_fingers import propose
 from pftrack.detection.silhouette import suggested
 from pftrack.experiment import Setup
 from pftrack.experiments.hand.marks import TIPS, HandTips
@@ -80,7 +80,7 @@ def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]
             found = opened(features)
         except NoOpenHandError as error:
             if len(frames) == 1:
-                yield _guessed(features, frame, str(error))
+                yield _guess(features, frame, str(error))
             else:
                 yield Sighting(frame, remarks=(str(error),) if place == 0 else ())
         else:
@@ -92,10 +92,10 @@ def _tips(found: OpenHand) -> HandTips:
     return HandTips.of(HandTarget.of(found.pose, found.scale, found.shape, found.shape).tips)
 
 
-def _guessed(features: HandFeatures, frame: int, reason: str) -> Sighting:
+def _guess(features: HandFeatures, frame: int, reason: str) -> Sighting:
     """Return where the tips of a hand that is not open may be; if nothing can be guessed, why there is no open one."""
     try:
-        found = proposed(features)
+        found = propose(features)
     except NoOpenHandError:
         return Sighting(frame, remarks=(reason,))
     placed = tuple(f"points.{name}" for name, seen in zip(TIPS, found.seen, strict=True) if not seen)

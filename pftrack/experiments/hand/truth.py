@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters.beam import backtracked
+from pftrack.filters.beam import backtrack
 from pftrack.geometry.hand_model import finger_slice
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.frame import Frame
@@ -121,7 +121,7 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
         known = [each for each in hands if each is not None]
         parents = [np.array(each.parents or [-1] * len(each.weights)) for each in known]
         bests = [int(np.argmax(each.weights)) for each in known]
-        found = backtracked(parents, bests[-1])
+        found = backtrack(parents, bests[-1])
         path = np.where(found < 0, bests, found)  # before a hand that has begun anew stands what was the best one then
         said["backtracked_right_share"] = float(
             np.mean([each[place] for each, place in zip(right, path, strict=True)][1:])

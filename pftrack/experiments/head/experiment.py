@@ -45,7 +45,7 @@ from pftrack.model.frame import Target
 from pftrack.model.layer import Key, Layer
 from pftrack.model.measures import POSE_MEASURES
 from pftrack.model.references import BANDO, Citation
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.head.parameters import HeadTrackerParameters
@@ -173,7 +173,7 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
         for name, values in found.items():
             truth = np.array([row.number(f"{name}_deg_true") for row in rows])
             off = (np.array(values) - truth)[labelled]
-            errors[name] = float(np.abs(np.rad2deg(wrapped(np.deg2rad(off - off[0])))).mean())
+            errors[name] = float(np.abs(np.rad2deg(wrap(np.deg2rad(off - off[0])))).mean())
         said["mean_abs_error_deg"] = errors
     return said
 

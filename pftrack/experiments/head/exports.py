@@ -14,7 +14,7 @@ from pftrack.model.drawing import COLOURS
 from pftrack.model.export import Export, Make
 from pftrack.model_files.points import as_json
 from pftrack.model_files.surface import Surface, as_glb, as_obj, as_ply, upright
-from pftrack.sources.tracks.table import written
+from pftrack.sources.tracks.table import write
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.state import PoseState
 
@@ -73,7 +73,7 @@ def tracks_of(past: Sequence[Diagnostics]) -> bytes:
         for name in ("feature_x_px", "feature_y_px", "track_sd_px")
     )
     variances = np.where(np.isnan(sd), np.inf, np.square(sd))
-    return written(FEATURES, np.stack([x, y], axis=2), np.stack([variances, variances], axis=2)).encode()
+    return write(FEATURES, np.stack([x, y], axis=2), np.stack([variances, variances], axis=2)).encode()
 
 
 def _of_frame(make: Callable[[Any], bytes]) -> Make:

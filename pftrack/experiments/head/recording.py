@@ -77,9 +77,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
 
     def open_source(seed: int, parameters: RecordedHeadParameters) -> RecordingSource:
         del seed, parameters
-        return RecordingSource(
-            sequence, _clipped(found, sequence.size), first, known.at if known else None, start=target
-        )
+        return RecordingSource(sequence, _clip(found, sequence.size), first, known.at if known else None, start=target)
 
     # The face where it was found: it is not looked for again when the run is made again.
     footage = Footage.of(sequence, FacePoints.model_validate({"points": _named(found)}), first, truth)
@@ -146,7 +144,7 @@ def _relative(truth: Truth | None, first: int, count: int) -> PoseTable | None:
     return replace(truth, zero=zero)
 
 
-def _clipped(points: NDArray[np.float64], size: tuple[int, int]) -> tuple[float, float, float, float]:
+def _clip(points: NDArray[np.float64], size: tuple[int, int]) -> tuple[float, float, float, float]:
     """Return the box around a face, cut to the picture."""
     x, y, w, h = around(points)
     left, top = min(max(x, 0.0), size[0] - 1.0), min(max(y, 0.0), size[1] - 1.0)

@@ -64,13 +64,13 @@ class PlacedHead:
     def surface(self, colour: Colour | NDArray[np.uint8], opacity: float, layer: str = "head") -> dict[str, Mesh]:
         """Draw its surface, in one colour or in one for each vertex."""
         shape = front(self._memory.model)
-        return {"head": Mesh(self._drawn(shape.vertices_mm), shape.triangles, colour, opacity, layer)}
+        return {"head": Mesh(self._draw(shape.vertices_mm), shape.triangles, colour, opacity, layer)}
 
     def lines(self, name: str, colour: Colour, width: float, layer: str, *, few: bool = False) -> dict[str, Links]:
         """Draw lines on it, broken on its far side; or a few only, for a ghost."""
         shape = front(self._memory.model)
         edges = shape.few_edges if few else shape.edges
-        places = self._drawn(shape.vertices_mm)[edges]
+        places = self._draw(shape.vertices_mm)[edges]
         towards = shape.normals @ -(rotation(self.theta) @ self._memory.turn)[2]
         near = towards[edges].mean(axis=1) > 0.0
         return {
@@ -81,14 +81,14 @@ class PlacedHead:
     def look(self, colour: Colour, width: float, layer: str) -> Links:
         """Draw where it looks, from the tip of its nose: straight out of frame 0's picture."""
         ahead = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -LOOK_MM]]) @ self._memory.turn
-        return Links(self._drawn(self._memory.model["nose"] + ahead)[None], colour, width, layer)
+        return Links(self._draw(self._memory.model["nose"] + ahead)[None], colour, width, layer)
 
     @property
     def _memory(self) -> HeadMemory:
         memory: HeadMemory = self.state.memory
         return memory
 
-    def _drawn(self, points_mm: NDArray[np.float64]) -> NDArray[np.float32]:
+    def _draw(self, points_mm: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return where points (n, 3) of the model are drawn, (n, 3) px."""
         places = placed(self.state, points_mm @ self._memory.turn.T, self.theta)
         places[:, :2] += self.shift_px

@@ -12,7 +12,7 @@ import numpy as np
 
 from pftrack.geometry.gaze import theta_of
 from pftrack.model.frame import Target
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.sources.truth import Form, TruthKind, read_table
 
 __all__ = ["POSES", "PoseTable", "read_poses"]
@@ -45,7 +45,7 @@ class PoseTable:
         if pose is None:
             return None
         first = (0.0, 0.0, 0.0) if self.zero is None else self.poses[self.zero]
-        return Target(position=theta_of(wrapped(np.deg2rad(np.subtract(pose, first)))))
+        return Target(position=theta_of(wrap(np.deg2rad(np.subtract(pose, first)))))
 
 
 def read_poses(path: Path) -> PoseTable:

@@ -88,7 +88,7 @@ def _degenerate(rows: Rows) -> Finding:
     )
 
 
-def _drifted(rows: Rows) -> Finding:
+def _drift(rows: Rows) -> Finding:
     """Compare how alike the window is to the model with how alike the model is to the first look."""
     last = rows[-1]
     now, first = last.number("likeness"), last.number("first_likeness")
@@ -210,7 +210,7 @@ FAILURES = (
         "column the model learns lawn, little by little; from then on lawn is what it is looking for, and it fits.",
         "condensation",
         90,
-        _drifted,
+        _drift,
         Cure(
             "A guard: a frame renews only if the window is alike by 0.95 and the particles agree within half of it, so "
             "that nothing is learned from a target that is half hidden.",

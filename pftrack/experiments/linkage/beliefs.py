@@ -10,7 +10,7 @@ from pftrack.geometry.linkage import LINKS, joint_angles
 from pftrack.particles import ParticleSet
 from pftrack.set_membership.regions import CENTRE
 from pftrack.sources.linkage.truth import LinkageTarget, attitude, places
-from pftrack.trackers.linkage.chain import Chain, described, pose_size, reference_attitude
+from pftrack.trackers.linkage.chain import Chain, describe, pose_size, reference_attitude
 from pftrack.trackers.linkage.regions import Region
 from pftrack.trackers.linkage.state import LinkageState
 
@@ -75,7 +75,7 @@ def particles(state: LinkageState) -> NDArray[np.float64]:
 
 def _gaussian(member: Chain, weight: float, state: LinkageState) -> Shown:
     reference = reference_attitude(state.reference)
-    position = described(member.mean, member.covariance, member.attitude, reference)[0]
+    position = describe(member.mean, member.covariance, member.attitude, reference)[0]
     size = len(member.mean)
     rows = np.zeros((2 * LINKS, size))
     # In space the first of the chain's own angles is none, and two stand behind the root.

@@ -10,7 +10,7 @@ from pftrack.model.failure import Cure, Failure, Finding
 __all__ = ["FAILURES"]
 
 
-def _mirrored(rows: Sequence[Diagnostics]) -> Finding:
+def _mirror(rows: Sequence[Diagnostics]) -> Finding:
     """Compare the direction of the last link with the true one, and with that one's mirror image in depth."""
     last = rows[-1]
     true = sum((last.truth or ())[:LINKS]) % 360
@@ -46,7 +46,7 @@ FAILURES = (
         "same; one Gaussian has to be on one side, and stays on the wrong one while the picture fits all the time.",
         "ekf-truncated",
         18,
-        _mirrored,
+        _mirror,
         Cure(
             "Several filters: where the link is nearly parallel both sides are followed, until a joint's limit refutes "
             "the wrong one in frame 36.",

@@ -15,7 +15,7 @@ from pftrack.geometry.gaze import gaze
 from pftrack.model.frame import Frame
 from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 from pftrack.model.series import Series, SeriesValue
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["POSE_PLOTS", "POSE_READINGS", "mean_error_deg", "pose_measure", "pose_series"]
@@ -98,7 +98,7 @@ def pose_measure(frame: Frame, state: PoseState) -> Mapping[str, SeriesValue]:
     if known is None:
         return values
     truth = np.rad2deg(gaze(known.position))
-    off = np.abs(wrapped(state.estimate - known.position)) / state.sigma
+    off = np.abs(wrap(state.estimate - known.position)) / state.sigma
     for place, angle in enumerate(ANGLES):
         values[f"{angle}_deg_true"] = float(truth[place])
     values |= {"within_50": _numbers(off <= state.widths.half), "within_95": _numbers(off <= state.widths.most)}
@@ -111,7 +111,7 @@ def pose_measure(frame: Frame, state: PoseState) -> Mapping[str, SeriesValue]:
 
 def mean_error_deg(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the mean over the axes of the absolute errors (...), degrees, of angles (..., 3), rad."""
-    error: NDArray[np.float64] = np.rad2deg(np.abs(wrapped(estimates - truths)).mean(axis=-1))
+    error: NDArray[np.float64] = np.rad2deg(np.abs(wrap(estimates - truths)).mean(axis=-1))
     return error
 
 

@@ -65,10 +65,10 @@ def _near(positions: NDArray[np.float64], height: float) -> NDArray[np.bool_]:
 
 def _believed(state: StructureState) -> NDArray[np.float64]:
     """Return where the shape has the points (n, 2), px."""
-    return _projected(state, state.placed.points)
+    return _project(state, state.placed.points)
 
 
-def _projected(state: StructureState, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _project(state: StructureState, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return where points (n, 3) in the shape's frame are seen (n, 2), px."""
     camera = state.placed.camera
     inside = points @ camera[:, :3].T + camera[:, 3]
@@ -83,7 +83,7 @@ def shape_in_picture(state: StructureState, height: float) -> dict[str, Primitiv
 
 def second_in_picture(state: StructureState, points: NDArray[np.float64], height: float) -> dict[str, Primitive]:
     """Draw the shape (n, 3) of a second run, laid on this one's and seen by its camera."""
-    places = _projected(state, laid_on(points, state.placed.points)(points))
+    places = _project(state, laid_on(points, state.placed.points)(points))
     return _body("second", places, state.body.edges, COLOURS["second"], 1.5, "second run", height)
 
 

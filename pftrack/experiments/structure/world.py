@@ -61,38 +61,38 @@ def shape_world(
     drawn: dict[str, Primitive] = {}
     if true is not None:
         drawn["true edges"] = Links(_segments(true, body.edges), COLOURS["truth"], 1.0, "truth")
-        drawn["true points"] = Points(true.astype(np.float32), _coloured(len(true), "truth"), 0.5 * POINT, "truth")
+        drawn["true points"] = Points(true.astype(np.float32), _colour(len(true), "truth"), 0.5 * POINT, "truth")
     sd = np.sqrt(np.trace(covariances, axis1=1, axis2=2) / 3.0)
     faces = body.triangles[near[body.triangles].all(axis=1)] if len(body.triangles) else body.triangles
     if placed.known:
         sureness = np.clip((UNSURE - sd) / (UNSURE - SURE), 0.0, 1.0)
         opacity = (MOST_OPAQUE * sureness).astype(np.float32)
         held = np.where(near[:, None], points, 0.0).astype(np.float32)
-        drawn["surface"] = Mesh(held, faces.astype(np.int32), _coloured(len(points), "estimate"), opacity, "surface")
+        drawn["surface"] = Mesh(held, faces.astype(np.int32), _colour(len(points), "estimate"), opacity, "surface")
     drawn["edges"] = Links(_segments(points, body.edges), COLOURS["estimate"], 2.0, "shape")
-    drawn["points"] = Points(points[near].astype(np.float32), _coloured(int(near.sum()), "estimate"), POINT, "shape")
+    drawn["points"] = Points(points[near].astype(np.float32), _colour(int(near.sum()), "estimate"), POINT, "shape")
     bounded = near & (sd < LARGEST_SD)
     drawn["uncertainty"] = Ellipsoids(
         points[bounded].astype(np.float32),
         covariances[bounded].astype(np.float32),
-        _coloured(int(bounded.sum()), "observation"),
+        _colour(int(bounded.sum()), "observation"),
         0.25,
         "uncertainty",
     )
     if not len(body.edges):
-        drawn |= _scattered(points, near, body.names)
+        drawn |= _scatter(points, near, body.names)
     if second is not None:
         other = laid_on(second, points)(second)
         drawn["second edges"] = Links(_segments(other, body.edges), COLOURS["second"], 1.5, "second run")
         inside = other[np.linalg.norm(other, axis=1) < RADIUS].astype(np.float32)
-        drawn["second points"] = Points(inside, _coloured(len(inside), "second"), 0.7 * POINT, "second run")
+        drawn["second points"] = Points(inside, _colour(len(inside), "second"), 0.7 * POINT, "second run")
     way = -turn[2]
     ends = np.outer((CAMERA_AT, CAMERA_TO), way)[None].astype(np.float32)
     drawn["camera"] = Arrows(ends, COLOURS["camera"], 2.0, "camera")
     return WorldDrawing(SHAPE_WORLD, drawn)
 
 
-def _scattered(points: NDArray[np.float64], near: NDArray[np.bool_], names: tuple[str, ...]) -> dict[str, Primitive]:
+def _scatter(points: NDArray[np.float64], near: NDArray[np.bool_], names: tuple[str, ...]) -> dict[str, Primitive]:
     """Draw what gives depth to points with nothing between them: stems down to a floor, and their names."""
     feet = points * np.array([1.0, 0.0, 1.0]) + np.array([0.0, FLOOR, 0.0])
     inside = near & (np.linalg.norm(feet, axis=1) < RADIUS)
@@ -112,5 +112,5 @@ def _segments(points: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[
     return within
 
 
-def _coloured(count: int, colour: str) -> NDArray[np.uint8]:
+def _colour(count: int, colour: str) -> NDArray[np.uint8]:
     return np.tile(np.array(COLOURS[colour], np.uint8), (count, 1))

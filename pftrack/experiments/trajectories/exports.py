@@ -32,7 +32,7 @@ def table_of(state: TrajectoriesState, past: Sequence[Diagnostics]) -> bytes:
         for track, name in enumerate(names):
             if np.isfinite(places[frame, track]).any():
                 cells = ",".join(_cell(number) for number in places[frame, track].ravel())
-                lines.append(f"{first + frame},{_quoted(name)},{cells},{int(outliers[frame, track])}")
+                lines.append(f"{first + frame},{_quote(name)},{cells},{int(outliers[frame, track])}")
     return ("\n".join(lines) + "\n").encode()
 
 
@@ -40,7 +40,7 @@ def _cell(number: np.float64) -> str:
     return f"{number:.10g}" if np.isfinite(number) else ""
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     return '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n\r') else name
 
 

@@ -55,16 +55,16 @@ def trails(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
     levels = 1.0 + FRAME_HEIGHT_PX * np.repeat(np.nonzero(wrong)[0], 2).astype(np.float64)
     risen = at_height(ends[wrong].reshape(-1, 2), levels).reshape(-1, 2, 3)
     drawn: dict[str, Primitive] = {
-        "raw": Links(_joined(raw[:flat], 1.0), COLOURS["observation"], 1.0, "measurements"),
+        "raw": Links(_join(raw[:flat], 1.0), COLOURS["observation"], 1.0, "measurements"),
         "raw points": _dots(raw[0], COLOURS["observation"], DOT_PX, "measurements"),
-        "filtered": Links(_joined(filtered[:flat], 1.2), COLOURS["prediction"], 1.5, "filtered"),
-        "smoothed": Links(_joined(smoothed[:flat], 1.4), COLOURS["estimate"], 2.0, "smoothed"),
+        "filtered": Links(_join(filtered[:flat], 1.2), COLOURS["prediction"], 1.5, "filtered"),
+        "smoothed": Links(_join(smoothed[:flat], 1.4), COLOURS["estimate"], 2.0, "smoothed"),
         "outliers": Links(_segments(astray, 1.6), COLOURS["lost"], 1.0, "outliers"),
         "outlier points": _dots(astray[:, 1], COLOURS["lost"], DOT_PX + 1.0, "outliers"),
-        "space-time": Links(_joined(smoothed, 1.0, FRAME_HEIGHT_PX), COLOURS["estimate"], 2.0, "paths through time"),
+        "space-time": Links(_join(smoothed, 1.0, FRAME_HEIGHT_PX), COLOURS["estimate"], 2.0, "paths through time"),
         "outlier space-time": Links(risen, COLOURS["lost"], 1.5, "measured paths through time"),
         "raw space-time": Links(
-            _joined(raw, 1.0, FRAME_HEIGHT_PX), COLOURS["observation"], 1.0, "measured paths through time"
+            _join(raw, 1.0, FRAME_HEIGHT_PX), COLOURS["observation"], 1.0, "measured paths through time"
         ),
     }
     return drawn
@@ -79,10 +79,10 @@ def true_trails(state: TrajectoriesState, target: object, index: int, longest: f
     if not rows:
         return {}
     return {
-        "true": Links(_joined(np.array(rows[:flat]), 1.1), COLOURS["truth"], 1.0, "true paths"),
+        "true": Links(_join(np.array(rows[:flat]), 1.1), COLOURS["truth"], 1.0, "true paths"),
         "true points": _dots(rows[0], COLOURS["truth"], 3.0, "truth"),
         "true space-time": Links(
-            _joined(np.array(rows), 1.0, FRAME_HEIGHT_PX), COLOURS["truth"], 1.0, "paths through time"
+            _join(np.array(rows), 1.0, FRAME_HEIGHT_PX), COLOURS["truth"], 1.0, "paths through time"
         ),
     }
 
@@ -116,7 +116,7 @@ def _near(positions: NDArray[np.float64], longest: float) -> NDArray[np.float64]
     return np.where(near, positions, np.nan)
 
 
-def _joined(rows: NDArray[np.float64], height: float, lift: float = 0.0) -> NDArray[np.float32]:
+def _join(rows: NDArray[np.float64], height: float, lift: float = 0.0) -> NDArray[np.float32]:
     """Return the segments (n, 2, 3) between neighbouring frames of positions (W, K, 2), older frames further up."""
     ends = np.stack([rows[:-1], rows[1:]], axis=2)
     heights = np.broadcast_to(height + lift * np.arange(len(rows))[:, None], rows.shape[:2])

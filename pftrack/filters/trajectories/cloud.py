@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters.trajectories.modes import located
-from pftrack.filters.trajectories.tree import came_from, copied, grown, placed, positions_of, sprouted
+from pftrack.filters.trajectories.modes import locate
+from pftrack.filters.trajectories.tree import came_from, copy, grow, placed, positions_of, sprout
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials, logarithms
 from pftrack.numerics.random import standard_normals, uniforms
@@ -209,7 +209,7 @@ def step(
 
 
 @compiled
-def _weighed(
+def _weigh(
     here: NDArray[np.float64],
     measured: NDArray[np.float64],
     squares: NDArray[np.float64],
@@ -286,7 +286,7 @@ def _laws(
 
 
 @compiled
-def _moved(
+def _move(
     at: NDArray[np.float64], earlier: NDArray[np.float64], deviations: NDArray[np.float64], normals: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return positions (2, n), px, given the last two (n, 2), tau (n,) or (1,) and (2 n,) numbers."""
@@ -380,22 +380,22 @@ def _stepped(
             given = np.array([noise[track], drive[track]])
             particle_logs = _laws(own_logs, own, given, drift, (seed, frame, purpose, draw))
             squares, deviations = exponentials(particle_logs[0]), exponentials(0.5 * particle_logs[1])
-        here = _moved(at, earlier, deviations, standard_normals(seed, frame, purpose, draw + MOVE, 2 * count))
+        here = _move(at, earlier, deviations, standard_normals(seed, frame, purpose, draw + MOVE, 2 * count))
         weights, chosen = np.full(count, 1.0 / count), np.arange(count)
         if np.isfinite(observed[track, 0]) and np.isfinite(observed[track, 1]):
-            weights, densities[track] = _weighed(here, observed[track], squares, particle_logs[0], heavy)
+            weights, densities[track] = _weigh(here, observed[track], squares, particle_logs[0], heavy)
             chosen = systematic_parents(weights, uniforms(seed, frame, purpose, draw + OFFSET, 1)[0], count)
         sizes[track] = 1.0 / inner_product(weights, weights)
         for axis in range(2):
             estimates[track, axis], sds[track, axis] = _moments(here[axis], weights)
         new_offsets[track, 0] = cursor
-        new_offsets[track, 1] = sprouted(chosen, here, own, tree, cursor)
+        new_offsets[track, 1] = sprout(chosen, here, own, tree, cursor)
         if learned:
-            log_cursor = copied(chosen, particle_logs, new_logs, log_cursor)
-        cursor = grown(old_nodes, old_parents, row, tree, new_offsets[track])
+            log_cursor = copy(chosen, particle_logs, new_logs, log_cursor)
+        cursor = grow(old_nodes, old_parents, row, tree, new_offsets[track])
         for age in range(new_known[track]):
             first, last = new_offsets[track, age], new_offsets[track, age + 1]
-            past[age, track] = located(tree[0][first:last], tree[2][first:last], by_mode)
+            past[age, track] = locate(tree[0][first:last], tree[2][first:last], by_mode)
         if by_mode:
             estimates[track] = past[0, track]
     return (

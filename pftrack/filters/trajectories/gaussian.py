@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import logarithms
 
-__all__ = ["Gaussians", "begun", "log_likelihoods", "nothing", "smoothed", "step", "without"]
+__all__ = ["Gaussians", "begun", "log_likelihoods", "nothing", "smooth", "step", "without"]
 
 LOG_2_PI = 1.8378770664093453
 
@@ -87,7 +87,7 @@ def step(
         What is believed now, and (K,) log p(y_t | Y_{t-1}), 0 where there is no measurement.
     """
     means, covariances = begun(before.means[0], before.covariances[0], observed, start_sd)
-    new_means, new_covariances, densities = _updated(means, covariances, observed, noise, drive)
+    new_means, new_covariances, densities = _update(means, covariances, observed, noise, drive)
     return (
         Gaussians(
             np.concatenate([new_means[None], before.means[:lag]]),
@@ -98,9 +98,9 @@ def step(
     )
 
 
-def smoothed(belief: Gaussians) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def smooth(belief: Gaussians) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return positions (A, K, 2), px, and their variances (A, K), px^2, given everything up to the newest frame."""
-    return _smoothed(belief.means, belief.covariances, belief.drives)
+    return _smooth(belief.means, belief.covariances, belief.drives)
 
 
 def without(belief: Gaussians, gone: NDArray[np.bool_]) -> Gaussians:
@@ -110,7 +110,7 @@ def without(belief: Gaussians, gone: NDArray[np.bool_]) -> Gaussians:
 
 
 @compiled
-def _updated(
+def _update(
     means: NDArray[np.float64],
     covariances: NDArray[np.float64],
     observed: NDArray[np.float64],
@@ -175,13 +175,13 @@ def log_likelihoods(
             covariances[:, 2] = start_sd * start_sd
         if begun_yet:
             observed[:] = track[frame]
-            means, covariances, densities = _updated(means, covariances, observed, noise, drive)
+            means, covariances, densities = _update(means, covariances, observed, noise, drive)
             found += densities
     return found
 
 
 @compiled
-def _smoothed(
+def _smooth(
     means: NDArray[np.float64], covariances: NDArray[np.float64], drives: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     ages, count = means.shape[0], means.shape[1]

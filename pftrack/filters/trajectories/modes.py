@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["LOG_BIN", "located", "logs_mode"]
+__all__ = ["LOG_BIN", "locate", "logs_mode"]
 
 LOG_BIN = 0.25
 """Width of a bin of a logarithm."""
@@ -18,7 +18,7 @@ NEIGHBOURS = 1
 
 
 @compiled
-def located(nodes: NDArray[np.float32], counts: NDArray[np.uint16], by_mode: bool) -> tuple[float, float]:
+def locate(nodes: NDArray[np.float32], counts: NDArray[np.uint16], by_mode: bool) -> tuple[float, float]:
     """Return where nodes (n, 2), px, of `counts` (n,) particles each come to; of equally full bins the first counts."""
     count = nodes.shape[0]
     bins = np.zeros((count, 2), np.int64)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.resampling import systematic_parents
 
-__all__ = ["Tree", "came_from", "copied", "grown", "placed", "positions_of", "sprouted"]
+__all__ = ["Tree", "came_from", "copy", "grow", "placed", "positions_of", "sprout"]
 
 Tree: TypeAlias = tuple[NDArray[np.float32], NDArray[np.uint16], NDArray[np.uint16]]
 
@@ -83,7 +83,7 @@ def positions_of(
 
 
 @compiled
-def sprouted(
+def sprout(
     chosen: NDArray[np.int64], here: NDArray[np.float64], own: NDArray[np.int64], tree: Tree, cursor: int
 ) -> int:
     """Add the newest age: the particles that were drawn, each once; return where the tree ends now.
@@ -109,7 +109,7 @@ def sprouted(
 
 
 @compiled
-def copied(chosen: NDArray[np.int64], values: NDArray[np.float64], target: NDArray[np.float32], cursor: int) -> int:
+def copy(chosen: NDArray[np.int64], values: NDArray[np.float64], target: NDArray[np.float32], cursor: int) -> int:
     """Write values (2, n) of the particles that were drawn, each once; return where they end."""
     last = np.int64(-1)
     for particle in chosen:
@@ -121,7 +121,7 @@ def copied(chosen: NDArray[np.int64], values: NDArray[np.float64], target: NDArr
 
 
 @compiled
-def _pruned(nodes: NDArray[np.float32], parents: NDArray[np.uint16], tree: Tree, begin: int, cursor: int) -> int:
+def _prune(nodes: NDArray[np.float32], parents: NDArray[np.uint16], tree: Tree, begin: int, cursor: int) -> int:
     """Add the nodes of an age that have descendants; return where the tree ends now.
 
     Args:
@@ -150,7 +150,7 @@ def _pruned(nodes: NDArray[np.float32], parents: NDArray[np.uint16], tree: Tree,
 
 
 @compiled
-def grown(
+def grow(
     nodes: NDArray[np.float32],
     parents: NDArray[np.uint16],
     row: NDArray[np.int64],
@@ -169,6 +169,6 @@ def grown(
     cursor = int(new_row[1])
     for age in range(1, new_row.shape[0] - 1):
         first, last = (row[age - 1], row[age]) if age < row.shape[0] else (0, 0)
-        cursor = _pruned(nodes[first:last], parents[first:last], tree, new_row[age - 1], cursor)
+        cursor = _prune(nodes[first:last], parents[first:last], tree, new_row[age - 1], cursor)
         new_row[age + 1] = cursor
     return cursor

@@ -103,7 +103,7 @@ def follow(
                 belief, tracks[frame], noises, drives, lag=settings.lag, start_sd=settings.start_sd
             )
             filtered[frame] = belief.means[0, :, :, 0]
-            past = gaussian.smoothed(belief)[0]
+            past = gaussian.smooth(belief)[0]
         else:
             belief, moments = cloud.step(
                 belief,

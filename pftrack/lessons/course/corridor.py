@@ -29,7 +29,7 @@ __all__ = [
     "Exact",
     "Pace",
     "Walk",
-    "binned",
+    "assign_bins",
     "known",
     "total_variation",
 ]
@@ -188,12 +188,12 @@ def known(corridor: Corridor, seed: int = TYPICAL) -> tuple[Walk, Exact]:
     return walk, exact
 
 
-def binned(positions_m: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def assign_bins(positions_m: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how much of the weights (n,), which sum to 1, is in each bin; it is a share of what is in the corridor."""
     return np.histogram(positions_m, BINS_M, weights=weights)[0]
 
 
 def total_variation(cloud: ParticleSet, density: NDArray[np.float64]) -> float:
     """Return half the sum, over the bins, of how far a cloud's share is from that of a density (cells,), 1/m."""
-    ours, exact = binned(cloud.states[:, 0], cloud.weights), binned(CELLS_M, density * CELL_M)
+    ours, exact = assign_bins(cloud.states[:, 0], cloud.weights), assign_bins(CELLS_M, density * CELL_M)
     return float(0.5 * np.abs(ours - exact).sum())

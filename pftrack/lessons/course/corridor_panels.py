@@ -15,12 +15,12 @@ from pftrack.lessons.course.corridor import (
     Corridor,
     Exact,
     Walk,
-    binned,
+    assign_bins,
 )
 from pftrack.lessons.figure import Axis, Curve, Handle, HeatMap, Histogram, Panel, Rule, Scatter, Stems
 from pftrack.particles import ParticleSet
 
-__all__ = ["redrawn", "steps_so_far", "weighed"]
+__all__ = ["redrawn", "steps_so_far", "weigh"]
 
 MOST_STEMS, MOST_DOTS = 400, 50
 """Particles that are drawn of a step, spread evenly over all of them."""
@@ -71,7 +71,7 @@ def steps_so_far(redrawn: list[NDArray[np.float64]], walk: Walk, exact: Exact, s
     )
 
 
-def weighed(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, step: int) -> Panel:
+def weigh(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, step: int) -> Panel:
     """Return the particles of a step with their weights, and the likelihood that gives them."""
     count = len(cloud)
     every = max(count // MOST_STEMS, 1)
@@ -101,7 +101,7 @@ def weighed(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, st
 def redrawn(places: NDArray[np.float64], walk: Walk, exact: Exact, step: int) -> Panel:
     """Return the particles of a step after they were redrawn, and the exact density."""
     density = exact.given[step]
-    heights = binned(places, np.full(len(places), 1.0 / len(places))) / BIN_M
+    heights = assign_bins(places, np.full(len(places), 1.0 / len(places))) / BIN_M
     return Panel(
         id="redrawn",
         title=f"Step {step}: redrawn in proportion to the weights",

@@ -176,7 +176,7 @@ def _best(loss: int) -> float:
     return float(guesses[expected_losses(posterior(), guesses)[loss].argmin()])
 
 
-def _squared_at(guess: float) -> float:
+def _square_at(guess: float) -> float:
     return float(expected_losses(posterior(), np.array([guess]))[0, 0])
 
 
@@ -227,9 +227,9 @@ LESSON = Lesson(
     ),
     checks=(
         _check("best-squared", "The smallest squared error is at the mean.", lambda: _best(0), 1.2, 0.006),
-        _check("least-squared", "The smallest squared error is the variance.", lambda: _squared_at(1.2), 3.912, 1e-4),
+        _check("least-squared", "The smallest squared error is the variance.", lambda: _square_at(1.2), 3.912, 1e-4),
         _check("excess", "A guess 1.8 m from the mean costs 1.8² m² more than the mean.",
-               lambda: _squared_at(3.0) - _squared_at(1.2), 3.24, 1e-9),
+               lambda: _square_at(3.0) - _square_at(1.2), 3.24, 1e-9),
         _check("best-absolute", "The smallest absolute error is at the median.",
                lambda: _best(1), median(posterior()), 0.006),
         _check("best-hit", "Most hits within 0.15 m are at the mode.", lambda: _best(2), 0.0, 0.02),

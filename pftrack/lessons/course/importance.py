@@ -223,7 +223,7 @@ def _answer(parameters: ImportanceParameters, seed: int) -> Answer:
     return Answer(max(shares, key=lambda spread: shares[spread]), words=words)
 
 
-def _repeated(spread: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _repeat(spread: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return effective shares and weighted means (REPEATS,) of draws from N(0, spread^2)."""
     proposal = Proposal(0.0, spread)
     clouds = [proposal.draw(Stream(1, repeat, Purpose.TRACK), MANY) for repeat in range(REPEATS)]
@@ -232,19 +232,19 @@ def _repeated(spread: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _share(spread: float, exact: float) -> Outcome:
-    return Outcome(float(_repeated(spread)[0].mean()), exact, 0.02 * exact)
+    return Outcome(float(_repeat(spread)[0].mean()), exact, 0.02 * exact)
 
 
 def _mean() -> Outcome:
-    return Outcome(float(_repeated(1.0)[1].mean()), MEAN, 0.004)
+    return Outcome(float(_repeat(1.0)[1].mean()), MEAN, 0.004)
 
 
 def _narrow_share() -> Outcome:
-    return Outcome(float(np.median(_repeated(0.3)[0])), 0.0, 0.02)
+    return Outcome(float(np.median(_repeat(0.3)[0])), 0.0, 0.02)
 
 
 def _narrow_error() -> Outcome:
-    wide, narrow = (np.sqrt(np.square(_repeated(spread)[1] - MEAN).mean()) for spread in (1.0, 0.3))
+    wide, narrow = (np.sqrt(np.square(_repeat(spread)[1] - MEAN).mean()) for spread in (1.0, 0.3))
     return Outcome(float(wide / narrow), 0.0, 0.1)
 
 

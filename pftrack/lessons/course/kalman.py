@@ -12,10 +12,10 @@ from pftrack.lessons.course.velocity import (
     TRANSITION,
     Filtered,
     Tracks,
+    apply_filter,
     errors,
-    filtered,
     motion,
-    simulated,
+    simulate,
 )
 from pftrack.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter, Trace
 from pftrack.lessons.lesson import (
@@ -69,7 +69,7 @@ class KalmanParameters(Parameters):
 
 def show(parameters: KalmanParameters, seed: int) -> Shown:
     """Show one track with its filter, and in one frame the errors of many against the filter's ellipse."""
-    tracks, known = _filtered(parameters, seed)
+    tracks, known = _apply_filter(parameters, seed)
     frame = parameters.frame
     off, covariance = errors(tracks, known.gains[: frame + 1]), known.covariances[frame]
     squared, variance = float(np.mean(off[0] ** 2)), float(covariance[0, 0])
@@ -85,12 +85,12 @@ def show(parameters: KalmanParameters, seed: int) -> Shown:
     return Shown(Figure(panels=panels), numbers)
 
 
-def _filtered(parameters: KalmanParameters, seed: int) -> tuple[Tracks, Filtered]:
+def _apply_filter(parameters: KalmanParameters, seed: int) -> tuple[Tracks, Filtered]:
     """Return all tracks, of which the first is the one that is shown, and what the filter says of that."""
-    tracks = simulated(parameters.process, parameters.noise, seed, FRAMES, TRACKS)
+    tracks = simulate(parameters.process, parameters.noise, seed, FRAMES, TRACKS)
     measured = tracks.measured[:, 0].copy()
     measured[GAP : GAP + parameters.dropped] = np.nan
-    return tracks, filtered(parameters.process, parameters.noise, measured)
+    return tracks, apply_filter(parameters.process, parameters.noise, measured)
 
 
 def _track_panel(parameters: KalmanParameters, tracks: Tracks, known: Filtered) -> Panel:
@@ -155,7 +155,7 @@ def _plane_panel(parameters: KalmanParameters, off: NDArray[np.float64], known: 
 
 
 def _answer(parameters: KalmanParameters, seed: int) -> Answer:
-    _, known = _filtered(parameters, seed)
+    _, known = _apply_filter(parameters, seed)
     before, after = (known.covariances[at] for at in (GAP - 1, parameters.frame))
     first, last = (math.sqrt(covariance[0, 0]) for covariance in (before, after))
     words = (
@@ -185,19 +185,19 @@ def riccati(process: float, noise: float) -> NDArray[np.float64]:
 
 
 def _settled(axis: int) -> Outcome:
-    ours = filtered(0.05, 4.0, np.zeros(300)).predicted[-1, axis, axis]
+    ours = apply_filter(0.05, 4.0, np.zeros(300)).predicted[-1, axis, axis]
     return Outcome(float(ours), float(riccati(0.05, 4.0)[axis, axis]), 1e-8)
 
 
 def _surprises() -> Outcome:
     frames = 4000
-    known = filtered(0.05, 4.0, simulated(0.05, 4.0, 1, frames, 1).measured[:, 0])
+    known = apply_filter(0.05, 4.0, simulate(0.05, 4.0, 1, frames, 1).measured[:, 0])
     squares = known.innovations**2 / (known.predicted[:, 0, 0] + 4.0)
     return Outcome(float(squares.mean()), 1.0, 4.0 * math.sqrt(2.0 / frames))
 
 
 def _without_data() -> Outcome:
-    one, other = (filtered(0.05, 4.0, simulated(0.05, 4.0, seed, FRAMES, 1).measured[:, 0]) for seed in (1, 2))
+    one, other = (apply_filter(0.05, 4.0, simulate(0.05, 4.0, seed, FRAMES, 1).measured[:, 0]) for seed in (1, 2))
     return Outcome(float(np.abs(one.covariances - other.covariances).max()), 0.0, 0.0)
 
 

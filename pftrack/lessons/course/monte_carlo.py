@@ -26,7 +26,7 @@ from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import Change
 from pftrack.numerics.random import Purpose, Stream
 
-__all__ = ["LESSON", "MonteCarloParameters", "sampled"]
+__all__ = ["LESSON", "MonteCarloParameters", "sample"]
 
 MEAN, SD = 2.0, 1.5
 LOW, HIGH = MEAN - 4.0 * SD, MEAN + 4.0 * SD
@@ -52,7 +52,7 @@ class MonteCarloParameters(Parameters):
     # fmt: on
 
 
-def sampled(seed: int, count: int, dimension: int, repeats: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def sample(seed: int, count: int, dimension: int, repeats: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Draw clouds of which a smaller one is the beginning of a larger one.
 
     Args:
@@ -94,7 +94,7 @@ def rms(means: NDArray[np.float64]) -> NDArray[np.float64]:
 def show(parameters: MonteCarloParameters, seed: int) -> Shown:
     """Show the samples, their mean as they come in, and the error of clouds of all sizes."""
     count, dimension = parameters.count, parameters.dimension
-    samples, means = sampled(seed, count, dimension, REPEATS)
+    samples, means = sample(seed, count, dimension, REPEATS)
     errors, exact = rms(means), SD / math.sqrt(count)
     drawn = REPEATS * dimension
     numbers = (
@@ -175,18 +175,18 @@ def _error_panel(sizes: NDArray[np.float64], errors: NDArray[np.float64], dimens
 
 
 def _answer(parameters: MonteCarloParameters, seed: int) -> Answer:
-    measured = float(rms(sampled(seed, SIZES[-1], parameters.dimension, REPEATS)[1])[-1])
+    measured = float(rms(sample(seed, SIZES[-1], parameters.dimension, REPEATS)[1])[-1])
     words = f"Over {REPEATS} clouds of 10,000 samples the error is {measured:.4f} m."
     return Answer(100.0 * parameters.count, words=words)
 
 
 def _slope() -> Outcome:
-    errors = rms(sampled(1, SIZES[-1], 1, 400)[1])
+    errors = rms(sample(1, SIZES[-1], 1, 400)[1])
     return Outcome(float(np.polyfit(np.log(SIZES), np.log(errors), 1)[0]), -0.5, 0.03)
 
 
 def _error(dimension: int, tolerance: float) -> Outcome:
-    errors = rms(sampled(1, 1000, dimension, 400)[1])
+    errors = rms(sample(1, 1000, dimension, 400)[1])
     return Outcome(float(errors[-1]), SD / math.sqrt(1000.0), tolerance)
 
 

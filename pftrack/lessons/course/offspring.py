@@ -40,14 +40,14 @@ def marks(scheme: Scheme, count: int, offset: float, seed: int) -> NDArray[np.fl
 def copies(scheme: Scheme, count: int, offset: float, seed: int) -> NDArray[np.int64]:
     """Return how many copies of each particle those teeth or darts make; arguments as for `marks`."""
     if scheme == "systematic":
-        return _counted(systematic_parents(WEIGHTS, offset, count))
-    return _counted(RESAMPLERS[scheme](Stream(seed, 0, Purpose.TRACK), LOG_WEIGHTS, count))
+        return _count(systematic_parents(WEIGHTS, offset, count))
+    return _count(RESAMPLERS[scheme](Stream(seed, 0, Purpose.TRACK), LOG_WEIGHTS, count))
 
 
 def redrawn(scheme: Scheme, count: int, repeats: int, seed: int) -> NDArray[np.float64]:
     """Return the copies of each particle in many redraws, (repeats, particles)."""
     rng, resample = Stream(seed, REPEATS_FRAME, Purpose.TRACK), RESAMPLERS[scheme]
-    return np.array([_counted(resample(rng, LOG_WEIGHTS, count)) for _ in range(repeats)], dtype=np.float64)
+    return np.array([_count(resample(rng, LOG_WEIGHTS, count)) for _ in range(repeats)], dtype=np.float64)
 
 
 def exact_variance(scheme: Scheme, count: int) -> float:
@@ -70,5 +70,5 @@ def exact_variance(scheme: Scheme, count: int) -> float:
     return float((shares * (1.0 - shares)).sum())
 
 
-def _counted(parents: NDArray[np.int64]) -> NDArray[np.int64]:
+def _count(parents: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.bincount(parents, minlength=len(WEIGHTS))

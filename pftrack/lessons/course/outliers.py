@@ -212,21 +212,21 @@ def _at_20(*, heavy: bool, exact: float, tolerance: float) -> Outcome:
     return Outcome(_mean(posterior(20.0, 1.0, heavy=heavy)), exact, tolerance)
 
 
-def _bent() -> NDArray[np.float64]:
+def _bend() -> NDArray[np.float64]:
     """Return the mean under Cauchy noise against z, integrated on the grid."""
     return np.array([_mean(posterior(z, 1.0, heavy=True)) for z in SURPRISES])
 
 
 def _greatest() -> Outcome:
-    return Outcome(float(_bent().max()), 0.748, 0.001)
+    return Outcome(float(_bend().max()), 0.748, 0.001)
 
 
 def _where_greatest() -> Outcome:
-    return Outcome(float(SURPRISES[np.argmax(_bent())]), 2.5, 0.06)
+    return Outcome(float(SURPRISES[np.argmax(_bend())]), 2.5, 0.06)
 
 
 def _formula() -> Outcome:
-    return Outcome(float(np.abs(_bent() - cauchy_mean(SURPRISES, 1.0)).max()), 0.0, EXACTLY)
+    return Outcome(float(np.abs(_bend() - cauchy_mean(SURPRISES, 1.0)).max()), 0.0, EXACTLY)
 
 
 def _gaussian_track() -> Outcome:

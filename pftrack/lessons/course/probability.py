@@ -138,7 +138,7 @@ def _area() -> Outcome:
     return Outcome(float(heights @ np.diff(edges)), 1.0, 1e-9)
 
 
-def _counted() -> Outcome:
+def _count() -> Outcome:
     drawn = _reference()
     return Outcome(float(np.mean((drawn > -1.0) & (drawn <= 1.0))), probability(two_bumps(), -1.0, 1.0), 0.0106)
 
@@ -195,7 +195,7 @@ LESSON = Lesson(
     ),
     checks=(
         Check("histogram-area", "The bars of the histogram have the area 1.", _area),
-        Check("counting", "Of 20,000 draws, the share between -1 and 1 is the area under the density.", _counted),
+        Check("counting", "Of 20,000 draws, the share between -1 and 1 is the area under the density.", _count),
         Check(
             "distribution",
             "Nowhere is the share of 20,000 draws below x further from the exact one than 1.63 / √N.",

@@ -78,11 +78,11 @@ def moments(grid: NDArray[np.float64], parameters: RecursionParameters) -> Itera
     for step in parameters.steps:
         measurement = None
         if step == "p":
-            density, exact = _blurred(grid, density, parameters.motion), kalman.predict(exact, walk)
+            density, exact = _blur(grid, density, parameters.motion), kalman.predict(exact, walk)
         elif not parameters.hidden:
             measurement = _measurement(measured)
             measured += 1
-            density = _weighted(grid, density, normal(grid, measurement, math.sqrt(parameters.noise)))
+            density = _weight(grid, density, normal(grid, measurement, math.sqrt(parameters.noise)))
             exact, _ = kalman.update(exact, np.array([measurement]), np.eye(1), noise)
         yield Moment(step, measurement, density, exact)
 
@@ -93,7 +93,7 @@ def _measurement(number: int) -> float:
     return MEASURED[min(number % turn, turn - number % turn)]
 
 
-def _blurred(grid: NDArray[np.float64], density: NDArray[np.float64], variance: float) -> NDArray[np.float64]:
+def _blur(grid: NDArray[np.float64], density: NDArray[np.float64], variance: float) -> NDArray[np.float64]:
     """Return the density of the sum of a position and a normal step: their convolution, by Fourier transform."""
     frequencies = 2.0 * np.pi * np.fft.rfftfreq(len(grid), grid[1] - grid[0])
     transform = np.fft.rfft(density) * np.exp(-0.5 * variance * frequencies**2)
@@ -101,7 +101,7 @@ def _blurred(grid: NDArray[np.float64], density: NDArray[np.float64], variance: 
     return np.maximum(np.fft.irfft(transform, len(grid)), 0.0)
 
 
-def _weighted(
+def _weight(
     grid: NDArray[np.float64], density: NDArray[np.float64], likelihood: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return prior times likelihood, rescaled to unit area."""

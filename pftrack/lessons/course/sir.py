@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters import bootstrap
-from pftrack.lessons.course.corridor import CELL_M, CELLS_M, STEPS, Corridor, Pace, binned, known, total_variation
-from pftrack.lessons.course.corridor_panels import redrawn, steps_so_far, weighed
+from pftrack.lessons.course.corridor import CELL_M, CELLS_M, STEPS, Corridor, Pace, assign_bins, known, total_variation
+from pftrack.lessons.course.corridor_panels import redrawn, steps_so_far, weigh
 from pftrack.lessons.course.rounds import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
 from pftrack.lessons.figure import Figure
 from pftrack.lessons.lesson import (
@@ -31,13 +31,13 @@ from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
 from pftrack.resampling import systematic
 
-__all__ = ["LESSON", "SirParameters", "tolerated"]
+__all__ = ["LESSON", "SirParameters", "tolerate"]
 
 ASKED = 400
 """Particles of which the question asks what four times as many bring."""
 REPEATS = 40
 CHANCE = 3.0
-"""How much further off than independent draws a cloud may be, see `tolerated`."""
+"""How much further off than independent draws a cloud may be, see `tolerate`."""
 
 
 class SirParameters(Parameters):
@@ -64,7 +64,7 @@ def show(parameters: SirParameters, seed: int) -> Shown:
     clouds = corridor.clouds(walk.doors[:step], count, seed)
     density = exact.given[step]
     variation = total_variation(clouds[-1], density)
-    allowed = tolerated(density, count)
+    allowed = tolerate(density, count)
     numbers = (Number("Share of the cloud in wrong places (total variation)", variation, 0.0, allowed, digits=3),)
     drawn = [
         places.states[systematic(Stream(seed, after + 1, Purpose.TRACK), places.log_weights, count), 0]
@@ -74,7 +74,7 @@ def show(parameters: SirParameters, seed: int) -> Shown:
         Figure(
             panels=(
                 steps_so_far(drawn, walk, exact, step),
-                weighed(clouds[-1], walk, exact, corridor, step),
+                weigh(clouds[-1], walk, exact, corridor, step),
                 redrawn(drawn[-1], walk, exact, step),
             )
         ),
@@ -82,7 +82,7 @@ def show(parameters: SirParameters, seed: int) -> Shown:
     )
 
 
-def tolerated(density: NDArray[np.float64], count: int) -> float:
+def tolerate(density: NDArray[np.float64], count: int) -> float:
     """Return how far the cloud of a filter that works may be from a density, as a total variation.
 
     The share of N independent draws in a bin of probability p is nearly normal around p, and on average off by about
@@ -96,7 +96,7 @@ def tolerated(density: NDArray[np.float64], count: int) -> float:
         density: On the cells (cells,), 1/m.
         count: Number of particles N.
     """
-    shares = binned(CELLS_M, density * CELL_M)
+    shares = assign_bins(CELLS_M, density * CELL_M)
     drawn = 0.5 * np.sqrt(2.0 * shares * (1.0 - shares) / (math.pi * count)).sum()
     return float(CHANCE * drawn)
 

@@ -16,7 +16,7 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import root
 from pftrack.numerics.random import Purpose, Stream
 
-__all__ = ["OBSERVATION", "PRIOR", "Filtered", "Tracks", "errors", "filtered", "motion", "simulated"]
+__all__ = ["OBSERVATION", "PRIOR", "Filtered", "Tracks", "apply_filter", "errors", "motion", "simulate"]
 
 TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])
 OBSERVATION = np.array([[1.0, 0.0]])
@@ -62,7 +62,7 @@ def motion(process: float) -> LinearDynamics:
     return LinearDynamics(TRANSITION, np.zeros(2), root(covariance))
 
 
-def simulated(process: float, noise: float, seed: int, frames: int, count: int) -> Tracks:
+def simulate(process: float, noise: float, seed: int, frames: int, count: int) -> Tracks:
     """Return tracks that move and are measured as the model says, with the same draws whatever the noise.
 
     Args:
@@ -81,7 +81,7 @@ def simulated(process: float, noise: float, seed: int, frames: int, count: int) 
     return Tracks(states, states[:, 0] + np.sqrt(noise) * draws[:, 2])
 
 
-def filtered(process: float, noise: float, measured: Sequence[float] | NDArray[np.float64]) -> Filtered:
+def apply_filter(process: float, noise: float, measured: Sequence[float] | NDArray[np.float64]) -> Filtered:
     """Filter a track by the library's Kalman filter.
 
     Args:

@@ -130,4 +130,4 @@ class LongBody(Mark):
         half_width = MarkNumber(
             name="half_width", title="Half width", unit="px", minimum=1, maximum=200, step=0.5, default=10, about="root"
         )
-        return cls.described(handles=handles, links=(("head", "root"), ("root", "tip")), numbers=(half_width,))
+        return cls.describe(handles=handles, links=(("head", "root"), ("root", "tip")), numbers=(half_width,))

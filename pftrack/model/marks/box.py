@@ -101,4 +101,4 @@ class Box(Mark):
             MarkNumber(name=name, title=title, unit="px", minimum=0, maximum=LARGEST_PX, step=1, default=default)
             for name, (title, default) in named.items()
         ]
-        return cls.described(numbers=tuple(numbers))
+        return cls.describe(numbers=tuple(numbers))

@@ -166,10 +166,10 @@ class Mark(BaseModel, ABC):
     @classmethod
     @abstractmethod
     def editor(cls) -> Editor:
-        """Return all that an editor of this kind has to know; `described` has the part common to all kinds."""
+        """Return all that an editor of this kind has to know; `describe` has the part common to all kinds."""
 
     @classmethod
-    def described(cls, **more: Any) -> Editor:  # noqa: ANN401 - the fields of an editor
+    def describe(cls, **more: Any) -> Editor:  # noqa: ANN401 - the fields of an editor
         """Return an editor's description with the kind's own name and texts."""
         return Editor(kind=cls.name(), title=cls.title, instruction=cls.instruction, text=cls.text, **more)
 

@@ -99,7 +99,7 @@ class FeaturePoints(Mark):
     def editor(cls) -> Editor:
         """Return one handle a point."""
         handles = (Handle(name=f"points.{name}", title=title) for name, title in cls.features.items())
-        return cls.described(handles=tuple(handles), links=tuple((f"points.{a}", f"points.{b}") for a, b in cls.joined))
+        return cls.describe(handles=tuple(handles), links=tuple((f"points.{a}", f"points.{b}") for a, b in cls.joined))
 
 
 Row = tuple[str, tuple[float, float]]

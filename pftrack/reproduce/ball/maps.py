@@ -77,7 +77,7 @@ def whole_protocol(pool: Pool, full: bool) -> list[Finding]:
         if pool.folder is not None:
             for name, figure in draw(maps).items():
                 save(figure, pool.folder / f"{name}.png", name)
-        return _judged(maps, full)
+        return _judge(maps, full)
 
 
 def draw(maps: Maps) -> "dict[str, Figure]":
@@ -102,7 +102,7 @@ def draw(maps: Maps) -> "dict[str, Figure]":
     }
 
 
-def _judged(maps: Maps, full: bool) -> list[Finding]:
+def _judge(maps: Maps, full: bool) -> list[Finding]:
     found = cells(maps.methods, RADIUS, WIDTH)
     hard, soft, noise = found["h-spf"], found["s-spf"], found["pc-pf"]
     findings = [

@@ -75,7 +75,7 @@ class Outcome(NamedTuple):
 
 def lesson(shown: Clip) -> Lesson:
     """Follow both fish of a clip with the offline filter."""
-    parameters, edges, targets = _prepared(shown)
+    parameters, edges, targets = _prepare(shown)
     offline = revise(parameters, OFFLINE)
     tracks, truths = np.empty((FISHES, FRAMES, 4)), np.empty((FISHES, FRAMES, 4))
     tracked = np.ones(FISHES, np.bool_)
@@ -103,7 +103,7 @@ def taught_by_truth(first: int) -> Learned:
 def followed(work: tuple[Clip, tuple[Condition, ...], int]) -> list[Outcome]:
     """Follow both fish of a clip under several conditions, a number of runs each."""
     shown, conditions, runs = work
-    parameters, edges, targets = _prepared(shown)
+    parameters, edges, targets = _prepare(shown)
     outcomes = []
     for condition in conditions:
         revised = revise(parameters, dict(condition.values))
@@ -148,7 +148,7 @@ def successes(
     return found
 
 
-def _prepared(shown: Clip) -> tuple[Any, list[Edges], list[list[FishTarget]]]:
+def _prepare(shown: Clip) -> tuple[Any, list[Edges], list[list[FishTarget]]]:
     """Return the parameters of a clip, the edges of each frame, and the truth of each fish in each frame."""
     parameters: Any = revise(
         find("fish").simulate().parameters,

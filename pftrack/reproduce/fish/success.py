@@ -90,7 +90,7 @@ def table(pool: Pool, full: bool) -> list[Finding]:
     for (tracker, count), ours in found.items():
         reference = sum(column[COUNTS.index(count)] for column in TABLE[tracker]) / 2.0
         result = f"fish: {tracker}, N = {count}, successes of 24"
-        findings.append(_compared(result, ours.fish, reference, SOURCE, full=full))
+        findings.append(_compare(result, ours.fish, reference, SOURCE, full=full))
     guided, few, many = found["guided", 500], found["ordinary", 500], found["ordinary", 3000]
     gain = guided.fish - many.fish
     findings += [
@@ -125,7 +125,7 @@ def ablations(pool: Pool, full: bool) -> list[Finding]:
         for count in counts:
             reference = sum(column[VARIED.index(count)] for column in variant.references) / 2.0
             result = f"fish: {variant.title}, N = {count}, successes of 24"
-            findings.append(_compared(result, found[name, count].fish, reference, ABLATIONS, full=full))
+            findings.append(_compare(result, found[name, count].fish, reference, ABLATIONS, full=full))
     for count in counts:
         free = found["uncorrelated", count].fish - found["guided", count].fish
         result = f"fish: correlations set to zero less guided, N = {count} (not below -0.5: they do not help)"
@@ -190,7 +190,7 @@ def _taught_by(condition: Condition, text: str) -> Condition:
     return Condition(condition.tracker, tuple(values.items()))
 
 
-def _compared(result: str, ours: float, reference: float, source: str, *, full: bool) -> Finding:
+def _compare(result: str, ours: float, reference: float, source: str, *, full: bool) -> Finding:
     if full:
         easier = result in EASIER
         return compare(result, ours, reference, TOLERANCE, OTHER_CLIPS if easier else source, confirmed=not easier)

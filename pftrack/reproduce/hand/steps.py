@@ -32,13 +32,13 @@ def steps(pool: Pool, full: bool) -> list[Finding]:
         pose[3] = turned
         pose[6 + 4 * MIDDLE : 9 + 4 * MIDDLE] = BENT
         for way, angle in (("spread", 5 + 4 * MIDDLE), ("bent", 6 + 4 * MIDDLE)):
-            ratio = _predicted(pose, angle) / _measured(pose, angle)
+            ratio = _predict(pose, angle) / _measure(pose, angle)
             what = f"hand: step of a finger that is {way}, {view}, predicted by measured change"
             findings.append(compare(what, ratio, 1.0, 0.2, SOURCE))
     return findings
 
 
-def _predicted(pose: NDArray[np.float64], angle: int) -> float:
+def _predict(pose: NDArray[np.float64], angle: int) -> float:
     """Return D of the middle finger for a turn of one angle, px^2/rad."""
     small, moved = 1e-6, pose.copy()
     moved[angle] += small
@@ -46,7 +46,7 @@ def _predicted(pose: NDArray[np.float64], angle: int) -> float:
     return float(chain_rate(before, (after - before) / small, SCALE_PX * MODEL.radii[MIDDLE, 3]))
 
 
-def _measured(pose: NDArray[np.float64], angle: int) -> float:
+def _measure(pose: NDArray[np.float64], angle: int) -> float:
     """Return how many of the finger's pixels come or go with a turn, px^2/rad."""
     masks = []
     for sign in (-0.5, 0.5):

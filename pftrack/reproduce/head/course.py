@@ -16,7 +16,7 @@ from pftrack.geometry.face_model import fit_similarity, mean_model, person
 from pftrack.model.frame import Frame
 from pftrack.model.parameters import revise
 from pftrack.model.source import History
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.sources.head.motion import SCRIPT_FRAMES
@@ -140,7 +140,7 @@ class _Run:
         self._ratios.append(np.asarray(self._state.belief.measured().get("alpha", missing), dtype=np.float64))
         rng = Stream(self._trial.seed, frame.index, Purpose.TRACK)
         self._state = head.step(self._trial.method, self._state, frame, self._parameters, rng)
-        self._errors.append(np.abs(wrapped(self._state.estimate - _angles(frame))))
+        self._errors.append(np.abs(wrap(self._state.estimate - _angles(frame))))
         apart = self._state.feature_means - _features_px(frame)
         self._distances_px.append(float(np.hypot(*apart.T).mean()))
 

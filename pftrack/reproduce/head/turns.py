@@ -19,7 +19,7 @@ from pftrack.geometry.gaze import theta_of
 from pftrack.geometry.rotation import rotation
 from pftrack.model.parameters import Value, revise
 from pftrack.model.sequence import FrameIndex
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.numerics.matrices import product
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim
@@ -29,7 +29,7 @@ from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.sources.head.sensor import exposed
 from pftrack.sources.head.source import focal_px
 
-__all__ = ["RELIEF", "Clip", "Outcome", "filmed", "turns", "watched"]
+__all__ = ["RELIEF", "Clip", "Outcome", "film", "turns", "watch"]
 
 OURS = "this project, beyond document 1"
 PEOPLE = range(320, 326)
@@ -148,7 +148,7 @@ def turns(pool: Pool) -> list[Finding]:
     return findings
 
 
-def filmed(person: int, frames: int = FRAMES) -> Clip:
+def film(person: int, frames: int = FRAMES) -> Clip:
     """Film a person who turns fast."""
     scene = revise(HeadSceneParameters(), {"person": person, "image_width_px": WIDTH_PX})
     source, focal, pace = HeadSource(0, scene), focal_px(WIDTH_PX), np.array(PACES[person % len(PACES)])
@@ -170,7 +170,7 @@ def filmed(person: int, frames: int = FRAMES) -> Clip:
     return Clip(f"person {person}", pictures, np.array(truth))
 
 
-def watched(clip: Clip, values: Mapping[str, Value], seed: int) -> Outcome:
+def watch(clip: Clip, values: Mapping[str, Value], seed: int) -> Outcome:
     """Find the face and track it, as in a recording of which nothing is known.
 
     Args:
@@ -187,12 +187,12 @@ def watched(clip: Clip, values: Mapping[str, Value], seed: int) -> Outcome:
     rows = [run.diagnostics[index] for index in range(1, len(run.diagnostics))]
     found = np.array([[row.number(f"{name}_deg") for name in ("yaw", "pitch", "roll")] for row in rows])
     truth = clip.gaze_deg[clip.frame_count - len(rows) :]
-    errors = np.abs(np.rad2deg(wrapped(np.deg2rad(found - truth))))
+    errors = np.abs(np.rad2deg(wrap(np.deg2rad(found - truth))))
     gone = np.array([row.gone for row in rows]) | (errors.mean(axis=1) > LOST_DEG)
     return Outcome(errors.mean(axis=0), 1.0 - float(gone.mean()))
 
 
 def _tried(work: tuple[int, dict[str, Value]]) -> list[Outcome]:
     person, values = work
-    clip = filmed(person)
-    return [watched(clip, values, seed) for seed in SEEDS]
+    clip = film(person)
+    return [watch(clip, values, seed) for seed in SEEDS]

@@ -104,10 +104,10 @@ def table(pool: Pool, full: bool) -> list[Finding]:
         for name, figure in draw(outcomes, {row.name: row.success for row in rows}, SCENES).items():
             save(figure, pool.folder / f"{name}.png", name)
     more = 0.0 if full else QUICK_MORE
-    return [finding for row in rows for finding in _judged(row, outcomes[row.name], more)]
+    return [finding for row in rows for finding in _judge(row, outcomes[row.name], more)]
 
 
-def _judged(row: Row, outcomes: list[Outcome], more: float) -> list[Finding]:
+def _judge(row: Row, outcomes: list[Outcome], more: float) -> list[Finding]:
     """Compare a row with the reference, scene by scene and on average."""
     findings = []
     name = f"histogram: {row.name}"

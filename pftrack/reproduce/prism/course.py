@@ -18,7 +18,7 @@ from pftrack.filters.layers import UpperLayer
 from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.learning import mixture_em
 from pftrack.likelihoods import points
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import FRAMES, REAR, VERTICES_MM, PrismParameters, Sight, sight
 from pftrack.trackers.pose import layered
@@ -101,9 +101,9 @@ class Row:
 def course(trial: Trial) -> Course:
     """Run a trial and measure."""
     sights = _sights(trial.seed, trial.scene)
-    rows = _joint(trial, sights) if trial.method == "rb-pf" else _layered(trial, sights)
+    rows = _joint(trial, sights) if trial.method == "rb-pf" else _layer(trial, sights)
     seen = sights[1:]
-    errors = wrapped(np.array([row.theta - now.theta_rad for row, now in zip(rows, seen, strict=True)]))
+    errors = wrap(np.array([row.theta - now.theta_rad for row, now in zip(rows, seen, strict=True)]))
     away = np.array([row.translation - now.translation_mm for row, now in zip(rows, seen, strict=True)])
     apart = np.array([row.features - now.true_px for row, now in zip(rows, seen, strict=True)])
     distances = np.hypot(apart[..., 0], apart[..., 1])
@@ -123,7 +123,7 @@ def course(trial: Trial) -> Course:
     )
 
 
-def _layered(trial: Trial, sights: tuple[Sight, ...]) -> list[Row]:
+def _layer(trial: Trial, sights: tuple[Sight, ...]) -> list[Row]:
     if trial.perspective:
         pinhole = _pinhole(trial.scene)
         return _follow(trial, sights, pinhole, pinhole.begin(), lambda belief: belief.mean[3:6])

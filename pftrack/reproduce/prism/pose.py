@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pftrack.filters import affine_pose
 from pftrack.geometry.rotation import rotation
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim, compare
@@ -257,5 +257,5 @@ def _pose_errors(by_particles: bool, seed: int) -> NDArray[np.float64]:
             )
         else:
             theta = affine_pose.extended(theta, measured, noise, reference, affine_pose.THETA_SD_RAD)
-        errors.append(np.abs(wrapped(theta.mean - truth)))
+        errors.append(np.abs(wrap(theta.mean - truth)))
     return np.asarray(np.rad2deg(np.mean(errors, axis=0)))

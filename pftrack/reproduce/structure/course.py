@@ -8,17 +8,17 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import mean_model
 from pftrack.geometry.rotation import angles
-from pftrack.numerics.angles import wrapped
+from pftrack.numerics.angles import wrap
 from pftrack.reproduce.structure.scenes import SimulatedTracks, head_tracks, prism_tracks
 from pftrack.structure import growing, online_variational, recursive, variational
-from pftrack.structure.alignment import aligned, residuals, shape_error
+from pftrack.structure.alignment import align, residuals, shape_error
 from pftrack.structure.cameras import frontal, settled
 from pftrack.structure.factorization import factorize
 from pftrack.structure.first_window import from_window
 from pftrack.structure.online_variational import Forgetting
 from pftrack.structure.tracks import Tracks, checked_view
 
-__all__ = ["Course", "Grown", "Online", "Trial", "course", "grown", "online"]
+__all__ = ["Course", "Grown", "Online", "Trial", "course", "grow", "online"]
 
 Body: TypeAlias = Literal["prism", 99, 101, 102]
 """The prism, or the face of a driver."""
@@ -120,7 +120,7 @@ def course(trial: Trial) -> Course:
     return Course(
         shape_error(equal, truth),
         shape_error(weighed.shape, truth),
-        {"svd": aligned(equal, truth), "batch": aligned(weighed.shape, truth), "true": truth},
+        {"svd": align(equal, truth), "batch": align(weighed.shape, truth), "true": truth},
         weighed.free_energies,
         np.array(errors),
     )
@@ -138,11 +138,11 @@ def online(trial: Trial, memory: float, forgetting: Forgetting) -> Online:
         np.array([shape_error(state.shape, body.shape_mm) for state in states]),
         shape_error(published, body.shape_mm),
         residuals(published, body.shape_mm),
-        aligned(published, body.shape_mm),
+        align(published, body.shape_mm),
     )
 
 
-def grown(trial: Trial) -> Grown:
+def grow(trial: Trial) -> Grown:
     """Let a model grow from the mean face, and find each frame's pose by what was published before it."""
     body, mean = tracks_of(trial), mean_model().points_mm
     covariance = np.tile(PRIOR_SD_MM**2 * np.eye(3), (len(mean), 1, 1))
@@ -159,7 +159,7 @@ def grown(trial: Trial) -> Grown:
             for camera, shape in zip(cameras, shapes, strict=True)
         ]
         found = [angles(np.ascontiguousarray(camera[:, :3])) for camera in cameras]
-        errors.append([np.abs(wrapped(one - theta)).mean() for one in found])
+        errors.append([np.abs(wrap(one - theta)).mean() for one in found])
         state = growing.step(state, positions, variances)
         weights.append(state.weight)
     return Grown(

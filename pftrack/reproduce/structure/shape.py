@@ -19,7 +19,7 @@ from pftrack.figures.picture import save
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
-from pftrack.reproduce.structure.course import Body, Course, Online, Trial, course, grown, online, tracks_of
+from pftrack.reproduce.structure.course import Body, Course, Online, Trial, course, grow, online, tracks_of
 from pftrack.reproduce.structure.figures import draw
 from pftrack.reproduce.structure.scenes.prism import CENTRES
 from pftrack.structure import variational
@@ -67,7 +67,7 @@ def prism(pool: Pool, full: bool) -> list[Finding]:
     trials = [Trial("prism", seed) for seed in range(50 if full else 6)]
     courses = pool.map(course, trials)
     common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
-    ours = _compared("structure: prism", courses, common, (0.204, 0.0156, 0.108), SOURCE)
+    ours = _compare("structure: prism", courses, common, (0.204, 0.0156, 0.108), SOURCE)
     steps = _steps(common)
     points = np.mean([one.residuals_mm for one in common], axis=0)
     published = float(np.mean([one.published for one in common]))
@@ -87,7 +87,7 @@ def prism(pool: Pool, full: bool) -> list[Finding]:
         *_beyond("structure: prism", courses, common, own),
     ]
     small = [Trial("prism", trial.seed, float(np.sqrt(50.0))) for trial in trials]
-    findings += _compared(
+    findings += _compare(
         "structure: prism, hidden variance 50",
         pool.map(course, small),
         _online(pool, small, 0.5),
@@ -111,12 +111,12 @@ def faces(pool: Pool, full: bool) -> list[Finding]:
         courses = pool.map(course, trials)
         common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
         name = f"structure: face, driver {driver}"
-        findings += _compared(name, courses, common, references, SOURCE_FACE, ordered=False)
+        findings += _compare(name, courses, common, references, SOURCE_FACE, ordered=False)
         gain = _mean([one.svd for one in courses]) - _steps(common)
         result = f"{name}, the online method is better than singular values (gain, mean over steps)"
         findings.append(claim(result, gain, holds=gain > 0.005, source=NOT_REPRODUCED, confirmed=False))
         findings += _beyond(name, courses, common, own)
-        findings += _grown(pool, name, trials)
+        findings += _grow(pool, name, trials)
         if pool.folder is not None and full and driver == 99:
             for title, figure in draw("face", courses, common, own).items():
                 save(figure, pool.folder / f"{title}.png", title)
@@ -127,7 +127,7 @@ def _online(pool: Pool, trials: Sequence[Trial], memory: float, *, own: bool = F
     return pool.map(partial(online, memory=memory, forgetting="by-information" if own else "common"), trials)
 
 
-def _compared(
+def _compare(
     name: str,
     courses: Sequence[Course],
     common: Sequence[Online],
@@ -186,9 +186,9 @@ def _beyond(name: str, courses: Sequence[Course], common: Sequence[Online], own:
     ]
 
 
-def _grown(pool: Pool, name: str, trials: Sequence[Trial]) -> list[Finding]:
+def _grow(pool: Pool, name: str, trials: Sequence[Trial]) -> list[Finding]:
     """Return how near a face comes that grows from the mean, and what that does for the pose."""
-    outcomes = pool.map(grown, trials)
+    outcomes = pool.map(grow, trials)
     mean, own = (_mean([getattr(one, side) for one in outcomes]) for side in ("mean_mm", "own_mm"))
     by_mean, published, by_truth = np.mean([one.pose_deg for one in outcomes], axis=0)
     return [

@@ -79,7 +79,7 @@ def pictures(pool: Pool, full: bool) -> list[Finding]:
     """Errors of corners on the simulated sequence, measured and smoothed by each filter."""
     scenes = pool.map(scene, range(MANY if full else FEW))
     findings = [
-        _compared(what, float(np.mean([getattr(one, name) for one in scenes])), reference)
+        _compare(what, float(np.mean([getattr(one, name) for one in scenes])), reference)
         for what, name, reference in (
             ("followed", "points", POINTS),
             ("mixed tracks", "mixed", MIXED),
@@ -90,7 +90,7 @@ def pictures(pool: Pool, full: bool) -> list[Finding]:
         means = np.mean([one.errors[name] for one in scenes], axis=0)
         title = "measured" if name == "raw" else f"{name} smoothed"
         findings += [
-            _compared(f"{title}, {what}, px", float(mean), reference, confirmed=name not in HARDER or what == CLEAN)
+            _compare(f"{title}, {what}, px", float(mean), reference, confirmed=name not in HARDER or what == CLEAN)
             for what, mean, reference in zip(WHAT, means, references, strict=True)
         ]
     orders = [tuple(one.errors[name][0] for name in TABLE) for one in scenes]
@@ -101,7 +101,7 @@ def pictures(pool: Pool, full: bool) -> list[Finding]:
     return [*findings, claim(statement, ordered, holds=ordered >= 0.75, source=SOURCE)]
 
 
-def _compared(what: str, ours: float, reference: float, *, confirmed: bool = True) -> Finding:
+def _compare(what: str, ours: float, reference: float, *, confirmed: bool = True) -> Finding:
     return compare(f"corners: {what}", ours, reference, QUARTER * reference, SOURCE, confirmed=confirmed)
 
 

@@ -22,7 +22,7 @@ from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.trajectories.figures import draw
 from pftrack.sources.trajectories.reference import REFERENCE_PX
-from pftrack.sources.trajectories.scene import TRUE_PATH, TracksSceneParameters, simulated
+from pftrack.sources.trajectories.scene import TRUE_PATH, TracksSceneParameters, simulate
 
 __all__ = ["errors"]
 
@@ -66,7 +66,7 @@ def errors(pool: Pool, full: bool) -> list[Finding]:
     """Table 1 on the reference track, the likelihood, and the particles beside the exact filter."""
     found = dict(zip(TABLE, pool.map(_runs, METHODS), strict=True))
     table = {name: _medians(one) for name, one in found.items()}
-    findings = [finding for name in TABLE for finding in _compared(name, table[name])]
+    findings = [finding for name in TABLE for finding in _compare(name, table[name])]
     findings += _orderings(table)
     for name, one in found.items():
         errors_px = np.median(np.linalg.norm(one.filtered - TRUE_PATH[:, None], axis=2)[OUTLIERS], axis=1)
@@ -101,7 +101,7 @@ def _medians(found: Smoothed, truth: NDArray[np.float64] = TRUE_PATH) -> tuple[f
     return float(np.median(filtered)), float(np.median(smoothed))
 
 
-def _compared(name: str, ours: tuple[float, float]) -> list[Finding]:
+def _compare(name: str, ours: tuple[float, float]) -> list[Finding]:
     *references, of_filtered, of_smoothed = TABLE[name]
     return [
         compare(f"trajectories: {name}, {what}, error E", value, reference, tolerance, SOURCE)
@@ -192,7 +192,7 @@ class Trial:
 
 def _track_of(trial: Trial) -> NDArray[np.float64]:
     values = {"track_count": 1, "reference_track": False, "outlier_scale_px2": trial.scale_px2}
-    return simulated(trial.seed, TracksSceneParameters.model_validate(values))[0][:, 0]
+    return simulate(trial.seed, TracksSceneParameters.model_validate(values))[0][:, 0]
 
 
 def _best_pair(trial: Trial) -> tuple[int, int]:

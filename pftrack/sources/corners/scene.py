@@ -106,9 +106,9 @@ class CornerSource:
         parameters = history.at(index)
         shifts = shifts_px(_phases(index, history)[-1:])[0]
         lattice = wall(self._seed, parameters.wall_pitch_px, parameters.wall_contrast)
-        grey, _ = _moved(lattice, shifts[0] - WALL_MARGIN_PX)
+        grey, _ = _move(lattice, shifts[0] - WALL_MARGIN_PX)
         for surface, texture in ((BOX, box(self._seed)), (BOOK, book(self._seed))):
-            light, share = _moved(texture, CORNERS_PX[surface] + shifts[surface])
+            light, share = _move(texture, CORNERS_PX[surface] + shifts[surface])
             grey = grey * (1.0 - share) + light
         stream = Stream(self._seed, index, Purpose.SCENE)
         unsteady, (often, sign) = stream.standard_normal(), stream.random(2)
@@ -153,7 +153,7 @@ def _phases(index: int, history: History[CornerSceneParameters]) -> NDArray[np.f
     return np.cumsum(np.concatenate([[0.0], *steps]))
 
 
-def _moved(
+def _move(
     texture: NDArray[np.int32], corner_px: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return what a texture shows in each pixel of the picture, and its share, if its corner is between pixels."""

@@ -15,7 +15,7 @@ from pftrack.geometry.fish_shape import FishShape, body_points, tail_corners
 from pftrack.numerics.compiled import compiled, read_only
 from pftrack.numerics.random import Purpose, Stream, uniforms
 
-__all__ = ["developed", "floor", "paint_fish"]
+__all__ = ["develop", "floor", "paint_fish"]
 
 Slices: TypeAlias = tuple[slice, slice]
 
@@ -127,7 +127,7 @@ def _overlap(picture: NDArray[np.float32], corner: NDArray[np.int64], side: int)
 
 
 @compiled
-def _developed(picture_bgr: NDArray[np.float32], numbers: NDArray[np.float64], noise: int) -> NDArray[np.uint8]:
+def _develop(picture_bgr: NDArray[np.float32], numbers: NDArray[np.float64], noise: int) -> NDArray[np.uint8]:
     """Return the picture in RGB, with whole numbers between -noise and noise added; six of them from each number."""
     height, width, _ = picture_bgr.shape
     image = np.empty((height, width, 3), np.uint8)
@@ -149,7 +149,7 @@ def _developed(picture_bgr: NDArray[np.float32], numbers: NDArray[np.float64], n
     return image
 
 
-def developed(picture_bgr: NDArray[np.float32], noise: int, number: int, frame: int) -> NDArray[np.uint8]:
+def develop(picture_bgr: NDArray[np.float32], noise: int, number: int, frame: int) -> NDArray[np.uint8]:
     """Return what the camera makes of a picture: (height, width, 3) RGB, read-only.
 
     Args:
@@ -160,4 +160,4 @@ def developed(picture_bgr: NDArray[np.float32], noise: int, number: int, frame: 
     """
     count = -(-picture_bgr.size // 6) if noise else 0
     numbers = uniforms(number, frame, Purpose.SCENE.value, FRAME_DRAW, count)
-    return read_only(_developed(picture_bgr, numbers, noise))
+    return read_only(_develop(picture_bgr, numbers, noise))

@@ -4,7 +4,7 @@ from pftrack.geometry.fish_shape import GOLDFISH, model_points
 from pftrack.model.frame import Frame, Target
 from pftrack.model.parameters import ParameterError
 from pftrack.model.source import History
-from pftrack.sources.fish.painting import developed, floor, paint_fish
+from pftrack.sources.fish.painting import develop, floor, paint_fish
 from pftrack.sources.fish.parameters import FishSceneParameters
 from pftrack.sources.fish.swimming import FRAME_RATE_HZ, FRAMES, HEIGHT, WIDTH, clip
 from pftrack.sources.fish.truth import FishTarget
@@ -54,7 +54,7 @@ class FishSource:
         parameters = history.at(index)
         picture = floor(self._number, WIDTH, HEIGHT).copy()
         paint_fish(picture, self._poses[index], GOLDFISH)
-        image = developed(picture, parameters.image_noise, self._number, index)
+        image = develop(picture, parameters.image_noise, self._number, index)
         if parameters.occlusion_width_px > 0 or parameters.distracter_radius_px > 0:
             image = image.copy()
             paint(image, parameters, LOOK_ALIKE)

@@ -177,8 +177,8 @@ def _swum(tank: Tank, count: int, lively: bool, number: int, draw: int) -> NDArr
             noise = normals[first * NORMALS : (first + 1) * NORMALS]
             share = shares[first * UNIFORMS : (first + 1) * UNIFORMS]
             error = _aimed(shoal, before, fish, share)
-            change = _bent(tank, shoal, fish, error, lively and fish == 0, noise, share)
-            _moved(tank, shoal, fish, change, noise)
+            change = _bend(tank, shoal, fish, error, lively and fish == 0, noise, share)
+            _move(tank, shoal, fish, change, noise)
     return poses
 
 
@@ -221,7 +221,7 @@ def _aimed(shoal: Shoal, before: NDArray[np.float64], fish: int, share: NDArray[
 
 
 @compiled
-def _bent(
+def _bend(
     tank: Tank,
     shoal: Shoal,
     fish: int,
@@ -254,7 +254,7 @@ def _bent(
 
 
 @compiled
-def _moved(tank: Tank, shoal: Shoal, fish: int, change: float, noise: NDArray[np.float64]) -> None:
+def _move(tank: Tank, shoal: Shoal, fish: int, change: float, noise: NDArray[np.float64]) -> None:
     """Turn and move a fish as the water answers a change of its bend, rad."""
     u, v = shoal.speeds[fish, 0], shoal.speeds[fish, 1]
     rudder = tank.rudder * min(np.sqrt(u * u + v * v), 10.0) * shoal.phi[fish]

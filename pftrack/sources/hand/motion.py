@@ -40,11 +40,11 @@ def pose_at(motion: MotionName, time: float) -> NDArray[np.float64]:
     pose, last = open_pose((0.0, 0.0)), FRAMES[motion] - 1.0
     match motion:
         case "wrist":
-            share = _eased(time / last)
+            share = _ease(time / last)
             pose[2], pose[3] = 0.10 * share, 1.05 * share
             _flex(pose, FOUR, 0.22)
         case "bend":
-            share = _eased((time - 3.0) / (last - 3.0))
+            share = _ease((time - 3.0) / (last - 3.0))
             _flex(pose, FOUR, 1.25 * share)
             pose[6:9] += share * (0.35 - pose[6:9])
         case "occlusion":
@@ -61,7 +61,7 @@ def folded_time(motion: MotionName, time: float) -> float:
     return min(within, 2.0 * last - within)
 
 
-def _eased(share: float) -> float:
+def _ease(share: float) -> float:
     """Return 0 before the beginning, 1 after the end, and half a cosine between."""
     return 0.5 - 0.5 * float(sines_cosines(np.array([np.pi * min(max(share, 0.0), 1.0)]))[1][0])
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.trigonometry import sines_cosines
 
-__all__ = ["LENGTH", "PATHS", "PathName", "eased", "moved", "swinging", "turned"]
+__all__ = ["LENGTH", "PATHS", "PathName", "ease", "move", "swinging", "turn"]
 
 PathName: TypeAlias = Literal["cross", "static", "mirror3", "mirror2", "two", "3d", "own"]
 
@@ -50,7 +50,7 @@ TURN_RAD, TURN_RATE, TURN_PHASE, TURN_OFF_RAD = (
 MOVE_PX, MOVE_RATE = np.array([10.0, 8.0]), np.array([0.05, 0.04])
 
 
-def eased(keys: Keys, frame: float) -> NDArray[np.float64]:
+def ease(keys: Keys, frame: float) -> NDArray[np.float64]:
     """Return the angles (3,) in a frame, rad: between two keys the weight of the later is (1 - cos(pi u)) / 2."""
     last = keys[0]
     for key in keys:
@@ -68,11 +68,11 @@ def swinging(one: NDArray[np.float64], other: NDArray[np.float64], swing: int, f
     return np.asarray(one + weight * (other - one))
 
 
-def turned(frame: int) -> NDArray[np.float64]:
+def turn(frame: int) -> NDArray[np.float64]:
     """Return the attitude of the chain in space, a rotation vector (3,) in rad relative to the reference."""
     return np.asarray(TURN_RAD * sines_cosines(TURN_RATE * frame + TURN_PHASE)[0] + TURN_OFF_RAD)
 
 
-def moved(frame: int) -> NDArray[np.float64]:
+def move(frame: int) -> NDArray[np.float64]:
     """Return how far its root has moved in the picture (2,), px."""
     return np.asarray(MOVE_PX * sines_cosines(MOVE_RATE * frame)[0])

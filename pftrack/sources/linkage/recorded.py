@@ -24,7 +24,7 @@ from pftrack.sources.overlay import OccluderParameters, paint_strip, strip
 from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.sequence import TrackSequence
 
-__all__ = ["Followed", "FollowingParameters", "RecordedLinkage", "guessed", "tracked"]
+__all__ = ["Followed", "FollowingParameters", "RecordedLinkage", "guess", "tracked"]
 
 MATCHING = "Following"
 POINTS = 4
@@ -150,7 +150,7 @@ class RecordedLinkage:
         return Frame(index, float(self._times_s[index]), image_rgb=image, measurements=measured)
 
 
-def guessed(points: NDArray[np.float64]) -> LinkageTarget:
+def guess(points: NDArray[np.float64]) -> LinkageTarget:
     """Return a chain in space that is seen at four points (4, 2), px.
 
     Any plane that is not seen edge-on holds such a chain. The one that is taken slopes away from the camera from root

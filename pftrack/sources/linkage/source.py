@@ -11,7 +11,7 @@ from pftrack.model.source import History
 from pftrack.numerics.random import Purpose, Stream, standard_normals, uniforms
 from pftrack.sources.linkage.painting import painted
 from pftrack.sources.linkage.parameters import LinkageSceneParameters
-from pftrack.sources.linkage.paths import LENGTH, PATHS, eased, moved, swinging, turned
+from pftrack.sources.linkage.paths import LENGTH, PATHS, ease, move, swinging, turn
 from pftrack.sources.linkage.truth import NAMES, REFERENCE_RAD, LinkageTarget, attitude, in_degrees, places
 from pftrack.sources.overlay import strip
 
@@ -62,10 +62,10 @@ class LinkageSource:
             one = np.deg2rad((parameters.from_1_deg, parameters.from_2_deg, parameters.from_3_deg))
             other = np.deg2rad((parameters.to_1_deg, parameters.to_2_deg, parameters.to_3_deg))
             return chain(swinging(one, other, parameters.swing_frames, index))
-        theta = eased(PATHS[parameters.chain_path], index)
+        theta = ease(PATHS[parameters.chain_path], index)
         if parameters.chain_path != "3d":
             return chain(theta)
-        return chain(theta, turned(index), moved(index))
+        return chain(theta, turn(index), move(index))
 
     def frame(self, index: int, history: History[LinkageSceneParameters]) -> Frame:
         """Return a frame; the same arguments give the same frame, to the bit."""

@@ -12,7 +12,7 @@ from pftrack.geometry.face_model import FEATURES, LINKS, mean_model, person
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
 
-__all__ = ["Body", "Kind", "Shape", "body_of", "named", "normalised", "unnamed"]
+__all__ = ["Body", "Kind", "Shape", "body_of", "named", "normalise", "unnamed"]
 
 Kind: TypeAlias = Literal["prism", "face", "cloud", "plate"]
 
@@ -73,7 +73,7 @@ def named(points: Sequence[str]) -> Shape:
     if not set(points) <= set(FEATURES):
         return Shape(tuple(points))
     mean = mean_model().points_mm[[FEATURES.index(point) for point in points]]
-    return Shape(tuple(points), _links(points), mean=normalised(mean))
+    return Shape(tuple(points), _links(points), mean=normalise(mean))
 
 
 def _links(points: Sequence[str]) -> NDArray[np.int64]:
@@ -81,7 +81,7 @@ def _links(points: Sequence[str]) -> NDArray[np.int64]:
     return np.array(both, np.int64).reshape(-1, 2)
 
 
-def normalised(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def normalise(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return points (n, 3) about their centre, their root mean square distance from it 1; all zero if they are one."""
     centred = points - points.mean(axis=0)
     size = float(np.sqrt(np.square(centred).sum() / len(centred)))
@@ -122,7 +122,7 @@ def _prism() -> Body:
     normals = np.broadcast_to(NORMALS, (len(points), *NORMALS.shape))
     offsets = np.where(faces, (OFFSETS - (NORMALS * middle).sum(axis=1)) / size, np.inf)
     triangles = _outwards(np.array(fans, np.int32), points)
-    return Body(Shape(names, np.array(edges), triangles), normalised(points), normals, offsets)
+    return Body(Shape(names, np.array(edges), triangles), normalise(points), normals, offsets)
 
 
 def _outwards(triangles: NDArray[np.int32], points: NDArray[np.float64]) -> NDArray[np.int32]:
@@ -136,7 +136,7 @@ def _face(seed: int) -> Body:
     points = person(seed).points_mm
     outwards = points - HEAD_CENTRE_MM
     normals = outwards / np.sqrt(np.square(outwards).sum(axis=1))[:, None]
-    return Body(named(FEATURES), normalised(points), normals[:, None], np.zeros((len(points), 1)), graded=True)
+    return Body(named(FEATURES), normalise(points), normals[:, None], np.zeros((len(points), 1)), graded=True)
 
 
 def _cloud(seed: int, count: int) -> Body:
@@ -146,13 +146,13 @@ def _cloud(seed: int, count: int) -> Body:
     radii = np.sqrt(1.0 - heights * heights)
     directions = np.stack([radii * np.cos(angles), heights, radii * np.sin(angles)], axis=1)
     bumps = 1.0 + 0.15 * Stream(seed, 0, Purpose.SCENE).standard_normal((count, 1))
-    points = normalised(directions * CLOUD_AXES * bumps)
+    points = normalise(directions * CLOUD_AXES * bumps)
     return Body(unnamed(count), points, directions[:, None], np.zeros((count, 1)))
 
 
 def _plate(seed: int, count: int) -> Body:
     """Points in one plane, which is seen from both sides."""
     places = Stream(seed, 0, Purpose.SCENE).standard_normal((count, 2))
-    points = normalised(np.column_stack([places, np.zeros(count)]))
+    points = normalise(np.column_stack([places, np.zeros(count)]))
     both = np.broadcast_to([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], (count, 2, 3))
     return Body(unnamed(count), points, both, np.zeros((count, 2)))

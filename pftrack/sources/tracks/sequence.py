@@ -63,7 +63,7 @@ class TrackSequence:
         table = read_tracks(data, limits.frames)
         self.name, self.sha256 = name, sha256
         self.names: Sequence[str] = table.names
-        self.size, scale, origin = _framed(table.positions, table.variances)
+        self.size, scale, origin = _frame(table.positions, table.variances)
         self.scale, self.origin, self.first_frame = scale, origin, table.first
         self.positions: NDArray[np.float64] = scale * (table.positions - origin)
         variances = scale * scale * table.variances
@@ -109,7 +109,7 @@ def _scaling(size: tuple[int, int], scale: float, origin: NDArray[np.float64]) -
     )
 
 
-def _framed(
+def _frame(
     positions: NDArray[np.float64], variances: NDArray[np.float64]
 ) -> tuple[tuple[int, int], float, NDArray[np.float64]]:
     """Return width and height of a picture of the tracks, px, and their scale and origin in it."""

@@ -21,9 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.sources.formats import TRACKS_COLUMNS, SourceError, decoded, delimiter_of
+from pftrack.sources.formats import TRACKS_COLUMNS, SourceError, decode, delimiter_of
 
-__all__ = ["LARGEST_FILE_BYTES", "MOST_POINTS", "TrackTable", "read_tracks", "written"]
+__all__ = ["LARGEST_FILE_BYTES", "MOST_POINTS", "TrackTable", "read_tracks", "write"]
 
 LARGEST_FILE_BYTES = 12 * 1024 * 1024
 MOST_POINTS = 400
@@ -87,7 +87,7 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
     Raises:
         SourceError: It is no such table, a line of it is wrong, or it has too much or too little.
     """
-    text = decoded(data)
+    text = decode(data)
     delimiter = delimiter_of(text.partition("\n")[0])
     lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     try:
@@ -170,7 +170,7 @@ def _long(
     frame, point = _column(columns, "frame"), _column(columns, "point")
     if places is None or (frame is None and point is not None):
         raise SourceError(f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}")
-    for number, (line, cells) in enumerate(_filled(header, lines)):
+    for number, (line, cells) in enumerate(_fill(header, lines)):
         name = ONLY if point is None else cells[point].strip()[:40]
         if not name:
             raise SourceError(f"line {line} of the table names no point")
@@ -190,7 +190,7 @@ def _wide(
             f"the table has the columns {', '.join(header)[:120]}; expected {WORDS}, or frame and NAME_x, NAME_y, "
             "NAME_var_x, NAME_var_y for each point"
         )
-    for line, cells in _filled(header, lines):
+    for line, cells in _fill(header, lines):
         number = _frame(line, cells[frame])
         for name, places in points:
             yield line, number, name[:40], _values(line, cells, places, delimiter)
@@ -213,7 +213,7 @@ def _places(columns: Mapping[str, int], prefix: str) -> _Places | None:
     return _Places(x, y, None, squared=True)
 
 
-def _filled(header: Sequence[str], lines: Iterable[list[str]]) -> Iterator[tuple[int, list[str]]]:
+def _fill(header: Sequence[str], lines: Iterable[list[str]]) -> Iterator[tuple[int, list[str]]]:
     for line, cells in enumerate(lines, start=2):
         if not any(cell.strip() for cell in cells):
             continue
@@ -265,7 +265,7 @@ def _number(line: int, text: str, delimiter: str) -> float:
         raise SourceError(f"line {line} of the table: expected a number, got {bare[:20]!r}") from None
 
 
-def written(names: Sequence[str], positions: NDArray[np.float64], variances: NDArray[np.float64]) -> str:
+def write(names: Sequence[str], positions: NDArray[np.float64], variances: NDArray[np.float64]) -> str:
     """Return the table, in the long form, of positions (T, n, 2) px and variances (T, n, 2) px^2."""
     lines = [",".join(TRACKS_COLUMNS)]
     for frame in range(len(positions)):

@@ -16,7 +16,7 @@ from pftrack.numerics.random import Purpose, standard_normals
 from pftrack.sources.trajectories.reference import REFERENCE_PX
 from pftrack.sources.trajectories.target import SelectionParameters, TrajectoriesTarget
 
-__all__ = ["FRAMES", "SIZE_PX", "TracksSceneParameters", "TracksSource", "simulated", "true_path"]
+__all__ = ["FRAMES", "SIZE_PX", "TracksSceneParameters", "TracksSource", "simulate", "true_path"]
 
 FRAMES = 100
 SIZE_PX = (640, 520)
@@ -139,7 +139,7 @@ class TracksSource:
         return TrajectoriesTarget(position, hidden=None, motion=Falling(), start_px=self._starts, paper=SIZE_PX)
 
 
-def simulated(seed: int, parameters: TracksSceneParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def simulate(seed: int, parameters: TracksSceneParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return all measurements (100, K, 2) of a scene, px, and the true positions."""
     source, history = TracksSource(seed, parameters), History(((0, parameters),))
     frames = [source.frame(index, history) for index in range(FRAMES)]

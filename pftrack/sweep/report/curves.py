@@ -61,7 +61,7 @@ def curves(study: Study, axes: Sequence[Axis]) -> Figure:
 def boxes(study: Study, axis: Axis, quantity: Quantity) -> Figure:
     """Draw the runs' values of a quantity over one axis, a box a tracker and value; success is no such quantity."""
     part = f"{quantity.title}\n{_of_boxes()}", _key(study, of_boxes=True)
-    figure, (panel,) = _stacked(study, axis, [part])
+    figure, (panel,) = _stack(study, axis, [part])
     _boxes(panel, study, axis, quantity)
     return figure
 
@@ -75,7 +75,7 @@ def along(study: Study, axis: Axis, quantity: Quantity) -> Figure:
         test = TEST_TITLES[study.comparisons[quantity.name][0].test]
         title = f"On the same scenes, 95 % intervals\nFilled where different, {test} test at {study.level:g}"
         parts.append((title, _key_of_pairs(study)))
-    figure, panels = _stacked(study, axis, parts)
+    figure, panels = _stack(study, axis, parts)
     if is_success:
         _curves(panels[0], study, np.arange(len(axis.values)), study.maps)
         _finish(panels[0], label(study, axis), quantity.label)
@@ -91,7 +91,7 @@ def _of_boxes() -> str:
     return f"Boxes {lower} to {upper} %, whiskers {low} to {high} %"
 
 
-def _stacked(study: Study, axis: Axis, parts: Sequence[tuple[str, Key]]) -> tuple[Figure, list[Axes]]:
+def _stack(study: Study, axis: Axis, parts: Sequence[tuple[str, Key]]) -> tuple[Figure, list[Axes]]:
     """Return panels over an axis of equally spaced values below each other, each with its title and its key."""
     wide = min(max(BOX_IN * len(axis.values) * len(study.trackers), NARROWEST_IN), WIDEST_IN)
     width = LEFT_IN + wide + RIGHT_IN

@@ -19,7 +19,7 @@ from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.quantities import Quantity
 from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, largest_difference, scale_of
 from pftrack.sweep.report.labels import shown
-from pftrack.sweep.report.panels import Block, stacked
+from pftrack.sweep.report.panels import Block, stack
 from pftrack.sweep.report.study import Study
 
 __all__ = ["mean_maps", "sheet", "significance_maps"]
@@ -28,17 +28,17 @@ __all__ = ["mean_maps", "sheet", "significance_maps"]
 def sheet(study: Study, quantity: Quantity) -> Figure:
     """Draw all maps of a quantity below each other: of the trackers, of the differences, of what is significant."""
     compared = [_differences(study, quantity), _significance(study, quantity)] if study.pairs else []
-    return stacked(study, [_means([study], quantity), *compared])
+    return stack(study, [_means([study], quantity), *compared])
 
 
 def mean_maps(studies: Sequence[Study], quantity: Quantity) -> Figure:
     """Draw the mean of a quantity in every cell, of one or several studies on the same axes, on one colour scale."""
-    return stacked(studies[0], [_means(studies, quantity)])
+    return stack(studies[0], [_means(studies, quantity)])
 
 
 def significance_maps(study: Study, quantity: Quantity) -> Figure:
     """Draw where one tracker is better by a quantity, each cell tested by itself, a map for every pair."""
-    return stacked(study, [_significance(study, quantity)])
+    return stack(study, [_significance(study, quantity)])
 
 
 def _means(studies: Sequence[Study], quantity: Quantity) -> Block:

@@ -102,7 +102,7 @@ def page(study: Study, tables: tuple[Table, ...]) -> str:
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width"><title>{title}</title>'
-        f"<style>{STYLE}</style></head>\n<body>\n{_joined(body)}\n</body></html>\n"
+        f"<style>{STYLE}</style></head>\n<body>\n{_join(body)}\n</body></html>\n"
     )
 
 
@@ -128,7 +128,7 @@ def _section(study: Study, frame: Frame | None, quantity: Quantity, tables: tupl
     parts += [_table(table, level=3) for table in tables if table.quantity == quantity.name]
     is_open = " open" if quantity.name in COMMON else ""
     summary = f"<summary><h2>{escape(quantity.label)}</h2>{_verdict(study, quantity)}</summary>"
-    return f'<details id="{escape(quantity.name)}"{is_open}>{summary}\n{_joined(parts)}</details>'
+    return f'<details id="{escape(quantity.name)}"{is_open}>{summary}\n{_join(parts)}</details>'
 
 
 def _verdict(study: Study, quantity: Quantity) -> str:
@@ -188,5 +188,5 @@ def _note(text: str) -> str:
     return f"<p>{escape(text)}</p>"
 
 
-def _joined(body: list[str]) -> str:
+def _join(body: list[str]) -> str:
     return "\n".join(part for part in body if part)

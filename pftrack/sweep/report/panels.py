@@ -19,7 +19,7 @@ from pftrack.figures.style import INK
 from pftrack.sweep.report.labels import label, shown, ticks
 from pftrack.sweep.report.study import Study
 
-__all__ = ["Block", "stacked"]
+__all__ = ["Block", "stack"]
 
 WIDE_IN = 2.9
 MOST_COLUMNS, FEWER_COLUMNS = 4, 3
@@ -108,7 +108,7 @@ class _Grid:
         write(figure, left - self.left + EDGE_IN, bottom + self.high / 2, self.names[1], 9, anchor="w", upright=True)
 
 
-def stacked(study: Study, blocks: Sequence[Block]) -> Figure:
+def stack(study: Study, blocks: Sequence[Block]) -> Figure:
     """Draw blocks of maps, which all have the axes of a study."""
     grid = _Grid(study)
     sizes = [grid.size(block) for block in blocks]

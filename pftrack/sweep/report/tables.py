@@ -39,7 +39,7 @@ class Table:
 def tables(study: Study) -> tuple[Table, ...]:
     """Return all tables."""
     along = tuple(_along(study, axis) for axis in study.result.plan.axes if len(axis.values) > 1)
-    compared = tuple(_compared(study, quantity) for quantity in study.quantities if study.pairs)
+    compared = tuple(_compare(study, quantity) for quantity in study.quantities if study.pairs)
     return (_by_tracker(study), *_measures(study), *along, *compared)
 
 
@@ -90,7 +90,7 @@ def _along(study: Study, axis: Axis) -> Table:
     return Table(f"{what} by {label(study, axis)}", (axis.name, *study.trackers), tuple(rows))
 
 
-def _compared(study: Study, quantity: Quantity) -> Table:
+def _compare(study: Study, quantity: Quantity) -> Table:
     """Every pair of trackers by one quantity: over all runs, and in how many cells one is better."""
     rows = [
         (*_pair(pair), *_over_all(pooled), *_tested(study, pair, pooled))

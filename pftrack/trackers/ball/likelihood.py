@@ -34,10 +34,10 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], c
 
 
 @lru_cache(maxsize=64)
-def _packed(parameters: ColourParameters) -> Colour:
+def _pack(parameters: ColourParameters) -> Colour:
     model = colour_model(parameters)
     return Colour(model.mean, model.precision, parameters.background_level)
 
 
-CHROMATICITY = Likelihood(_log_likelihood, _packed)
+CHROMATICITY = Likelihood(_log_likelihood, _pack)
 """The colour of the pixel under a particle (document 1, ch. 3 section 2.2)."""

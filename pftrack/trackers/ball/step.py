@@ -26,7 +26,7 @@ from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.common import particles_of, picture_of, size_of
 from pftrack.trackers.sampling.likelihood import Likelihood
 from pftrack.trackers.sampling.loop import Loop, Motion, Rule
-from pftrack.trackers.sampling.samplers import SAMPLERS, advanced, folded, scheme
+from pftrack.trackers.sampling.samplers import SAMPLERS, advance, folded, scheme
 
 __all__ = ["TRACKERS", "fold_loop", "loop_trackers", "step_loop"]
 
@@ -46,7 +46,7 @@ def step_loop(
     particles = particles_of(state, parameters, rng)
     begun = replace(state, particles=particles)
     result = _loop(likelihood, rule, begun, image[None], parameters, rng.seed, rng.frame)
-    tracked = advanced(state, result)
+    tracked = advance(state, result)
     lineage = lineage_of(state, particles, tracked.particles, parameters)
     return learned(replace(tracked, learner=state.learner, lineage=lineage), parameters, size)
 

@@ -11,11 +11,11 @@ from pftrack.trackers.fish.learned import GUIDANCE, LEARNED_HALF_LENGTH_PX
 from pftrack.trackers.fish.loop import VELOCITY, Drawn, Weighing
 from pftrack.trackers.fish.parameters import FishTrackerParameters
 
-__all__ = ["drawn", "foreground", "shape", "weighing"]
+__all__ = ["draw", "foreground", "shape", "weighing"]
 
 
 @lru_cache(maxsize=64)
-def drawn(motion: int | None, parameters: FishTrackerParameters) -> Drawn:
+def draw(motion: int | None, parameters: FishTrackerParameters) -> Drawn:
     """Return how a tracker moves its particles.
 
     The random walk takes mean and standard deviation of the learned steps (eq. 8). With constant velocity it is the

@@ -15,7 +15,7 @@ from pftrack.particles import ParticleSet
 from pftrack.sources.fish.truth import FishTarget
 from pftrack.trackers import reports
 from pftrack.trackers.fish.loop import ORDINARY, VELOCITY, frame_step
-from pftrack.trackers.fish.motion import drawn, foreground, weighing
+from pftrack.trackers.fish.motion import draw, foreground, weighing
 from pftrack.trackers.fish.parameters import FishTrackerParameters
 from pftrack.trackers.fish.state import FishState
 
@@ -86,7 +86,7 @@ def stepped(
         edges.distances,
         np.asfortranarray(particles.states),
         particles.log_weights,
-        drawn(motion, parameters),
+        draw(motion, parameters),
         weighing(parameters),
         seed,
         frame,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["HIDDEN", "MOST_PROTRUSIONS", "assigned"]
+__all__ = ["HIDDEN", "MOST_PROTRUSIONS", "assign"]
 
 HIDDEN = -1
 """In place of a protrusion's number."""
@@ -19,7 +19,7 @@ MOST_PROTRUSIONS = 8
 
 
 @compiled
-def assigned(scores: NDArray[np.float64], costs: NDArray[np.float64]) -> tuple[float, NDArray[np.int64]]:
+def assign(scores: NDArray[np.float64], costs: NDArray[np.float64]) -> tuple[float, NDArray[np.int64]]:
     """Return the greatest sum of scores that an assignment has, and its protrusion (F,) for each finger, or HIDDEN.
 
     Args:

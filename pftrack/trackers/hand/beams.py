@@ -14,8 +14,8 @@ from pftrack.geometry.hand_model import HIGH, LOW, joints
 from pftrack.particles import normalise
 from pftrack.trackers.hand.assignment import HIDDEN
 from pftrack.trackers.hand.likelihood import Seen
-from pftrack.trackers.hand.ranking import differences, improved
-from pftrack.trackers.hand.search import Hands, searched
+from pftrack.trackers.hand.ranking import differences, improve
+from pftrack.trackers.hand.search import Hands, search
 from pftrack.trackers.hand.settings import Task
 
 __all__ = ["COMPARED", "Found", "alike", "followed", "predictions"]
@@ -90,7 +90,7 @@ def followed(
     """
     members = np.array(before.members)
     log_priors = np.concatenate([before.log_weights, before.log_weights - still_penalty])
-    hands = searched(expected, log_priors, seen, task)
+    hands = search(expected, log_priors, seen, task)
     if not len(hands.scores):
         best = int(np.argmax(log_priors))
         hands = Hands(
@@ -106,12 +106,12 @@ def followed(
     growth = 1.0
     if task.settings.sweeps:
         for n in range(len(order)):
-            poses[n], score = improved(poses[n], expected[origins[n]], assignments[n], seen, task)
+            poses[n], score = improve(poses[n], expected[origins[n]], assignments[n], seen, task)
             scores[n] = score + log_priors[origins[n]]
         best = int(np.argmax(scores))
         if task.settings.growth_sd > 0.0:
             within = scores[best] - log_priors[origins[best]]
-            poses[best], growth = _regrown(poses[best], expected[origins[best]], assignments[best], within, seen, task)
+            poses[best], growth = _regrow(poses[best], expected[origins[best]], assignments[best], within, seen, task)
     elif np.isfinite(task.settings.cover_sd):
         scores -= np.square(differences(poses, seen, task) / (task.settings.cover_sd * seen.area))
     beam = kept(list(poses), scores, origins % len(members), width, alike)
@@ -119,7 +119,7 @@ def followed(
     return Found(beam, members[beam.parents], off, hands.tried, float(normalise(scores)[1]), growth)
 
 
-def _regrown(
+def _regrow(
     pose: NDArray[np.float64],
     expected: NDArray[np.float64],
     assignment: NDArray[np.int64],
@@ -144,7 +144,7 @@ def _regrown(
         shift = (1.0 - factor) * (middle - pose[:2])
         begin[:2] += shift
         wanted[:2] += shift
-        found, there = improved(begin, wanted, assignment, seen, task._replace(scale=factor * task.scale))
+        found, there = improve(begin, wanted, assignment, seen, task._replace(scale=factor * task.scale))
         if there > limit:
             best, growth, limit = found, factor, there
     return best, growth

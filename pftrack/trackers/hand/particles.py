@@ -21,13 +21,13 @@ from pftrack.numerics.elementary import exponentials, logarithms
 from pftrack.numerics.random import standard_normals, uniforms
 from pftrack.particles import normalise
 from pftrack.resampling import parents
-from pftrack.trackers.hand.assignment import assigned
+from pftrack.trackers.hand.assignment import assign
 from pftrack.trackers.hand.candidates import HIGHEST, LOWEST, flexion_limits
 from pftrack.trackers.hand.likelihood import Seen, finger_fit, unexplained_cost, x_p
 from pftrack.trackers.hand.ranking import differing
 from pftrack.trackers.hand.settings import Settings, Task
 
-__all__ = ["Cloud", "sampled"]
+__all__ = ["Cloud", "sample"]
 
 TRACK = 1
 """Purpose.TRACK, as compiled code needs it."""
@@ -57,7 +57,7 @@ class Cloud(NamedTuple):
 
 
 @compiled
-def sampled(
+def sample(
     states: NDArray[np.float64],
     log_weights: NDArray[np.float64],
     wrists: NDArray[np.float64],
@@ -170,7 +170,7 @@ def _with_fingers(
     for finger in range(5):
         for p in range(protrusions + 1):
             means[finger, p] = normalise(log_fits[finger, p])[1] - np.log(float(CANDIDATES))
-    fit, assignment = assigned(means, costs)
+    fit, assignment = assign(means, costs)
     pose = expected.copy()
     for finger in range(5):
         at = 5 + 4 * finger

@@ -16,7 +16,7 @@ from pftrack.trackers.hand.candidates import HIGHEST, LOWEST
 from pftrack.trackers.hand.likelihood import Seen, finger_fit, x_p
 from pftrack.trackers.hand.settings import Task
 
-__all__ = ["differences", "differing", "improved", "log_score"]
+__all__ = ["differences", "differing", "improve", "log_score"]
 
 PALM_MOVES = np.array([1.5, 1.5, 0.04, 0.12, 0.08])
 """First steps of the wrist, px for a palm axis of 52, and of a, b and c, rad."""
@@ -35,7 +35,7 @@ def differences(poses: NDArray[np.float64], seen: Seen, task: Task) -> NDArray[n
 
 
 @compiled
-def improved(
+def improve(
     pose: NDArray[np.float64], predicted: NDArray[np.float64], assignment: NDArray[np.int64], seen: Seen, task: Task
 ) -> tuple[NDArray[np.float64], float]:
     """Return a pose (25,) uphill of one, and its log score.
@@ -86,7 +86,7 @@ def improved(
 def log_score(
     pose: NDArray[np.float64], predicted: NDArray[np.float64], assignment: NDArray[np.int64], seen: Seen, task: Task
 ) -> float:
-    """Return the log posterior of a hand up to a constant; the arguments are those of `improved`."""
+    """Return the log posterior of a hand up to a constant; the arguments are those of `improve`."""
     settings = task.settings
     score = 0.0
     for i in range(5):

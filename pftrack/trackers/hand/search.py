@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from pftrack.geometry.hand_model import joints, palm_points
 from pftrack.geometry.polygons import convex_hull
 from pftrack.numerics.compiled import compiled
-from pftrack.trackers.hand.assignment import HIDDEN, assigned
+from pftrack.trackers.hand.assignment import HIDDEN, assign
 from pftrack.trackers.hand.candidates import PALMS, finger_candidates, palm_candidates
 from pftrack.trackers.hand.likelihood import Seen, finger_fits, unexplained_cost, x_p
 from pftrack.trackers.hand.settings import Task
 
-__all__ = ["Hands", "searched"]
+__all__ = ["Hands", "search"]
 
 MOST_X_P = 6.0
 """Of a palm that is given up at once."""
@@ -44,7 +44,7 @@ class Hands(NamedTuple):
 
 
 @compiled
-def searched(
+def search(
     predictions: NDArray[np.float64],
     log_priors: NDArray[np.float64],
     seen: Seen,
@@ -112,7 +112,7 @@ def _give_fingers(
     costs = np.empty(protrusions)
     for p in range(protrusions):
         costs[p] = unexplained_cost(seen.lengths[p], task.settings.unit)
-    score, best = assigned(fits, costs)
+    score, best = assign(fits, costs)
     for finger in range(5):
         assignment[finger] = best[finger]
         _put(pose, finger, angles[finger, chosen[finger, best[finger]]])  # hidden is the last column, and -1

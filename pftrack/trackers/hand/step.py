@@ -19,12 +19,12 @@ from pftrack.particles import ParticleSet
 from pftrack.sources.hand import HandTarget
 from pftrack.trackers.hand.beams import alike, followed, predictions
 from pftrack.trackers.hand.parameters import HandTrackerParameters
-from pftrack.trackers.hand.particles import sampled
+from pftrack.trackers.hand.particles import sample
 from pftrack.trackers.hand.ranking import differences
 from pftrack.trackers.hand.reports import PARTICLES, SERIES, measure, measure_particles
 from pftrack.trackers.hand.state import HandState
 from pftrack.trackers.hand.view import View, fingers, wrist_offset
-from pftrack.trackers.hand.waiting import NO_FINGER, found_again, judged, waiting
+from pftrack.trackers.hand.waiting import NO_FINGER, found_again, judge, waiting
 
 __all__ = ["TRACKERS", "features"]
 
@@ -72,7 +72,7 @@ def step(follow: Follow, state: HandState, frame: Frame, parameters: HandTracker
         return found_again(state, found)
     if not fingers(found, state.scale):
         return waiting(state, found, NO_FINGER)
-    return judged(state, follow(state, found, parameters, rng), parameters)
+    return judge(state, follow(state, found, parameters, rng), parameters)
 
 
 def _by_beam(state: HandState, found: HandFeatures, parameters: HandTrackerParameters, rng: Stream) -> HandState:
@@ -110,7 +110,7 @@ def _by_particles(state: HandState, found: HandFeatures, parameters: HandTracker
     members = view.into(particles.states[:, :ANGLES])
     states = np.hstack([members, view.into(particles.states[:, ANGLES:])])
     still = float(exponential(-parameters.still_penalty))
-    cloud = sampled(
+    cloud = sample(
         states,
         particles.log_weights,
         np.ascontiguousarray(view.with_wrists(members)[:, :2]),

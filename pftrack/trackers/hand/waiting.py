@@ -16,7 +16,7 @@ from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.state import HandState
 from pftrack.trackers.hand.view import wrist_offset
 
-__all__ = ["NO_FINGER", "found_again", "judged", "waiting"]
+__all__ = ["NO_FINGER", "found_again", "judge", "waiting"]
 
 NO_FINGER = "no finger is seen beside the palm, as of a fist"
 
@@ -40,7 +40,7 @@ def waiting(state: HandState, found: HandFeatures, reason: str) -> HandState:
     )
 
 
-def judged(before: HandState, state: HandState, parameters: HandTrackerParameters) -> HandState:
+def judge(before: HandState, state: HandState, parameters: HandTrackerParameters) -> HandState:
     """Return a state that says so if its best hand does not fit, and that is lost if none has for some frames."""
     share = float(state.fit[state.beam.best])
     if share <= parameters.highest_misfit:

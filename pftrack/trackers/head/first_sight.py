@@ -17,7 +17,7 @@ from pftrack.geometry.face_model import FaceModel, mean_model
 from pftrack.geometry.rotation import rotation
 from pftrack.likelihoods.relief import Reliefs
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import owned, product
+from pftrack.numerics.matrices import contiguous_copy, product
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head import growth as face_growth
@@ -26,7 +26,7 @@ from pftrack.trackers.head.memory import FirstSight, Form
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose import methods as pose
-from pftrack.trackers.pose.calibrated import pinned
+from pftrack.trackers.pose.calibrated import pin
 from pftrack.trackers.pose.solid import STUDENT_4, Solid
 
 __all__ = ["camera_of", "form_of", "growth_of", "model_of", "posed", "reliefs_of", "solid_of"]
@@ -149,8 +149,8 @@ def solid_of(
     focal_px, principal_px = form.focal_widths * width, np.array([width, height]) / 2.0
     place = pose.translation(model.points_mm, points_px, focal_px, principal_px)
     if form.upper_layer == "affine":
-        points_mm, seen_px = owned(model.points_mm), affine_projection(camera, model.points_mm)
-        known = pinned(points_mm, points_px, seen_px, np.tile(camera[:, :3], (len(points_px), 1, 1)))
+        points_mm, seen_px = contiguous_copy(model.points_mm), affine_projection(camera, model.points_mm)
+        known = pin(points_mm, points_px, seen_px, np.tile(camera[:, :3], (len(points_px), 1, 1)))
         camera[:, :3] *= enlarged
         shown_mm = _where(model.points_mm, known, form)
         solid = Solid(shown_mm, camera, focal_px, principal_px, place, known, doubt, share, widths=STUDENT_4)
@@ -160,7 +160,7 @@ def solid_of(
     camera[:, :3] = product(enlarged * camera[:, :3], turn.T)
     points_mm = product(model.points_mm, turn.T)
     expected, slopes = pinhole(points_mm + place, focal_px), pinhole_jacobian(points_mm + place, focal_px)
-    known = pinned(owned(points_mm), points_px - principal_px, expected, slopes)
+    known = pin(contiguous_copy(points_mm), points_px - principal_px, expected, slopes)
     points_mm = _where(points_mm, known, form)
     reach = math.inf if form.templates == "flat" else NECK_RAD
     solid = Solid(points_mm, camera, focal_px, principal_px, place, known, doubt, share, reach, STUDENT_4)

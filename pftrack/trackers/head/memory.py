@@ -25,7 +25,7 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head.templates import template_sizes
 
-__all__ = ["SEARCH_EVERY", "FirstSight", "Form", "HeadMemory", "around", "eye_distance", "widened"]
+__all__ = ["SEARCH_EVERY", "FirstSight", "Form", "HeadMemory", "around", "eye_distance", "widen"]
 
 SEARCH_EVERY = 5
 WIDEST_RAD = float(np.deg2rad(60.0))
@@ -160,7 +160,7 @@ def eye_distance(points_px: NDArray[np.float64]) -> float:
     return float(np.hypot(*(left - right)))
 
 
-def widened(pose: Gaussian, sd_rad: float) -> Gaussian:
+def widen(pose: Gaussian, sd_rad: float) -> Gaussian:
     """Return a belief in angles that nobody has looked at for a frame more."""
     covariance = pose.covariance + sd_rad**2 * np.eye(3)
     most = float(covariance.diagonal().max())

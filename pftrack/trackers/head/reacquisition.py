@@ -96,13 +96,13 @@ def pose_found(solid: Solid, eyes_px: NDArray[np.float64], roll_rad: float, scor
         scores: What the picture says.
     """
     thetas = np.array([(pitch, yaw, roll_rad) for pitch, yaw in itertools.product(PITCHES_RAD, YAWS_RAD)])
-    told = np.array([_judged(solid, eyes_px, theta, scores)[1] for theta in thetas])
+    told = np.array([_judge(solid, eyes_px, theta, scores)[1] for theta in thetas])
     log_weights = SHARED * told - 0.5 * np.square(thetas[:, :2] / TURNED_SD_RAD).sum(axis=1)
     weights = exponentials(log_weights - log_weights.max())
-    return _judged(solid, eyes_px, (weights[:, None] * thetas).sum(axis=0) / weights.sum(), scores)[0]
+    return _judge(solid, eyes_px, (weights[:, None] * thetas).sum(axis=0) / weights.sum(), scores)[0]
 
 
-def _judged(
+def _judge(
     solid: Solid, eyes_px: NDArray[np.float64], theta: NDArray[np.float64], scores: Scores
 ) -> tuple[Found, float]:
     """Return where the features are by a pose, and its log likelihood."""

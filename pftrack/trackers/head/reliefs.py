@@ -8,7 +8,7 @@ from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.geometry.head_surface import HeadSurface
 from pftrack.likelihoods import relief
 from pftrack.likelihoods.relief import Part, Reliefs, Views
-from pftrack.numerics.matrices import owned, product, solved
+from pftrack.numerics.matrices import contiguous_copy, product, solved
 from pftrack.trackers.head.memory import FirstSight
 from pftrack.trackers.head.templates import template_sizes
 from pftrack.trackers.pose.methods import slopes_at
@@ -69,7 +69,7 @@ def cut(
         normals.append(product(normal[kept], turn.T))
         levels.append(grey[rows, columns].astype(np.float64))
         ends.append(ends[-1] + len(levels[-1]))
-    places, facing = owned(np.concatenate(points)), owned(np.concatenate(normals))
+    places, facing = contiguous_copy(np.concatenate(points)), contiguous_copy(np.concatenate(normals))
     return Reliefs(places, facing, np.concatenate(levels), np.array(ends))
 
 

@@ -10,7 +10,7 @@ from pftrack.model.series import Series, SeriesValue
 from pftrack.trackers.head.growth import position_variances
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.methods import Method
-from pftrack.trackers.pose.reports import measurement, reported
+from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["head_measurement", "head_series"]
@@ -37,12 +37,12 @@ GROWTH = (
 
 def head_series(method: Method) -> tuple[Series, ...]:
     """Return what a tracker of a head reports."""
-    return (*reported(method, FEATURES), CORRELATION, TRACK_SD, *GROWTH)
+    return (*report(method, FEATURES), CORRELATION, TRACK_SD, *GROWTH)
 
 
 def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
     """Return a function that measures these series of a state; those of a growing model only where there is one."""
-    layers = measurement(reported(method, FEATURES))
+    layers = measurement(report(method, FEATURES))
 
     def measure(state: PoseState) -> Mapping[str, SeriesValue]:
         memory: HeadMemory = state.memory

@@ -30,7 +30,7 @@ from pftrack.structure.growing import Growing
 from pftrack.trackers.head import growth as face_growth
 from pftrack.trackers.head import reliefs
 from pftrack.trackers.head.first_sight import form_of, growth_of, model_of, reliefs_of, solid_of
-from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, HeadMemory, around, widened
+from pftrack.trackers.head.memory import SEARCH_EVERY, FirstSight, HeadMemory, around, widen
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.reacquisition import EYES, Found, is_same_face, pose_found
 from pftrack.trackers.head.reports import head_measurement, head_series
@@ -71,10 +71,10 @@ def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerP
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
     """Weigh particles by how well the picture there correlates with the templates; look for a face that is lost."""
-    grey, state = _grey(frame), _formed(state, parameters)
+    grey, state = _grey(frame), _form(state, parameters)
     memory = _memory(state)
     if memory.lost:
-        return _searched(method, state, grey, parameters, rng)
+        return _search(method, state, grey, parameters, rng)
     templates = memory.templates(state.pose.mean, by_pose=parameters.templates_by_pose)
     look = _look(state, grey, templates, parameters)
     belief = pose.advance(state, partial(_log_likelihood, look, parameters), parameters, method, rng)
@@ -107,7 +107,7 @@ def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, param
 def _log_likelihood(
     look: Look, parameters: HeadTrackerParameters, positions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    scores = template.scored(look(positions), parameters.correlation_spread)
+    scores = template.score(look(positions), parameters.correlation_spread)
     if parameters.hidden_weight > 0.0:
         scores = logarithm(exponential(scores) + parameters.hidden_weight)
     return scores
@@ -128,11 +128,11 @@ def _begun(
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), memory=memory)
 
 
-def _formed(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
+def _form(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     """Make solid and templates again where the parameters that they depend on have changed."""
     memory, form = _memory(state), form_of(parameters)
     if form == memory.form:
-        return _grown(state)
+        return _grow(state)
     if form.template_scale != memory.form.template_scale:
         bank = TemplateBank.begin(memory.sight.templates(form.template_scale))
         resized = memory.form._replace(template_scale=form.template_scale)
@@ -145,10 +145,10 @@ def _formed(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
     solid, turn = solid_of(memory.sight, model, form, memory.enlarged)
     bent = reliefs_of(memory.sight, model, form)
     memory = replace(memory, form=form, model=model, turn=turn, growth=growth, reliefs=bent)
-    return replace(pose.transferred(state, solid, parameters), memory=memory)
+    return replace(pose.transfer(state, solid, parameters), memory=memory)
 
 
-def _grown(state: PoseState) -> PoseState:
+def _grow(state: PoseState) -> PoseState:
     """Put what the face has grown to in the place of the face that was assumed; the belief follows it as it grows."""
     memory = _memory(state)
     growth = memory.growth
@@ -159,7 +159,7 @@ def _grown(state: PoseState) -> PoseState:
     return replace(state, solid=solid, memory=replace(memory, model=model, turn=turn))
 
 
-def _searched(
+def _search(
     method: Method, state: PoseState, grey: NDArray[np.uint8], parameters: HeadTrackerParameters, rng: Stream
 ) -> PoseState:
     """Look for a lost face now and then, and become less and less sure in between."""
@@ -170,7 +170,7 @@ def _searched(
             return _resumed(method, state, grey, face.points_px, parameters, rng)
     return replace(
         state,
-        pose=widened(state.pose, np.deg2rad(parameters.pose_noise_deg)),
+        pose=widen(state.pose, np.deg2rad(parameters.pose_noise_deg)),
         recognised=np.zeros_like(state.recognised),
         switched=False,
         memory=replace(memory, lost_frames=memory.lost_frames + 1),

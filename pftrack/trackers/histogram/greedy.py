@@ -15,7 +15,7 @@ from pftrack.model.tracker import Tracker
 from pftrack.numerics.compiled import read_only
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Stream
-from pftrack.trackers.histogram.model import first_look, judged, model_of, with_model
+from pftrack.trackers.histogram.model import first_look, judge, model_of, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.reports import SERIES, measure
 from pftrack.trackers.histogram.state import SIZE, HistogramState
@@ -40,7 +40,7 @@ def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, 
         kernel=parameters.spatial_kernel,
         model=model_of(look, parameters),
     )
-    return judged(state, image, parameters)
+    return judge(state, image, parameters)
 
 
 def step(state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
@@ -74,7 +74,7 @@ def step(state: HistogramState, frame: Frame, parameters: HistogramTrackerParame
         switched=False,
         alert=None,
     )
-    return judged(moved, image, parameters)
+    return judge(moved, image, parameters)
 
 
 def _known(column: float, row: float, size: float) -> Gaussian:

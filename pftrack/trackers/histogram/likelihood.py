@@ -12,7 +12,7 @@ from pftrack.numerics.elementary import exponentials
 from pftrack.trackers.histogram.state import SIZE, HistogramState
 from pftrack.trackers.sampling.likelihood import Likelihood
 
-__all__ = ["HISTOGRAM", "Packed", "packed"]
+__all__ = ["HISTOGRAM", "Packed", "pack"]
 
 LARGEST = 1.4
 """Of the logarithm of a size, up or down: a window of a quarter of the first one's sides, or four times them."""
@@ -29,7 +29,7 @@ class Packed(NamedTuple):
     kernel: bool
 
 
-def packed(state: HistogramState, sharpness: float) -> Packed:
+def pack(state: HistogramState, sharpness: float) -> Packed:
     """Return what particles are weighed by, given the state before and lambda."""
     window = state.first_window
     return Packed(
@@ -63,5 +63,5 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], t
     return scores
 
 
-HISTOGRAM = Likelihood(_log_likelihood, lambda given: packed(*given))
+HISTOGRAM = Likelihood(_log_likelihood, lambda given: pack(*given))
 """exp(-lambda (1 - rho)) of the window around a particle (specification A3)."""

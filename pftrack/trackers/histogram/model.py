@@ -15,7 +15,7 @@ from pftrack.likelihoods.histogram import Window, fit, shares, similarity
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.state import HistogramState, Look
 
-__all__ = ["first_likeness", "first_look", "judged", "with_model"]
+__all__ = ["first_likeness", "first_look", "judge", "with_model"]
 
 
 def first_look(
@@ -68,7 +68,7 @@ def _first_roots(look: Look, space: Space, kernel: bool) -> NDArray[np.float64]:
     return np.sqrt(fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel), space))
 
 
-def judged(
+def judge(
     state: HistogramState, image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters
 ) -> HistogramState:
     """Compare the window at the estimate with the model: is the target lost, and may the model be renewed?

@@ -15,7 +15,7 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
 from pftrack.resampling import systematic
-from pftrack.trackers.histogram.model import judged
+from pftrack.trackers.histogram.model import judge
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.state import DIMENSION, HistogramState
 
@@ -58,5 +58,5 @@ def search(
         alert=None,
     )
     if found.flat[best] >= parameters.found_likeness:
-        return judged(replace(begun, missed=0, searching=False), image_rgb, parameters)
+        return judge(replace(begun, missed=0, searching=False), image_rgb, parameters)
     return replace(begun, likeness=float(found.flat[best]))

@@ -19,15 +19,15 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
 from pftrack.trackers.histogram.greedy import GREEDY
-from pftrack.trackers.histogram.likelihood import HISTOGRAM, packed
-from pftrack.trackers.histogram.model import first_look, judged, model_of, with_model
+from pftrack.trackers.histogram.likelihood import HISTOGRAM, pack
+from pftrack.trackers.histogram.model import first_look, judge, model_of, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.reports import PARTICLE_SERIES, measure_particles
 from pftrack.trackers.histogram.searching import search
 from pftrack.trackers.histogram.state import DIMENSION, SIZE, HistogramState
 from pftrack.trackers.sampling.common import particles_of, picture_of
 from pftrack.trackers.sampling.loop import Loop, Motion, Rule
-from pftrack.trackers.sampling.samplers import SAMPLERS, advanced, folded, scheme
+from pftrack.trackers.sampling.samplers import SAMPLERS, advance, folded, scheme
 
 __all__ = ["TRACKERS"]
 
@@ -48,12 +48,12 @@ def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, 
         kernel=parameters.spatial_kernel,
         model=model_of(look, parameters),
     )
-    known = packed(state, parameters.sharpness)
+    known = pack(state, parameters.sharpness)
     log_weights, log_sum = normalise(HISTOGRAM.log_likelihood(read_only(image), coordinates.T, known))
     particles = ParticleSet(coordinates.T, log_weights, np.arange(parameters.sample_count))
     log_evidence = log_sum - normalise(np.zeros(len(log_weights)))[1]
     begun = replace(state, posterior=Gaussian(*particles.moments), particles=particles, log_evidence=log_evidence)
-    return judged(begun, image, parameters)
+    return judge(begun, image, parameters)
 
 
 def step(
@@ -66,7 +66,7 @@ def step(
         return search(state, image, parameters, rng)
     state = replace(state, particles=particles_of(state, parameters, rng))
     result = _loop(rule, state, image[None], parameters, rng.seed, rng.frame)
-    return judged(advanced(state, result), image, parameters)
+    return judge(advance(state, result), image, parameters)
 
 
 def fold(
@@ -81,7 +81,7 @@ def fold(
     if parameters.follow_size or parameters.find_again or parameters.renewal_rate > 0.0:
         return None
     result = _loop(rule, state, pictures_rgb, parameters, seed, first_frame)
-    last = judged(advanced(state, result), pictures_rgb[-1], parameters)
+    last = judge(advance(state, result), pictures_rgb[-1], parameters)
     boxes = np.tile(last.box_px, (len(pictures_rgb), 1))
     return Fold(last, result.estimates, {**folded(state, result).series, "box": boxes})
 
@@ -103,7 +103,7 @@ def _loop(
         particles.log_weights,
         state.sigma,
         _motion(parameters),
-        packed(state, parameters.sharpness),
+        pack(state, parameters.sharpness),
         scheme(rule, parameters),
         seed,
         first_frame,

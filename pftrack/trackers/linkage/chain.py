@@ -2,7 +2,7 @@
 
 The state x of a filter is (pose, change of the pose in a frame, r_1..3). In the plane the pose is theta_1..3. In space
 it is (omega, t, theta_2, theta_3): omega is a small rotation beside a reference attitude q, so that the chain is turned
-by R(q) R(omega). After each update q takes omega over (`recentred`), so that no angle ever grows large.
+by R(q) R(omega). After each update q takes omega over (`recentre`), so that no angle ever grows large.
 
 Source: document 4, sections 3.2, 3.3 and 4.
 """
@@ -23,7 +23,7 @@ from pftrack.geometry.linkage import (
     slopes_in_space,
 )
 from pftrack.geometry.rotation_vector import (
-    composed,
+    compose,
     matrix_quaternion,
     quaternion,
     quaternion_matrix,
@@ -36,12 +36,12 @@ from pftrack.numerics.matrices import multiply, solve
 __all__ = [
     "UPRIGHT",
     "Chain",
-    "described",
+    "describe",
     "in_coordinates",
     "observations",
-    "observed",
+    "observe",
     "pose_size",
-    "recentred",
+    "recentre",
     "reference_attitude",
     "slopes",
 ]
@@ -113,12 +113,12 @@ def joints(state: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def observed(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray[np.float64]:
+def observe(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return what a camera sees of a state (n,), px: (3,) in the plane, (8,) in space, point by point."""
     lengths = state[state.shape[0] - LINKS :]
     if state.shape[0] == PLANE_STATES:
         return image_in_plane(state[:LINKS], lengths)
-    turn = quaternion_matrix(composed(attitude, quaternion(state[:LINKS])))
+    turn = quaternion_matrix(compose(attitude, quaternion(state[:LINKS])))
     return image_in_space(turn, state[3:5], joints(state), lengths).reshape(8)
 
 
@@ -127,13 +127,13 @@ def observations(states: NDArray[np.float64], attitude: NDArray[np.float64]) -> 
     """Return what a camera sees of each of several states (N, n), (N, m) px."""
     seen = np.empty((states.shape[0], LINKS if states.shape[1] == PLANE_STATES else 8))
     for n in range(states.shape[0]):
-        seen[n] = observed(states[n], attitude)
+        seen[n] = observe(states[n], attitude)
     return seen
 
 
 @compiled
 def slopes(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the derivatives of `observed` by the state, (3, 9) or (8, 17)."""
+    """Return the derivatives of `observe` by the state, (3, 9) or (8, 17)."""
     size = state.shape[0]
     lengths = state[size - LINKS :]
     if size == PLANE_STATES:
@@ -142,7 +142,7 @@ def slopes(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray
         whole[:, :LINKS] = found[:, :LINKS]
         whole[:, size - LINKS :] = found[:, LINKS:]
         return whole
-    turn = quaternion_matrix(composed(attitude, quaternion(state[:LINKS])))
+    turn = quaternion_matrix(compose(attitude, quaternion(state[:LINKS])))
     found = slopes_in_space(turn, right_jacobian(state[:LINKS]), joints(state), lengths)
     whole = np.zeros((8, size))
     whole[:, :5] = found[:, :5]
@@ -152,7 +152,7 @@ def slopes(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray
 
 
 @compiled
-def recentred(
+def recentre(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], attitude: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Let the attitude take the rotation of a mean in space over, and return it; mean and covariance change in place.
@@ -163,7 +163,7 @@ def recentred(
     if size == PLANE_STATES:
         return attitude
     jacobian = right_jacobian(mean[:LINKS])
-    following = composed(attitude, quaternion(mean[:LINKS]))
+    following = compose(attitude, quaternion(mean[:LINKS]))
     rows = multiply(jacobian, covariance[:LINKS].copy())
     for i in range(LINKS):
         mean[i] = 0.0
@@ -177,7 +177,7 @@ def recentred(
 
 
 @compiled
-def described(
+def describe(
     mean: NDArray[np.float64],
     covariance: NDArray[np.float64],
     attitude: NDArray[np.float64],
@@ -216,7 +216,7 @@ def described(
         absolute_deviations[i] = np.sqrt(max(variance, 0.0))
     if not plane:
         inverse = np.array([reference[0], -reference[1], -reference[2], -reference[3]])
-        omega = vector(composed(inverse, composed(attitude, quaternion(mean[:LINKS]))))
+        omega = vector(compose(inverse, compose(attitude, quaternion(mean[:LINKS]))))
         # du = J_r(omega) d omega: what is known of the small turn, told of omega.
         turns, _ = solve(right_jacobian(omega), right_jacobian(mean[:LINKS]))
         spread = multiply(multiply(turns, covariance[:LINKS, :LINKS].copy()), turns.T.copy())

@@ -23,19 +23,19 @@ from pftrack.filters.truncation import truncate
 from pftrack.geometry.linkage import LINKS, Constraints
 from pftrack.model.frame import Frame, Target
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import owned, solved
+from pftrack.numerics.matrices import contiguous_copy, solved
 from pftrack.numerics.random import Stream
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.chain import (
     Chain,
-    described,
+    describe,
     in_coordinates,
     observations,
-    recentred,
+    recentre,
     reference_attitude,
 )
 from pftrack.trackers.linkage.handover import chains, gaussian
-from pftrack.trackers.linkage.linearised import Candidates, Filtering, candidates, predicted
+from pftrack.trackers.linkage.linearised import Candidates, Filtering, candidates, predict
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.linkage.state import NOTHING, Events, LinkageState
 
@@ -110,7 +110,7 @@ def state_of(
     probable; what is less so may stay in a beam that has room, but is not believed in.
     """
     attitude = reference_attitude(reference)
-    told = [described(member.mean, member.covariance, member.attitude, attitude) for member in beam.members]
+    told = [describe(member.mean, member.covariance, member.attitude, attitude) for member in beam.members]
     mean, spread, directions, directions_sd = told[beam.best]
     believed = [told[k] for k in np.flatnonzero(beam.log_weights >= beam.log_weights.max() - LN_100)]
     lows = [estimate - DEVIATIONS_SHOWN * deviations for estimate, deviations, _, _ in believed]
@@ -235,7 +235,9 @@ def unscented_step(
     del rng
     beam = chains(state, parameters)
     chain = beam.members[beam.best]
-    mean, covariance = predicted(owned(chain.mean), owned(chain.covariance), noise(parameters, state.in_space))
+    mean, covariance = predict(
+        contiguous_copy(chain.mean), contiguous_copy(chain.covariance), noise(parameters, state.in_space)
+    )
     seen = look(frame, state.origin_px, in_space=state.in_space)
     rows = np.flatnonzero(~np.isnan(seen))
     log_evidence, cut, outlier = 0.0, 0, False
@@ -243,7 +245,7 @@ def unscented_step(
         spread = float(parameters.observation_variance_px2) * np.eye(len(rows))
 
         def observe(states: NDArray[np.float64]) -> NDArray[np.float64]:
-            flat = observations(owned(states.reshape(-1, states.shape[-1])), chain.attitude)
+            flat = observations(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude)
             return np.asarray(flat[:, rows].reshape(*states.shape[:-1], len(rows)))
 
         expected, covariances, _ = unscented.transform(mean[None], covariance, observe)
@@ -251,10 +253,10 @@ def unscented_step(
         outlier = float(((seen[rows] - expected[0]) * whitened).sum()) > parameters.outlier_limit_sd**2
         if not outlier:
             updated, log_evidence = unscented.update(Gaussian(mean, covariance), seen[rows], observe, spread)
-            mean, covariance = owned(updated.mean), owned(updated.covariance)
+            mean, covariance = contiguous_copy(updated.mean), contiguous_copy(updated.covariance)
             cut = truncate(mean, covariance, *constraints(parameters, state.in_space))
-    mean, covariance = owned(mean), owned(covariance)
-    attitude = recentred(mean, covariance, chain.attitude)
+    mean, covariance = contiguous_copy(mean), contiguous_copy(covariance)
+    attitude = recentre(mean, covariance, chain.attitude)
     parents = np.full(1, beam.best if _has_chains(state) else -1)
     following = Beam((Chain(mean, covariance, attitude),), np.zeros(1), parents)
     events = Events(truncated=cut, outlier=outlier)

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import LINKS
-from pftrack.numerics.matrices import owned
+from pftrack.numerics.matrices import contiguous_copy
 from pftrack.particles import ParticleSet
-from pftrack.trackers.linkage.chain import Chain, recentred, reference_attitude
+from pftrack.trackers.linkage.chain import Chain, recentre, reference_attitude
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.linkage.state import LinkageState
 
-__all__ = ["boxed", "chains", "from_moments", "gaussian"]
+__all__ = ["box", "chains", "from_moments", "gaussian"]
 
 ROOT_RATE_VARIANCE_PX2 = 1.0
 """Of the root's velocity in the first frame, (px/frame)^2."""
@@ -33,10 +33,10 @@ def chains(state: LinkageState, parameters: LinkageTrackerParameters) -> Beam[Ch
     own = tuple(member for member in state.belief.members if isinstance(member, Chain))
     if len(own) == len(state.belief.members):
         return Beam(own, state.belief.log_weights, state.belief.parents)
-    return Beam.of(boxed(state.low, state.high, state.reference, parameters))
+    return Beam.of(box(state.low, state.high, state.reference, parameters))
 
 
-def boxed(
+def box(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
     reference: NDArray[np.float64] | None,
@@ -71,6 +71,6 @@ def from_moments(mean: NDArray[np.float64], covariance: NDArray[np.float64], ref
 
     In space its own attitude takes omega over.
     """
-    state, spread = owned(mean), owned(covariance)
-    attitude = recentred(state, spread, owned(reference))
+    state, spread = contiguous_copy(mean), contiguous_copy(covariance)
+    attitude = recentre(state, spread, contiguous_copy(reference))
     return Chain(state, spread, attitude)

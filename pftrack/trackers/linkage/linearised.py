@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 from pftrack.filters.kalman import conditioned
 from pftrack.filters.truncation import least_room, truncate
-from pftrack.geometry.linkage import LINKS, directions, joint_angles, mirrored, reversed_in_depth
-from pftrack.geometry.rotation_vector import composed, matrix_quaternion, quaternion, quaternion_matrix, vector
+from pftrack.geometry.linkage import LINKS, directions, joint_angles, mirror, reverse_in_depth
+from pftrack.geometry.rotation_vector import compose, matrix_quaternion, quaternion, quaternion_matrix, vector
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import factorise, multiply, substitute
-from pftrack.trackers.linkage.chain import PLANE_STATES, joints, observed, recentred, slopes
+from pftrack.trackers.linkage.chain import PLANE_STATES, joints, observe, recentre, slopes
 
-__all__ = ["Candidates", "Filtering", "candidates", "linearisation_points", "predicted"]
+__all__ = ["Candidates", "Filtering", "candidates", "linearisation_points", "predict"]
 
 MOST_POINTS = 8
 
@@ -86,7 +86,7 @@ class Candidates(NamedTuple):
 
 
 @compiled
-def predicted(
+def predict(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], noise: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return mean (n,) and covariance (n, n) a frame later: constant velocity, white acceleration (4.3, 4.13, 4.16).
@@ -135,10 +135,10 @@ def linearisation_points(
             if abs(np.sin(absolute[link])) < limit:
                 for k in range(count):
                     points[count + k] = points[k]
-                    points[count + k, :LINKS] = joint_angles(mirrored(directions(points[k]), link))
+                    points[count + k, :LINKS] = joint_angles(mirror(directions(points[k]), link))
                 count *= 2
         return points[:count].copy()
-    turn = quaternion_matrix(composed(attitude, quaternion(state[:LINKS])))
+    turn = quaternion_matrix(compose(attitude, quaternion(state[:LINKS])))
     tilt = np.sqrt(turn[2, 0] * turn[2, 0] + turn[2, 1] * turn[2, 1])
     if abs(turn[2, 2]) < limit:
         # The direction within the plane of the chain that is parallel to the image, and where it is 0 on the way there.
@@ -148,14 +148,14 @@ def linearisation_points(
             if tilt * abs(np.sin(absolute[link] - level)) < limit:
                 for k in range(count):
                     points[count + k] = points[k]
-                    other = mirrored(directions(joints(points[k])) - level, link)
+                    other = mirror(directions(joints(points[k])) - level, link)
                     points[count + k, 5] = other[1] - other[0]
                     points[count + k, 6] = other[2] - other[1]
                 count *= 2
     elif tilt < limit:
         inverse = np.array([attitude[0], -attitude[1], -attitude[2], -attitude[3]])
         points[1] = state
-        points[1, :LINKS] = vector(composed(inverse, matrix_quaternion(reversed_in_depth(turn))))
+        points[1, :LINKS] = vector(compose(inverse, matrix_quaternion(reverse_in_depth(turn))))
         count = 2
     return points[:count].copy()
 
@@ -193,7 +193,7 @@ def candidates(
     rows = np.flatnonzero(~np.isnan(given.seen))
     filled = count
     for k in range(count):
-        mean, covariance = predicted(means[k], covariances[k], given.noise)
+        mean, covariance = predict(means[k], covariances[k], given.noise)
         _fill(found, k, mean, covariance, attitudes[k], given.memory * scores[k], k)
         if rows.shape[0] == 0:
             continue
@@ -205,7 +205,7 @@ def candidates(
             found.parents[filled] = k
             filled += 1
     for n in range(filled):
-        attitude = recentred(found.means[n], found.covariances[n], found.attitudes[n].copy())
+        attitude = recentre(found.means[n], found.covariances[n], found.attitudes[n].copy())
         found.attitudes[n] = attitude
         found.poses[n, :LINKS] = directions(joints(found.means[n]))
         found.poses[n, LINKS:] = found.means[n, size - LINKS :]
@@ -254,7 +254,7 @@ def _candidate(
 ) -> None:
     """Condition a prediction, linearised at a point, on the coordinates `rows` that were seen; cut it and score it."""
     count = rows.shape[0]
-    shown, slope = observed(point, attitude)[rows], slopes(point, attitude)[rows]
+    shown, slope = observe(point, attitude)[rows], slopes(point, attitude)[rows]
     seen = given.seen[rows]
     innovation = seen - shown - multiply(slope, (mean - point).reshape(mean.shape[0], 1)).reshape(count)
     spread = given.variance * np.eye(count)
@@ -267,13 +267,13 @@ def _candidate(
     refuted = given.mirrors >= 0.0 and least_room(updated, left, given.rows, given.low, given.high) < -given.rejection
     if given.constrained:
         found.cuts[place] = truncate(updated, left, given.rows, given.low, given.high)
-    rest = seen - observed(updated, attitude)[rows]
-    score = -0.5 * (_squared(lower, updated - mean) + np.sum(rest * rest) / given.variance)
+    rest = seen - observe(updated, attitude)[rows]
+    score = -0.5 * (_square(lower, updated - mean) + np.sum(rest * rest) / given.variance)
     _fill(found, place, updated, left, attitude, -np.inf if refuted else score, 0)
 
 
 @compiled
-def _squared(lower: NDArray[np.float64], difference: NDArray[np.float64]) -> float:
+def _square(lower: NDArray[np.float64], difference: NDArray[np.float64]) -> float:
     """Return d' P^-1 d of (n,), given the root of P (n, n); directions in which P has no spread do not count."""
     size = difference.shape[0]
     scale = lower.copy()

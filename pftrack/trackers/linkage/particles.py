@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import Constraints
 from pftrack.model.frame import Frame
-from pftrack.numerics.matrices import owned, product, root
+from pftrack.numerics.matrices import contiguous_copy, product, root
 from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
 from pftrack.resampling import systematic
 from pftrack.trackers.linkage.chain import PLANE_STATES, Chain, reference_attitude
 from pftrack.trackers.linkage.gaussians import constraints, look, noise, state_of
 from pftrack.trackers.linkage.handover import chains, from_moments
-from pftrack.trackers.linkage.linearised import predicted
+from pftrack.trackers.linkage.linearised import predict
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
-from pftrack.trackers.linkage.sampled import forbid, in_reference, moved, proposed
+from pftrack.trackers.linkage.sampled import forbid, in_reference, move, propose
 from pftrack.trackers.linkage.state import Events, LinkageState
 
 __all__ = ["step"]
@@ -98,13 +98,13 @@ def step(state: LinkageState, frame: Frame, parameters: LinkageTrackerParameters
         clouds = [_following(state.belief, weighing, _keeping(parameters), moving=True)]
     else:
         clouds = _from_gaussians(chains(state, parameters), weighing)
-    found = _weighed(clouds, weighing)
+    found = _weigh(clouds, weighing)
     outlier = found.distance > parameters.outlier_limit_sd
     if not outlier and found.particles.effective_sample_size < FEW * len(found.particles):
         found = _in_portions(clouds, weighing)
     if outlier or found.broken == len(found.particles):
         outlier = True
-        found = _weighed(clouds, replace(weighing, seen=np.full_like(weighing.seen, np.nan)))
+        found = _weigh(clouds, replace(weighing, seen=np.full_like(weighing.seen, np.nan)))
     return _state(state, found.particles, found.log_evidence, Events(truncated=found.broken, outlier=outlier))
 
 
@@ -113,7 +113,7 @@ def _in_portions(clouds: Sequence[Cloud], weighing: Weighing) -> Weighed:
     log_evidence = 0.0
     origins = np.concatenate([cloud.ancestors for cloud in clouds])
     for portion in PORTIONS:
-        found = _weighed(clouds, replace(weighing, variance=weighing.variance / portion))
+        found = _weigh(clouds, replace(weighing, variance=weighing.variance / portion))
         log_evidence += found.log_evidence
         if portion != PORTIONS[0]:
             origins = origins[found.particles.ancestors]
@@ -125,12 +125,12 @@ def _in_portions(clouds: Sequence[Cloud], weighing: Weighing) -> Weighed:
     return found._replace(particles=particles, log_evidence=log_evidence + 0.5 * seen * excess)
 
 
-def _weighed(clouds: Sequence[Cloud], weighing: Weighing) -> Weighed:
+def _weigh(clouds: Sequence[Cloud], weighing: Weighing) -> Weighed:
     """Draw particles, given what is seen, and weigh them."""
     states, log_weights, distances = [], [], []
     for cloud in clouds:
         normals = weighing.rng.standard_normal((len(cloud.centres), cloud.centres.shape[1] + len(weighing.seen)))
-        drawn, densities, distance = proposed(*cloud[:4], weighing.seen, weighing.variance, normals)
+        drawn, densities, distance = propose(*cloud[:4], weighing.seen, weighing.variance, normals)
         states.append(in_reference(drawn, cloud.attitude, weighing.reference))
         log_weights.append(densities)
         distances.append(distance.min())
@@ -153,10 +153,10 @@ def _following(particles: ParticleSet, weighing: Weighing, keeping: float, *, mo
     """Return from where particles are drawn, given those of the frame before or of the same."""
     mean, covariance = particles.moments
     ancestors = systematic(weighing.rng, particles.log_weights, weighing.parameters.sample_count)
-    centres = moved(np.ascontiguousarray(particles.states[ancestors]), mean, keeping, moving)
+    centres = move(np.ascontiguousarray(particles.states[ancestors]), mean, keeping, moving)
     spread = (1.0 - keeping * keeping) * covariance
     if moving:
-        _, spread = predicted(mean, spread, noise(weighing.parameters, len(mean) > PLANE_STATES))
+        _, spread = predict(mean, spread, noise(weighing.parameters, len(mean) > PLANE_STATES))
     return Cloud(centres, centres, root(spread), weighing.reference, ancestors)
 
 
@@ -167,7 +167,7 @@ def _from_gaussians(beam: Beam[Chain], weighing: Weighing) -> list[Cloud]:
     for place in np.unique(members).tolist():
         chain, count = beam.members[place], int(np.count_nonzero(members == place))
         acceleration = noise(weighing.parameters, len(chain.mean) > PLANE_STATES)
-        mean, covariance = predicted(owned(chain.mean), owned(chain.covariance), acceleration)
+        mean, covariance = predict(contiguous_copy(chain.mean), contiguous_copy(chain.covariance), acceleration)
         spread = root(covariance)
         points = mean + product(weighing.rng.standard_normal((count, len(mean))), spread.T)
         clouds.append(Cloud(np.tile(mean, (count, 1)), points, spread, chain.attitude, np.full(count, -1)))

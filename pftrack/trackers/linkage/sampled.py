@@ -23,16 +23,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.linkage import LINKS
-from pftrack.geometry.rotation_vector import composed, quaternion, vector
+from pftrack.geometry.rotation_vector import compose, quaternion, vector
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import factorise, multiply, substitute
-from pftrack.trackers.linkage.chain import PLANE_STATES, observed, slopes
+from pftrack.trackers.linkage.chain import PLANE_STATES, observe, slopes
 
-__all__ = ["forbid", "in_reference", "moved", "proposed"]
+__all__ = ["forbid", "in_reference", "move", "propose"]
 
 
 @compiled
-def moved(states: NDArray[np.float64], mean: NDArray[np.float64], keeping: float, moving: bool) -> NDArray[np.float64]:
+def move(states: NDArray[np.float64], mean: NDArray[np.float64], keeping: float, moving: bool) -> NDArray[np.float64]:
     """Return particles (N, n) drawn towards their mean and then, without noise, a frame later.
 
     Args:
@@ -54,12 +54,12 @@ def moved(states: NDArray[np.float64], mean: NDArray[np.float64], keeping: float
             following[n, i] += following[n, half + i]
         if size != PLANE_STATES:
             turn = following[n, half : half + LINKS]
-            following[n, :LINKS] = vector(composed(quaternion(omega), quaternion(turn)))
+            following[n, :LINKS] = vector(compose(quaternion(omega), quaternion(turn)))
     return following
 
 
 @compiled
-def proposed(
+def propose(
     centres: NDArray[np.float64],
     points: NDArray[np.float64],
     root: NDArray[np.float64],
@@ -91,17 +91,17 @@ def proposed(
         steps = normals[n, :size].copy()
         if rows.shape[0] > 0:
             slope = slopes(points[n], attitude)[rows]
-            rest = seen[rows] - observed(points[n], attitude)[rows]
+            rest = seen[rows] - observe(points[n], attitude)[rows]
             for i in range(rows.shape[0]):
                 for j in range(size):
                     rest[i] -= slope[i, j] * (centres[n, j] - points[n, j])
             reached = multiply(slope, root)
-            log_weights[n], distances[n] = _conditioned(steps, reached, rest, variance, normals[n, size:])
+            log_weights[n], distances[n] = _condition(steps, reached, rest, variance, normals[n, size:])
         for i in range(size):
             for j in range(i + 1):
                 drawn[n, i] += root[i, j] * steps[j]
         if rows.shape[0] > 0:
-            exact = seen[rows] - observed(drawn[n], attitude)[rows]
+            exact = seen[rows] - observe(drawn[n], attitude)[rows]
             for i in range(rows.shape[0]):
                 linear = rest[i]
                 for j in range(size):
@@ -111,7 +111,7 @@ def proposed(
 
 
 @compiled
-def _conditioned(
+def _condition(
     steps: NDArray[np.float64],
     reached: NDArray[np.float64],
     rest: NDArray[np.float64],
@@ -185,7 +185,7 @@ def in_reference(
     following = states.copy()
     if states.shape[1] != PLANE_STATES:
         inverse = np.array([reference[0], -reference[1], -reference[2], -reference[3]])
-        between = composed(inverse, attitude)
+        between = compose(inverse, attitude)
         for n in range(states.shape[0]):
-            following[n, :LINKS] = vector(composed(between, quaternion(states[n, :LINKS])))
+            following[n, :LINKS] = vector(compose(between, quaternion(states[n, :LINKS])))
     return following

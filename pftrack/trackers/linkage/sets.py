@@ -22,11 +22,11 @@ from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
 from pftrack.set_membership.frame import Observe, frame_step
 from pftrack.set_membership.guides import circumscribe
-from pftrack.set_membership.observation import observed_in_plane
+from pftrack.set_membership.observation import observe_in_plane
 from pftrack.set_membership.prediction import LENGTHENED, OUTER, PRINTED
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways
 from pftrack.set_membership.space_cells import Link
-from pftrack.set_membership.space_observation import observed_in_space
+from pftrack.set_membership.space_observation import observe_in_space
 from pftrack.set_membership.strips import TRACE, VOLUME
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.gaussians import look
@@ -135,7 +135,7 @@ def _observing(
         def in_plane(region: NDArray[np.float64], link: int, most: int) -> NDArray[np.float64]:
             # The root is known exactly.
             bound, shown = once if link == 0 else 2.0 * once, float(links[link, 0])
-            return observed_in_plane(
+            return observe_in_plane(
                 region, (link, LINKS + link), scale, shown, bound, parameters.direction_cells, most, treated
             )
 
@@ -145,7 +145,7 @@ def _observing(
     def in_space(region: NDArray[np.float64], link: int, most: int) -> NDArray[np.float64]:
         place = Link(LINKS - 1 + link if link > 0 else -1, 2 + LINKS + link, scale, attitude)
         cells = parameters.attitude_cells
-        return observed_in_space(region, place, links[link].copy(), 2.0 * once, cells, most, treated)
+        return observe_in_space(region, place, links[link].copy(), 2.0 * once, cells, most, treated)
 
     return in_space
 

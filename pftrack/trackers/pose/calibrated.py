@@ -35,16 +35,16 @@ from numpy.typing import NDArray
 
 from pftrack.filters import perspective
 from pftrack.filters.random_effects import excess_variance, fit_covariance, fit_gain
-from pftrack.geometry.rotation import derivatives, rotation, turned
+from pftrack.geometry.rotation import derivatives, rotation, turn
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import multiply, owned, product
+from pftrack.numerics.matrices import contiguous_copy, multiply, product
 from pftrack.trackers.pose.beliefs import Belief
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import GAUSSIAN, Solid
 
-__all__ = ["Calibration", "depth_slopes", "nearness", "pinned", "pose_and_band", "scarcity"]
+__all__ = ["Calibration", "depth_slopes", "nearness", "pin", "pose_and_band", "scarcity"]
 
 PERSISTENCE = 0.8
 """Weight of the past in the variance in excess: the memory is five frames."""
@@ -77,12 +77,12 @@ def pose_and_band(
     """
     if parameters.pose_band == "document":
         return belief.pose, None
-    theta, reference = owned(belief.pose.mean), owned(solid.reference[:, :3])
-    points_mm = owned(solid.points_mm if solid.pinned_mm is None else solid.pinned_mm)
-    principal_px, place = owned(solid.principal_px), belief.place_mm
+    theta, reference = contiguous_copy(belief.pose.mean), contiguous_copy(solid.reference[:, :3])
+    points_mm = contiguous_copy(solid.points_mm if solid.pinned_mm is None else solid.pinned_mm)
+    principal_px, place = contiguous_copy(solid.principal_px), belief.place_mm
     bend = np.zeros((len(points_mm), 2))
     if place is None:
-        offset_px = owned(belief.camera(solid)[:, 3])
+        offset_px = contiguous_copy(belief.camera(solid)[:, 3])
         expected, jacobian = _affine(points_mm, theta, offset_px, reference)
         if solid.pinned_mm is None:
             nearer = nearness(points_mm, theta, reference, solid.focal_px / solid.scale)
@@ -93,9 +93,9 @@ def pose_and_band(
         expected, jacobian = expected + principal_px, slopes.reshape(-1, 6)
     told = np.maximum(belief.covariances.diagonal(axis1=1, axis2=2), parameters.sd_floor_px**2)
     own = told * scarcity(np.atleast_2d(belief.log_weights))[:, None]
-    variances = owned(own).ravel()
-    excess = excess_variance(owned(belief.means - expected - bend).ravel(), jacobian, variances)
-    gain, _ = fit_gain(jacobian, 1.0 / owned(told).ravel())
+    variances = contiguous_copy(own).ravel()
+    excess = excess_variance(contiguous_copy(belief.means - expected - bend).ravel(), jacobian, variances)
+    gain, _ = fit_gain(jacobian, 1.0 / contiguous_copy(told).ravel())
     if not np.isfinite(gain).all() or not np.isfinite(excess):
         return belief.pose, before
     if before is not None:
@@ -110,7 +110,7 @@ def pose_and_band(
 
 
 @compiled
-def pinned(
+def pin(
     points_mm: NDArray[np.float64],
     seen_px: NDArray[np.float64],
     expected_px: NDArray[np.float64],
@@ -205,11 +205,11 @@ def _affine(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return where A_0 R(theta) X + c is, (F, 2), and the derivatives (2 F, 5) by theta and c."""
     count = points_mm.shape[0]
-    expected = turned(points_mm, multiply(slopes, rotation(theta)))
+    expected = turn(points_mm, multiply(slopes, rotation(theta)))
     turns = derivatives(theta)
     jacobian = np.zeros((2 * count, 5))
     for k in range(3):
-        moved = turned(points_mm, multiply(slopes, turns[k]))
+        moved = turn(points_mm, multiply(slopes, turns[k]))
         for n in range(count):
             for axis in range(2):
                 jacobian[2 * n + axis, k] = moved[n, axis]

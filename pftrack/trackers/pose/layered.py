@@ -152,7 +152,7 @@ def propose(state: Layered[S], layer: UpperLayer[S], settings: Settings, rng: Ge
     upper = layer.predict(state.upper)
     projection = layer.project(upper)
     if settings.slack_px > 0.0:
-        projection = _slackened(projection, settings)
+        projection = _slacken(projection, settings)
     drawn = adaptive.draw(
         state.features, projection, state.mixture.ratios, settings.noise_sd_px, settings.sample_count, rng
     )
@@ -167,13 +167,13 @@ def _closer(
     Where the prediction is unsure, as in the first frame of a head that is already moving, fifty particles in so wide a
     place find some of the features and mistake others. The prediction that is updated stays what it was.
     """
-    found = _slackened(layer.project(after.upper), settings)
+    found = _slacken(layer.project(after.upper), settings)
     ratios = np.ones(len(found.means))
     drawn = adaptive.draw(after.features, found, ratios, settings.noise_sd_px, settings.sample_count, rng)
     return replace(proposed, drawn=drawn, expected=found.positions)
 
 
-def _slackened(projection: Projection, settings: Settings) -> Projection:
+def _slacken(projection: Projection, settings: Settings) -> Projection:
     """Return a prediction wider by the slack; a feature that is off its place now was so in the last frame."""
     return replace(projection, covariances=projection.covariances + settings.slack_px**2)
 
@@ -204,7 +204,7 @@ def conclude(
             mixture,
             adaptive.surviving(features),
             (projection.positions, projection.variances),
-            adaptive.propagated(state.features),
+            adaptive.propagate(state.features),
             settings.noise_sd_px,
             settings.learning,
         )

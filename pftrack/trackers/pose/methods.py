@@ -29,7 +29,7 @@ from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["METHODS", "Method", "advance", "begin", "slopes", "slopes_at", "switched", "transferred", "translation"]
+__all__ = ["METHODS", "Method", "advance", "begin", "slopes", "slopes_at", "switched", "transfer", "translation"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 
@@ -97,12 +97,12 @@ def advance(
         apart = _under(belief, state.solid, parameters)
     else:
         apart = _begun(state.solid, belief.means, parameters, method, rng, belief.pose).layers
-    apart = replace(apart, mixture=_steered(apart.mixture, parameters, method))
+    apart = replace(apart, mixture=_steer(apart.mixture, parameters, method))
     settings = _settings(parameters, method)
     return _layers(layered.step(apart, _layer(state.solid, parameters), log_likelihood, settings, rng), parameters)
 
 
-def transferred(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
+def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
     """Return a state that believes the same of pose and features, but of another solid or through another camera.
 
     The upper layer starts again from them, at rest; it is left alone if nothing that it reads has changed.
@@ -215,7 +215,7 @@ def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Sett
     )
 
 
-def _steered(mixture: mixture_em.Mixture, parameters: PoseTrackerParameters, method: Method) -> mixture_em.Mixture:
+def _steer(mixture: mixture_em.Mixture, parameters: PoseTrackerParameters, method: Method) -> mixture_em.Mixture:
     """Return the ratios as the method and the present clip have them; another method may have been at work before."""
     if method == "pf-asd":
         return replace(mixture, ratios=np.clip(mixture.ratios, parameters.alpha_clip, 1.0 - parameters.alpha_clip))

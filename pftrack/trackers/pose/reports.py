@@ -8,10 +8,10 @@ from pftrack.model.series import Reduction, Series, SeriesValue
 from pftrack.trackers.pose.methods import Method
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["measurement", "reported"]
+__all__ = ["measurement", "report"]
 
 
-def reported(method: Method, features: tuple[str, ...]) -> tuple[Series, ...]:
+def report(method: Method, features: tuple[str, ...]) -> tuple[Series, ...]:
     """Return the series of a method that tracks a solid whose features have these names."""
     common = (
         Series("ess", "ESS", role="ess"),

@@ -136,7 +136,7 @@ def _loop(
     states = coordinates.T
     for t in range(frames):
         picture, place = pictures_rgb[t], (seed, first_frame + t)
-        by_observation, alert[t] = _chosen(scheme, sigma)
+        by_observation, alert[t] = _choose(scheme, sigma)
         noise = motion.large_noise if scheme.rule == Rule.NOISE and alert[t] else motion.noise
         centres = predict(states, motion.transition, motion.offset)
         first_stage, log_g, log_mean_g = log_weights, log_weights, 0.0
@@ -201,7 +201,7 @@ def loop_with(log_likelihood: LogLikelihood) -> Callable[..., Loop]:
 
 
 @compiled
-def _chosen(scheme: Scheme, sigma: NDArray[np.float64]) -> tuple[int, bool]:
+def _choose(scheme: Scheme, sigma: NDArray[np.float64]) -> tuple[int, bool]:
     """Return how many particles to draw by observation, and whether the tracker is alert."""
     if scheme.rule == Rule.OBSERVATION:
         return scheme.sample_count, True

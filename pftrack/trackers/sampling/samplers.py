@@ -16,7 +16,7 @@ from pftrack.trackers import reports
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.loop import Loop, Rule, Scheme
 
-__all__ = ["SAMPLERS", "Sampler", "advanced", "folded", "measure_particles", "scheme"]
+__all__ = ["SAMPLERS", "Sampler", "advance", "folded", "measure_particles", "scheme"]
 
 State = TypeVar("State", bound=PointState)
 
@@ -115,7 +115,7 @@ def scheme(rule: Rule, parameters: Any) -> Scheme:  # noqa: ANN401 - a model wit
     )
 
 
-def advanced(before: State, result: Loop) -> State:
+def advance(before: State, result: Loop) -> State:
     """Return the state of the last frame of a loop."""
     alert = bool(result.alert[-1])
     earlier = bool(result.alert[-2]) if len(result.alert) > 1 else before.alert
@@ -138,7 +138,7 @@ def folded(before: PointState, result: Loop) -> Fold:
     earlier = result.alert[0] if before.alert is None else before.alert
     switched = result.alert != np.append(earlier, result.alert[:-1])
     return Fold(
-        advanced(before, result),
+        advance(before, result),
         result.estimates,
         {
             "samples": np.column_stack([len(result.log_weights) - observed, observed]).astype(np.float64),

@@ -26,7 +26,7 @@ from pftrack.structure.variational import mapped, strengths_of
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.seen import Seen
 
-__all__ = ["Belief", "Found", "Grown", "Plain", "Prior", "Windowed", "grown", "plain", "windowed"]
+__all__ = ["Belief", "Found", "Grown", "Plain", "Prior", "Windowed", "grow", "plain", "windowed"]
 
 FIRST_AT_MOST = 90
 """So many frames are looked at together for a first shape."""
@@ -178,7 +178,7 @@ def plain(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTracker
     covariances = np.broadcast_to(spread, (count, 3, 3)).copy()
     strength = float(strengths[2] / strengths[3]) if strengths[3] > 0.0 else math.nan
     newest = np.column_stack([motion[-2:], means[-1, 0]])
-    return Plain(_upgraded(shape, covariances, motion, newest, prior.focal_px), strength)
+    return Plain(_upgrade(shape, covariances, motion, newest, prior.focal_px), strength)
 
 
 def windowed(
@@ -199,7 +199,7 @@ def windowed(
         return _batch(seen, prior)
     strength = _strength(known.rows, known.precisions, known.shape, known.motion)
     newest = known.motion[-2:]
-    found = _upgraded(known.shape, known.shape_covariances, known.motion[:, :3], newest, prior.focal_px)
+    found = _upgrade(known.shape, known.shape_covariances, known.motion[:, :3], newest, prior.focal_px)
     return Windowed(found, strength, known, known.free_energy)
 
 
@@ -209,7 +209,7 @@ def _batch(seen: Seen, prior: Prior) -> Windowed:
     tracks = Tracks(seen.positions, seen.variances)
     fit = variational.fit(tracks)
     strength = _strength(tracks.matrix, tracks.precisions, fit.shape, fit.motion)
-    found = _upgraded(fit.shape, fit.shape_covariances, fit.motion[:, :3], fit.motion[-2:], prior.focal_px)
+    found = _upgrade(fit.shape, fit.shape_covariances, fit.motion[:, :3], fit.motion[-2:], prior.focal_px)
     return Windowed(found, strength, free_energy=float(fit.free_energies[-1]))
 
 
@@ -233,7 +233,7 @@ def _strength(
     return min(float(strengths_of(precisions, shape, motion)[2]), float(values[2] / noise))
 
 
-def grown(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTrackerParameters) -> Grown:
+def grow(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTrackerParameters) -> Grown:
     """Let a shape grow, from the mean of other bodies or from the first frames (`pftrack.structure.growing`).
 
     A first shape that was too far off leads nowhere. It does not fit the frames, and is given up for a new one.
@@ -311,7 +311,7 @@ def _least(shape: NDArray[np.float64]) -> float:
     return float(eigenvalues(product(centred.T, centred) / len(shape))[0][2])
 
 
-def _upgraded(
+def _upgrade(
     shape: NDArray[np.float64],
     covariances: NDArray[np.float64],
     motion: NDArray[np.float64],

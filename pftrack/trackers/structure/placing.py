@@ -97,11 +97,11 @@ def placed(
     covariances = found.covariances / (size * size)
     camera = found.camera.copy()
     camera[:, 3] = (product(found.camera[:, :3], centre[:, None])[:, 0] + found.camera[:, 3]) / size
-    direct = _turned(points, covariances, camera, before.points)
+    direct = _turn(points, covariances, camera, before.points)
     few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
     if found.one_handed:
         return _settled(before, direct, rows, precisions, focal_px, few=bool(few))
-    mirrored = _turned(points * MIRROR, _flipped(covariances), _mirrored_camera(camera), before.points)
+    mirrored = _turn(points * MIRROR, _flip(covariances), _mirrored_camera(camera), before.points)
     odds = ODDS_KEPT * before.depth_odds
     if before.known and _apart(mirrored, before) < _apart(direct, before):
         direct, mirrored = mirrored, direct
@@ -130,7 +130,7 @@ def _sized(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     return (centred / size, size) if size > 0.0 else (centred, 1.0)
 
 
-def _turned(
+def _turn(
     points: NDArray[np.float64],
     covariances: NDArray[np.float64],
     camera: NDArray[np.float64],
@@ -142,7 +142,7 @@ def _turned(
     return Placed(product(points, turn.T), mapped(covariances, turn), seen, known=True)
 
 
-def _flipped(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+def _flip(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(covariances * np.outer(MIRROR, MIRROR))
 
 

@@ -64,14 +64,14 @@ def taken(seen: Seen, positions: NDArray[np.float64], variances: NDArray[np.floa
     before = seen.filled[-1] if seen.frames else np.broadcast_to(middle, positions.shape)
     filled = np.where(measured, positions, before)
     return Seen(
-        _appended(seen.positions, known),
-        _appended(seen.variances, variances),
-        _appended(seen.filled, filled),
+        _append(seen.positions, known),
+        _append(seen.variances, variances),
+        _append(seen.filled, filled),
         accumulate(seen.everything, filled),
         seen.frames + 1,
         seen.counts + measured.all(axis=1),
     )
 
 
-def _appended(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
+def _append(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([rows[max(0, len(rows) + 1 - LONGEST) :], row[None]])

@@ -19,7 +19,7 @@ from pftrack.sources.tracks.target import BodyTarget
 from pftrack.structure.growing import Growing
 from pftrack.structure.tracks import checked_view
 from pftrack.trackers.structure import seen as frames
-from pftrack.trackers.structure.methods import Belief, Grown, Plain, Prior, Windowed, grown, plain, windowed
+from pftrack.trackers.structure.methods import Belief, Grown, Plain, Prior, Windowed, grow, plain, windowed
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.placing import flat, placed, seen_again
 from pftrack.trackers.structure.state import StructureState
@@ -51,7 +51,7 @@ def start(
         raise TypeError(f"a tracker of shapes follows a body, got a {type(target).__name__}")
     shape = target.shape
     prior = Prior(shape.mean, shape.prior_sd, target.focal_px)
-    positions, variances = _measured(frame, target.principal_px, parameters)
+    positions, variances = _measure(frame, target.principal_px, parameters)
     seen = frames.taken(frames.begin(len(shape.names)), positions, variances)
     rows, precisions = checked_view(positions, variances, len(shape.names))
     focal = prior.focal_px * parameters.lens_factor
@@ -64,7 +64,7 @@ def step(
     method: Method, state: StructureState, frame: Frame, parameters: StructureTrackerParameters, _rng: Stream
 ) -> StructureState:
     """Take a further view."""
-    positions, variances = _measured(frame, state.principal_px, parameters)
+    positions, variances = _measure(frame, state.principal_px, parameters)
     seen = frames.taken(state.seen, positions, variances)
     view = checked_view(positions, variances, len(state.body.names))
     return _taken(method, replace(state, seen=seen), view, parameters)
@@ -81,7 +81,7 @@ def _taken(method: Method, state: StructureState, view: View, parameters: Struct
     return replace(state, belief=belief, placed=shape, focal_px=focal, log_evidence=evidence)
 
 
-def _measured(frame: Frame, principal_px: NDArray[np.float64], parameters: StructureTrackerParameters) -> View:
+def _measure(frame: Frame, principal_px: NDArray[np.float64], parameters: StructureTrackerParameters) -> View:
     """Return positions (n, 2) from the principal point and variances (n, 2), infinite where a point is missing."""
     if frame.measurements is None:
         raise ValueError("a tracker of shapes needs measured points, got a frame without them")
@@ -129,7 +129,7 @@ TRACKERS: dict[str, Tracker] = {
             "growing",
             "Growing shape",
             "Keeps the covariance of all points together, from the mean of other bodies or from the first frames.",
-            grown,
+            grow,
             *SWITCH,
         ),
         _tracker(

@@ -140,7 +140,7 @@ def follow(
         index=index,
     )
     if parameters.new_corners and followed.gone.any() and index % GONE_FRAMES == 0:
-        return _replaced(followed, positions, grey, parameters, index)
+        return _replace(followed, positions, grey, parameters, index)
     return followed, positions
 
 
@@ -164,7 +164,7 @@ def _taken_up(grey: NDArray[np.uint8], points: NDArray[np.float64], size: int, i
     return Corners(pieces, pieces, places, places, unknown, unknown, count, count + index, places, pieces, count, index)
 
 
-def _replaced(
+def _replace(
     corners: Corners,
     positions: NDArray[np.float64],
     grey: NDArray[np.uint8],

@@ -86,8 +86,8 @@ def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stre
 def step(method: Method, state: TrajectoriesState, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
     """Take a further frame."""
     if state.corners is None:
-        return _taken(method, state, _measured(frame), frame.index, parameters, rng)
-    image, matching = _pictured(frame, parameters)
+        return _taken(method, state, _measure(frame), frame.index, parameters, rng)
+    image, matching = _picture(frame, parameters)
     corners, observed = follow(state.corners, image, matching, frame.index)
     state = _begun_again(state, corners.born == frame.index)
     state = replace(state, belief=_without(state.belief, corners.gone), corners=corners)
@@ -100,7 +100,7 @@ def _taken(
     belief, (past, filtered, sds, densities) = method(state.belief, observed, parameters, rng)
     reach = min(parameters.lag_frames, len(past) - 1, len(state.raw))
     state = _settled(state)
-    smoothed = _appended(state.smoothed, filtered)
+    smoothed = _append(state.smoothed, filtered)
     # A track that another method has followed is known again only since that.
     now, known = past[: reach + 1], slice(0, reach + 1)
     smoothed[known] = np.where(np.isnan(now), smoothed[known], now)
@@ -108,8 +108,8 @@ def _taken(
     return replace(
         state,
         belief=belief,
-        raw=_appended(state.raw, observed),
-        filtered=_appended(state.filtered, filtered),
+        raw=_append(state.raw, observed),
+        filtered=_append(state.filtered, filtered),
         smoothed=smoothed,
         sds=sds,
         densities=densities,
@@ -124,11 +124,11 @@ def _taken(
 def _begun(target: TrajectoriesTarget, frame: Frame, parameters: P) -> tuple[Corners | None, NDArray[np.float64]]:
     """Return the corners of a picture, and where they are; or the measurements, where there is no picture."""
     if frame.image_rgb is None:
-        return None, _measured(frame)
-    return begin(*_pictured(frame, parameters), target.start_px)
+        return None, _measure(frame)
+    return begin(*_picture(frame, parameters), target.start_px)
 
 
-def _pictured(frame: Frame, parameters: object) -> tuple[NDArray[np.uint8], CornerParameters]:
+def _picture(frame: Frame, parameters: object) -> tuple[NDArray[np.uint8], CornerParameters]:
     if frame.image_rgb is None or not isinstance(parameters, CornerParameters):
         raise ValueError("corners are followed in pictures, with parameters of matching; got a frame or values without")
     return frame.image_rgb, parameters
@@ -152,7 +152,7 @@ def _without(belief: Belief, ended: NDArray[np.bool_]) -> Belief:
     return cloud.without(belief, ended) if isinstance(belief, Cloud) else gaussian.without(belief, ended)
 
 
-def _measured(frame: Frame) -> NDArray[np.float64]:
+def _measure(frame: Frame) -> NDArray[np.float64]:
     """Return the measurements (K, 2) of a frame, both NaN where either is missing."""
     if frame.measurements is None:
         raise ValueError("a tracker of trajectories needs measured points, got a frame without them")
@@ -160,7 +160,7 @@ def _measured(frame: Frame) -> NDArray[np.float64]:
     return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, np.nan)
 
 
-def _appended(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
+def _append(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([row[None], rows])
 
 
@@ -188,7 +188,7 @@ def gaussian_method(belief: Belief, observed: NDArray[np.float64], parameters: P
         lag=parameters.lag_frames,
         start_sd=parameters.start_spread_px,
     )
-    past, _ = gaussian.smoothed(belief)
+    past, _ = gaussian.smooth(belief)
     sds = np.repeat(np.sqrt(belief.covariances[0, :, :1]), 2, axis=1)
     return belief, (past, belief.means[0, :, :, 0], sds, densities)
 

@@ -64,7 +64,7 @@ async def import_run(
     """Take in a run that was saved elsewhere, and compute it; one that takes longer can be followed and cancelled."""
     await asyncio.to_thread(check_room, store, settings)
     folder = store.files.new_incoming()
-    received = await receive(request, folder, store.room, most_bytes=settings.max_record_bytes, most_files=1)
+    received = await receive(request, folder, store.disk_budget, most_bytes=settings.max_record_bytes, most_files=1)
     begun = imports.bring_in(folder, received)
     try:
         await unless_gone(asyncio.wait({begun.task}, timeout=IMPORT_S), lambda: gone(request))

@@ -119,7 +119,7 @@ async def export(
     session: ASession, export: Name, store: AStore, plot: Annotated[str | None, Query(max_length=64)] = None
 ) -> FileResponse:
     """Return a file of the active branch or of the frame that is shown, one of those that the session lists."""
-    store.room.check()
+    store.disk_budget.check()
     folder = store.files.new_outgoing()
     folder.mkdir(mode=0o700)
     try:

@@ -48,7 +48,7 @@ async def download(
     name = f"{sweep.plan.experiment}-sweep-{sweep.id[:6]}"
     if form == "csv":
         result = await asyncio.to_thread(sweep.results.result)
-        return StreamingResponse(csv_pieces(result), media_type="text/csv", headers=_attached(f"{name}.csv"))
+        return StreamingResponse(csv_pieces(result), media_type="text/csv", headers=_attach(f"{name}.csv"))
     whole = store.files.sweep(sweep.id)
     if form == "parquet" and whole.exists():
         return FileResponse(whole, media_type=PARQUET, filename=f"{name}.parquet")
@@ -57,7 +57,7 @@ async def download(
     after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
     try:
         if form == "parquet":
-            path = await asyncio.to_thread(_gathered, sweep, folder / "sweep.parquet")
+            path = await asyncio.to_thread(_gather, sweep, folder / "sweep.parquet")
             return FileResponse(path, media_type=PARQUET, filename=f"{name}.parquet", background=after)
         await _report(sweep, store, folder, settings.max_sweeps_bytes, pictures=PICTURES[form])
         if form == "html":
@@ -70,7 +70,7 @@ async def download(
         raise
 
 
-def _attached(name: str) -> dict[str, str]:
+def _attach(name: str) -> dict[str, str]:
     return {"Content-Disposition": f'attachment; filename="{name}"'}
 
 
@@ -80,7 +80,7 @@ async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int, *
     await ask(task, patience_s=REPORT_S)
 
 
-def _gathered(sweep: Sweep, path: Path) -> Path:
+def _gather(sweep: Sweep, path: Path) -> Path:
     """Write the runs that are there into one file."""
     import pyarrow.parquet as pq  # noqa: PLC0415 - seldom needed
 

@@ -110,7 +110,7 @@ async def add_upload(
     await asyncio.to_thread(check_room, store, settings, wanted_bytes)
     folder = store.files.new_incoming()
     received = await receive(
-        request, folder, store.room, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
+        request, folder, store.disk_budget, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
     queue = services.queues.light if received.size_bytes <= LIGHT_BYTES else services.queues.heavy
 
@@ -206,7 +206,7 @@ async def give_truth(
 ) -> TruthPublic:
     """Take in a table of what is truly so in an upload; sessions that begin from then on are measured by it."""
     folder = store.files.new_incoming()
-    received = await receive(request, folder, store.room, most_bytes=LARGEST_FILE_BYTES, most_files=1)
+    received = await receive(request, folder, store.disk_budget, most_bytes=LARGEST_FILE_BYTES, most_files=1)
     return await keep_truth(store, tasks, upload, experiment, folder, received)
 
 

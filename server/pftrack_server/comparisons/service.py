@@ -87,12 +87,12 @@ def _outline(named: Sequence[Named], told: dict[str, Any]) -> ComparisonOutline:
     return ComparisonOutline(
         unit=told["unit"],
         frames=told["frames"],
-        runs=[_compared(*each, frames=told["frames"]) for each in described],
+        runs=[_compare(*each, frames=told["frames"]) for each in described],
         settings=[SettingPublic.model_validate(each) for each in told["settings"]],
     )
 
 
-def _compared(named: Named, name: str, colour: str, first: int, *, frames: int) -> ComparedPublic:
+def _compare(named: Named, name: str, colour: str, first: int, *, frames: int) -> ComparedPublic:
     # The truth belongs to the upload, from which whoever makes the run takes it.
     recipe: Recipe = named.spec.recipe.with_footage(truth=None)
     return ComparedPublic(

@@ -109,7 +109,7 @@ class DrawingEncoder:
         pictures = self._pictures.encode(drawing, fine=True)
         described = []
         for name, item in drawing.primitives.items():
-            described.append(_described(name, item, arrays))
+            described.append(_describe(name, item, arrays))
             if isinstance(item, Picture):
                 described[-1]["image_rgb"] = {"key": pictures[name].key, "shape": item.image_rgb.shape}
         worlds = [_described_world(each, arrays) for each in drawing.worlds]
@@ -130,7 +130,7 @@ class DrawingEncoder:
         return EncodedDrawing(b"".join((start, text, body)), tuple(pictures.values()))
 
 
-def _described(name: str, item: Primitive, arrays: "_Arrays") -> dict[str, Any]:
+def _describe(name: str, item: Primitive, arrays: "_Arrays") -> dict[str, Any]:
     """Return what the head says of a primitive; a picture is still to be named."""
     fields = [field.name for field in dataclasses.fields(item) if field.name != "image_rgb"]
     values = {field: getattr(item, field) for field in fields}
@@ -139,7 +139,7 @@ def _described(name: str, item: Primitive, arrays: "_Arrays") -> dict[str, Any]:
 
 
 def _described_world(drawn: WorldDrawing, arrays: "_Arrays") -> dict[str, Any]:
-    primitives = [_described(name, item, arrays) for name, item in drawn.primitives.items()]
+    primitives = [_describe(name, item, arrays) for name, item in drawn.primitives.items()]
     return {"world": {**dataclasses.asdict(drawn.world), "ruler": drawn.world.ruler}, "primitives": primitives}
 
 

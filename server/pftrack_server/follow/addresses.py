@@ -41,7 +41,7 @@ def addresses(origin: str, settings: Settings) -> list[Address]:
     port = f":{parts.port}" if parts.port else ""
     names = [name for name in _names(settings) if {"*", name} & set(settings.hosts)]
     return [
-        *(Address(f"{parts.scheme}://{_bracketed(name)}{port}", everybody=True) for name in names),
+        *(Address(f"{parts.scheme}://{_bracket(name)}{port}", everybody=True) for name in names),
         Address(origin, everybody=False),
     ]
 
@@ -62,5 +62,5 @@ def _names(settings: Settings) -> list[str]:
     ]
 
 
-def _bracketed(name: str) -> str:
+def _bracket(name: str) -> str:
     return f"[{name}]" if ":" in name else name

@@ -17,7 +17,7 @@ import structlog
 from pftrack.process import Ending
 from pftrack_server.tasks.child import Budget
 from pftrack_server.tasks.child_tasks import Answer, ChildTasks
-from pftrack_server.tasks.kept import Kept, hashed
+from pftrack_server.tasks.kept import Kept, digest
 from pftrack_server.tasks.queue import Queue
 from pftrack_server.worker.protocol import Failed, Reply
 
@@ -99,7 +99,7 @@ class Computed:
             function: A generator that a child task goes through.
             arguments: For it.
         """
-        name = hashed(about)
+        name = digest(about)
         if name in self._jobs and self._jobs[name].has_failed_long_ago:
             del self._jobs[name]
         if name not in self._jobs:

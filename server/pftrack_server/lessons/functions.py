@@ -104,7 +104,7 @@ def check(folder: Path, wanted: str) -> Steps:
     results: list[dict[str, Any]] = []
     for done, each in enumerate(checks):
         yield done, len(checks)
-        results.append(_checked(each))
+        results.append(_check(each))
     return {"results": results}
 
 
@@ -119,7 +119,7 @@ def _asked(lesson: Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of p
     return revise(_demonstration(lesson).parameters, dict(lesson.question.at or {}))
 
 
-def _checked(each: Check) -> dict[str, Any]:
+def _check(each: Check) -> dict[str, Any]:
     told: dict[str, Any] = {"check": each.name, "title": each.title, "passed": False}
     told |= dict.fromkeys(("ours", "exact", "tolerance"))
     try:

@@ -11,11 +11,11 @@ from typing import Any, Self
 
 from pftrack_server.errors import RefusedError, UnavailableError
 from pftrack_server.lessons.worker import main
-from pftrack_server.log import Seldom
+from pftrack_server.log import RateLimitedLogger
 from pftrack_server.tasks.queue import Queue
 from pftrack_server.worker import forkserver
 from pftrack_server.worker.pipe import WebEnd, pair
-from pftrack_server.worker.protocol import Call, Event, Failed, Mistake, Reply
+from pftrack_server.worker.protocol import Call, Event, Failed, Reply, UnexpectedError
 
 __all__ = ["Pool"]
 
@@ -27,7 +27,7 @@ LONGEST_S = 60.0
 compiled, which takes a busy machine many seconds; a worker that is ended then would begin with that again."""
 END_S = 10.0
 
-seldom = Seldom(__name__)
+warnings = RateLimitedLogger(__name__)
 
 
 class Pool:
@@ -142,8 +142,8 @@ def _result(event: Event | None, name: str) -> Any:  # noqa: ANN401 - whatever t
             raise error
         case Failed(message=message):
             raise RefusedError(message)
-        case Mistake(traceback=traceback):
-            seldom.warn("a lesson failed", function=name, traceback=traceback)
+        case UnexpectedError(traceback=traceback):
+            warnings.warn("a lesson failed", function=name, traceback=traceback)
             raise UnavailableError("This could not be computed: the lesson has a mistake; the server's log says which.")
         case _:
             raise UnavailableError("This could not be computed: its process was ended by the system. Try again.")

@@ -12,7 +12,7 @@ from pftrack.lessons.lecturers.expression import ExpressionError
 from pftrack.model.parameters import ParameterError
 from pftrack.process import confine, leave_interrupts_to_parent, stand_alone
 from pftrack_server.worker.pipe import WorkerEnd
-from pftrack_server.worker.protocol import Call, Event, Failed, Mistake, Reply
+from pftrack_server.worker.protocol import Call, Event, Failed, Reply, UnexpectedError
 
 __all__ = ["main"]
 
@@ -53,4 +53,4 @@ def _answer(call: Call) -> Event:
     except MemoryError:
         return Failed(f"This needs more than the {MEMORY_BYTES >> 20} MiB of memory that a lesson may use.")
     except Exception:  # noqa: BLE001 - reported to the log, and the next call may be a better one
-        return Mistake(traceback.format_exc()[-LONGEST_TRACEBACK:])
+        return UnexpectedError(traceback.format_exc()[-LONGEST_TRACEBACK:])

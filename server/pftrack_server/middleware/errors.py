@@ -22,12 +22,12 @@ from pftrack_server.errors import ApiError, response, shape
 from pftrack_server.middleware.long_numbers import field_of_long_number
 from pftrack_server.system_errors import told
 
-__all__ = ["Net", "install"]
+__all__ = ["ErrorBoundary", "install"]
 
 log = structlog.get_logger(__name__)
 
 
-class Net:
+class ErrorBoundary:
     """ASGI middleware that catches unexpected exceptions: logged whole, answered without path and stack."""
 
     def __init__(self, app: ASGIApp) -> None:
@@ -104,7 +104,7 @@ def install(app: FastAPI) -> None:
         return response(error.status_code, shape(_sentence(error)), dict(error.headers or {}))
 
     # The innermost of all, so that the answer passes through those that add headers and count.
-    app.add_middleware(Net)
+    app.add_middleware(ErrorBoundary)
 
 
 async def _long_number(request: Request) -> dict[str, Any] | None:

@@ -8,7 +8,7 @@ Three checks stand in one ASGI middleware, because FastAPI's own http middleware
 3. *Token*, where the server can be reached from other machines: given once in the link, then an HttpOnly cookie. A
    program sends it as a bearer; an address in which it stays would end up in histories and logs. A person without it
    sees a page that asks for it. Those who come by the link of a class have none; they are checked at its own door
-   (`pftrack_server.follow.door`), to which all addresses below `/f/` lead.
+   (`pftrack_server.follow.access`), to which all addresses below `/f/` lead.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from pftrack_server import errors
 from pftrack_server.follow.guest import PREFIX
 from pftrack_server.frontend import FRONTEND
-from pftrack_server.log import Seldom
+from pftrack_server.log import RateLimitedLogger
 from pftrack_server.settings import Settings
 
 __all__ = ["Guard"]
@@ -57,7 +57,7 @@ class Guard:
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._hosts = {host.strip("[]").lower() for host in settings.hosts}
-        self._seldom = Seldom(__name__)
+        self._warnings = RateLimitedLogger(__name__)
         self._token = settings.token.get_secret_value() if settings.token else None
         digest = hashlib.sha256((self._token or "").encode()).hexdigest()
         # Browsers share cookies between the ports of a host: the name tells two servers' cookies apart.
@@ -75,7 +75,7 @@ class Guard:
                 path = scope["path"]
                 # The link of a class opens it, so it stays out of the log.
                 told = f"{PREFIX}/..." if path.startswith(f"{PREFIX}/") else path
-                self._seldom.warn("a websocket was refused", path=told, reason=refusal[1])
+                self._warnings.warn("a websocket was refused", path=told, reason=refusal[1])
             await _refuse(scope, receive, send, refusal)
             return
         # Asked again, since some paths are open to whoever knows no token.

@@ -81,7 +81,7 @@ class Exports(Jobs[Ordered, Path]):
         Raises:
             NotFoundError: There is no such export.
             ExportError: There is no such plot.
-            NoRoomError: The disk has no room.
+            DiskFullError: The disk has no room.
             UnavailableError: There are as many under way as there may be.
         """
         experiment = asked_for(subject.recipe.experiment)
@@ -91,7 +91,7 @@ class Exports(Jobs[Ordered, Path]):
             raise NotFoundError(f"{str(error.args[0]).capitalize()}.") from None
         check_plot(experiment, kind, plot)
         self.check_room()
-        self._store.room.check()
+        self._store.disk_budget.check()
         folder = self._store.files.new_outgoing()
         folder.mkdir(mode=0o700)
         ordered = Ordered(kind, file_name(subject, kind, plot), folder)
@@ -106,7 +106,7 @@ class Exports(Jobs[Ordered, Path]):
 
         async def work(on_step: Callable[[int, int], None]) -> Path:
             try:
-                await self._written(order, subject.recipe.footage, on_step)
+                await self._write(order, subject.recipe.footage, on_step)
             except BaseException:
                 shutil.rmtree(folder, ignore_errors=True)
                 raise
@@ -114,7 +114,7 @@ class Exports(Jobs[Ordered, Path]):
 
         return self.begin(ordered, work)
 
-    async def _written(self, order: Order, footage: Footage | None, on_step: Callable[[int, int], None]) -> None:
+    async def _write(self, order: Order, footage: Footage | None, on_step: Callable[[int, int], None]) -> None:
         video = await footage_here(self._store, self._settings, self._tasks, footage)
         await self._tasks.run_long(
             write_export,

@@ -11,14 +11,14 @@ from pftrack.files import settle
 from pftrack.model.measures import HIT_RATE
 from pftrack.model.recipe import Footage
 from pftrack.runs.record import Record
-from pftrack_server.errors import ConflictError, NoRoomError
+from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.schemas.spec import FIRST, Bookmark, SessionSpec
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
+from pftrack_server.store.disk_budget import mebibytes
 from pftrack_server.store.files import new_name, now
-from pftrack_server.store.room import mebibytes
 from pftrack_server.store.tables import RunRow
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import compare_record, read_record, weigh_record
@@ -33,17 +33,17 @@ def check_room(store: Store, settings: Settings) -> None:
 
     Raises:
         ConflictError: There are as many as there may be.
-        NoRoomError: All together are as large as they may be, or the disk has no room.
+        DiskFullError: All together are as large as they may be, or the disk has no room.
     """
     if store.count(RunRow) >= settings.max_runs:
         raise ConflictError(f"The server keeps at most {settings.max_runs} saved runs; delete one first.")
     used = store.files.runs_bytes()
     if used >= settings.max_runs_bytes:
-        raise NoRoomError(
+        raise DiskFullError(
             f"The saved runs have {mebibytes(used)}, and all together may have {mebibytes(settings.max_runs_bytes)}; "
             "delete one first."
         )
-    store.room.check()
+    store.disk_budget.check()
 
 
 async def save(store: Store, session: Session, title: str | None) -> RunRow:

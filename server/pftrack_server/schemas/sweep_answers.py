@@ -34,12 +34,12 @@ VERDICTS: dict[int, Verdict] = {
 
 def axis_view(plan: Plan, name: str) -> AxisPublic:
     """Return an axis with what is to be written beside it."""
-    return _described(plan, name, plan.axis(name).values)
+    return _describe(plan, name, plan.axis(name).values)
 
 
 def fixed_views(plan: Plan) -> list[AxisPublic]:
     """Return the parameters that have the same value in all runs, each like an axis of one value."""
-    return [_described(plan, name, (value,)) for name, value in plan.values.items()]
+    return [_describe(plan, name, (value,)) for name, value in plan.values.items()]
 
 
 def cells_view(plan: Plan, pair: Pair, maps: dict[str, CellMap], done: int) -> CellsPublic:
@@ -75,7 +75,7 @@ def comparison_view(found: Comparison, level: float, correction: Correction) -> 
     )
 
 
-def _described(plan: Plan, name: str, values: tuple[Value, ...]) -> AxisPublic:
+def _describe(plan: Plan, name: str, values: tuple[Value, ...]) -> AxisPublic:
     known = {it.name: it for it in declarations(type(plan.wiring.simulate().parameters))}
     it = known[name]
     return AxisPublic(name=name, title=it.title, unit=it.unit, kind=it.kind, values=list(values))

@@ -19,8 +19,8 @@ from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
+from pftrack_server.store.disk_budget import is_full
 from pftrack_server.store.files import is_name
-from pftrack_server.store.room import is_full
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.intake import index_of
 from pftrack_server.worker.protocol import WorkerConfig
@@ -131,7 +131,7 @@ class Manager:
             Exception: Whatever refused the spec, or failed in preparing.
         """
         self._make_room()
-        await asyncio.to_thread(self._store.room.check)
+        await asyncio.to_thread(self._store.disk_budget.check)
         if len(self._sessions) >= self._settings.max_stored_sessions:
             raise UnavailableError(
                 f"The server keeps at most {self._settings.max_stored_sessions} sessions, the suspended ones included; "
@@ -295,4 +295,4 @@ class Manager:
 
     def _tidy(self) -> None:
         self._store.files.trim_states(self._settings.max_states_bytes)
-        self._store.room.take_ballast()
+        self._store.disk_budget.take_ballast()

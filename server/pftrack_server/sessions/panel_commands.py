@@ -29,7 +29,7 @@ class PanelCommands:
     """The commands of one session's panel; all methods belong to the event loop's thread.
 
     Args:
-        door: Held while a command of the session is under way.
+        command_lock: Held while a command of the session is under way.
         change: Changes parameters.
         transport: Carries out a command of the transport, given by its keywords.
         on_refusal: Called with the inside of an error.
@@ -37,12 +37,12 @@ class PanelCommands:
 
     def __init__(
         self,
-        door: asyncio.Lock,
+        command_lock: asyncio.Lock,
         change: Callable[[dict[str, Any]], Awaitable[object]],
         transport: Callable[..., Awaitable[object]],
         on_refusal: Callable[[dict[str, Any]], None],
     ) -> None:
-        self._door = door
+        self._command_lock = command_lock
         self._change = change
         self._transport = transport
         self._on_refusal = on_refusal
@@ -66,7 +66,7 @@ class PanelCommands:
             task.cancel()
 
     async def _send_pending(self) -> None:
-        async with self._door:
+        async with self._command_lock:
             values, self._pending = self._pending, {}
         await self._answered(self._change(values))
 

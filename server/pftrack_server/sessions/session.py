@@ -52,8 +52,8 @@ class Session:
         self, spec: SessionSpec, settings: Settings, config_of: ConfigOf, *, phase: Phase = "suspended"
     ) -> None:
         self.state = SessionState(spec, phase, self._tell_panel)
-        self._door = asyncio.Lock()
-        self._panel = PanelCommands(self._door, self.change, self.transport, self._tell_refusal)
+        self._command_lock = asyncio.Lock()
+        self._panel = PanelCommands(self._command_lock, self.change, self.transport, self._tell_refusal)
         self.drawing_feed = DrawingFeed(lambda: self._credit("flat"))
         self.scene_feed = SceneFeed(
             credit=lambda: self._credit("scene"),
@@ -102,7 +102,7 @@ class Session:
     @property
     def is_free(self) -> bool:
         """Whether no command is under way that the next one has to wait for."""
-        return not self._door.locked()
+        return not self._command_lock.locked()
 
     @property
     def card(self) -> protocol.SessionInfo:
@@ -124,7 +124,7 @@ class Session:
             ConflictError: It was ended while this waited.
             Exception: Whatever refused the spec.
         """
-        async with self._door:
+        async with self._command_lock:
             if self._is_closed:
                 raise ConflictError("The session was ended.")
             if self._worker is not None:
@@ -152,7 +152,7 @@ class Session:
 
     async def suspend(self, message: str) -> None:
         """End the worker; the spec remembers everything."""
-        async with self._door:
+        async with self._command_lock:
             await self._hang_up()
             self.state.become("suspended", message)
         await self.scene_feed.close()
@@ -162,7 +162,7 @@ class Session:
         self._is_closed = True
         # Before the door opens, so that whoever waits inside for the worker is sent away.
         await self._hang_up()
-        async with self._door:
+        async with self._command_lock:
             await self._hang_up()
             self.state.become("ended", message)
             self.listeners.close()
@@ -201,7 +201,7 @@ class Session:
         Raises:
             ParameterError: A value is refused.
         """
-        async with self._door:
+        async with self._command_lock:
             if not values:
                 return self._changed(self.spec.active.position + 1)
             if self.spec.active.position < self.spec.active.computed:
@@ -232,31 +232,31 @@ class Session:
             case _:
                 command = protocol.Transport(action, frame or 0)
         # Not through the door: a pause has to reach a worker that is busy with a long seek.
-        return await self._request(command, self._viewed)
+        return await self._request(command, self._view)
 
     async def branch(self, frame: int, values: dict[str, Any], title: str | None) -> messages.SessionPublic:
         """Leave the active branch at a frame and go on in a new one; return the session as it is then."""
-        async with self._door:
+        async with self._command_lock:
             self._room_for_branch()
             name = self.spec.next_branch()
 
             def titled(result: object) -> messages.SessionPublic:
                 if title:
                     self.state.name_branch(name, title)
-                return self._viewed(result)
+                return self._view(result)
 
             return await self._request(protocol.Branch(name, frame, values), titled)
 
     async def activate(self, branch: str) -> messages.SessionPublic:
         """Show another branch; return the session as it is then."""
-        async with self._door:
+        async with self._command_lock:
             there = self.spec.branches[branch]
             command = protocol.Activate(branch, there.recipe, there.bound)
-            return await self._request(command, self._viewed)
+            return await self._request(command, self._view)
 
     async def save(self, path: str) -> dict[str, Any]:
         """Write the active branch to a file; return its summary and a picture."""
-        async with self._door:
+        async with self._command_lock:
             saved: dict[str, Any] = await self._request(protocol.Save(path), _plain)
             return saved
 
@@ -291,7 +291,7 @@ class Session:
             raise ConflictError(f"The session is {self.phase}; resume it first.")
         return await self._worker.request(command, then)
 
-    def _viewed(self, result: object) -> messages.SessionPublic:
+    def _view(self, result: object) -> messages.SessionPublic:
         del result  # the commands that are answered so have none
         return self.view()
 

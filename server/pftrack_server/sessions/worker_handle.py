@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import structlog
 
-from pftrack.process import Ending, described, ending
+from pftrack.process import Ending, describe, ending
 from pftrack_server.errors import UnavailableError
 from pftrack_server.resource_limits import allowed_cpu_seconds
 from pftrack_server.worker import forkserver
@@ -227,5 +227,5 @@ def _cause(code: int | None, config: WorkerConfig) -> str:
     if how is Ending.KILLED:
         return "The session's worker was killed, by the system or by somebody. Resume it to go on where it was."
     if code is not None and how is Ending.CRASHED:
-        return f"The session's worker crashed ({described(code)}). Resume it to go on where it was."
+        return f"The session's worker crashed ({describe(code)}). Resume it to go on where it was."
     return "The session's worker ended unexpectedly. Resume it to go on where it was."

@@ -13,7 +13,7 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
 from sqlalchemy.exc import DBAPIError
 
-from pftrack_server.store.room import DISK_FULL, is_full
+from pftrack_server.store.disk_budget import DISK_FULL, is_full
 from pftrack_server.store.tables import Base
 
 __all__ = ["DatabaseError", "connect"]

@@ -77,7 +77,7 @@ class DataDirectory:
         Raises:
             NotFoundError: A link stands there that leads elsewhere, as is so of all that follows here.
         """
-        path = _within(self.uploads, _checked(name), "content")
+        path = _within(self.uploads, _check(name), "content")
         if path.is_dir() and any(entry.is_symlink() for entry in path.iterdir()):
             raise NotFoundError(LINK)
         return path
@@ -89,11 +89,11 @@ class DataDirectory:
             OSError: There is none.
             ValueError: It is no text.
         """
-        return _within(self.uploads, _checked(name), INDEX).read_text(encoding="utf-8")
+        return _within(self.uploads, _check(name), INDEX).read_text(encoding="utf-8")
 
     def keep_index(self, name: str, text: str) -> None:
         """Keep what was found when an upload was decoded, as JSON."""
-        write_whole(self.uploads / _checked(name) / INDEX, text.encode())
+        write_whole(self.uploads / _check(name) / INDEX, text.encode())
 
     def new_incoming(self) -> Path:
         """Return where something that comes may be put until it is known to be good."""
@@ -105,7 +105,7 @@ class DataDirectory:
 
     def preview(self, name: str, frame: int) -> Path:
         """Return where a frame of an upload is kept once it was drawn."""
-        return _within(self.uploads, _checked(name), f"frame-{frame:06d}.jpg")
+        return _within(self.uploads, _check(name), f"frame-{frame:06d}.jpg")
 
     def keep_preview(self, name: str, frame: int, picture: bytes) -> None:
         """Keep a frame of an upload, unless many are kept already or the disk is full; it can be drawn again."""
@@ -126,19 +126,19 @@ class DataDirectory:
 
     def truth(self, name: str, kind: str) -> Path:
         """Return where the truth of a kind is kept that was given for an upload."""
-        return _within(self.uploads, _checked(name), f"truth-{kind}.json")
+        return _within(self.uploads, _check(name), f"truth-{kind}.json")
 
     def remove_upload(self, name: str) -> None:
         """Delete an upload's folder."""
-        _remove(self.uploads / _checked(name))
+        _remove(self.uploads / _check(name))
 
     def states_of(self, session: str) -> Path:
         """Return the folder of a session's checkpoints, which its worker makes."""
-        return _within(self.states, _checked(session))
+        return _within(self.states, _check(session))
 
     def remove_states(self, session: str) -> None:
         """Delete a session's checkpoints."""
-        _remove(self.states / _checked(session))
+        _remove(self.states / _check(session))
 
     def trim_states(self, most_bytes: int) -> None:
         """Delete the checkpoints that were not used for the longest time, until the others take no more than this."""
@@ -152,11 +152,11 @@ class DataDirectory:
 
     def record(self, name: str) -> Path:
         """Return where a saved run lies."""
-        return _within(self.runs, f"{_checked(name)}.pft")
+        return _within(self.runs, f"{_check(name)}.pft")
 
     def thumbnail(self, name: str) -> Path:
         """Return where a saved run's picture lies."""
-        return _within(self.runs, f"{_checked(name)}.png")
+        return _within(self.runs, f"{_check(name)}.png")
 
     def runs_bytes(self) -> int:
         """Return how much room the files of all saved runs take."""
@@ -165,23 +165,23 @@ class DataDirectory:
     def remove_run(self, name: str) -> None:
         """Delete a run's files."""
         for ending in ("pft", "png"):
-            _remove(self.runs / f"{_checked(name)}.{ending}")
+            _remove(self.runs / f"{_check(name)}.{ending}")
 
     def sweep(self, name: str) -> Path:
         """Return where a sweep's result lies once it is complete; what there is before lies beside it."""
-        for path in self.sweeps.glob(f"{_checked(name)}.*"):
+        for path in self.sweeps.glob(f"{_check(name)}.*"):
             _within(self.sweeps, path.name)
-        return self.sweeps / f"{_checked(name)}.parquet"
+        return self.sweeps / f"{_check(name)}.parquet"
 
     def sweep_bytes(self, name: str) -> int:
         """Return how much room the files of a sweep take."""
-        places = list(self.sweeps.glob(f"{_checked(name)}.*"))
+        places = list(self.sweeps.glob(f"{_check(name)}.*"))
         files = [path for place in places for path in (place.rglob("*") if place.is_dir() else [place])]
         return sum(path.stat().st_size for path in files if path.is_file())
 
     def remove_sweep(self, name: str) -> None:
         """Delete all files of a sweep."""
-        for path in self.sweeps.glob(f"{_checked(name)}.*"):
+        for path in self.sweeps.glob(f"{_check(name)}.*"):
             _remove(path)
 
 
@@ -204,7 +204,7 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def _checked(name: str) -> str:
+def _check(name: str) -> str:
     if not is_name(name):
         raise ValueError("a name of a stored file must have been made by the server")
     return name

@@ -17,8 +17,8 @@ from pftrack.files import write_whole
 from pftrack_server.errors import DamagedError
 from pftrack_server.settings import Settings
 from pftrack_server.store.database import connect
+from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.store.files import DataDirectory, now
-from pftrack_server.store.room import Room
 from pftrack_server.store.tables import FORM, Base, RunRow, SessionRow, SweepRow, UploadRow
 
 __all__ = ["Store"]
@@ -41,14 +41,14 @@ class Store:
     def __init__(self, settings: Settings) -> None:
         self.files = DataDirectory(settings.data_dir)
         try:
-            self.room = Room(settings.data_dir, settings.reserve_bytes)
+            self.disk_budget = DiskBudget(settings.data_dir, settings.reserve_bytes)
             self._engine = connect(settings.database)
         except BaseException:
             self.files.close()
             raise
         self._begin = sessionmaker(self._engine, expire_on_commit=False)
         self._complained: set[str] = set()
-        self.room.take_ballast()
+        self.disk_budget.take_ballast()
 
     def close(self) -> None:
         """Close database and data directory."""
@@ -137,7 +137,7 @@ class Store:
                 for row in rows:
                     database.merge(SessionRow(**row))
 
-        self.room.write(save)
+        self.disk_budget.write(save)
 
     def sessions(self) -> list[SessionRow]:
         """Return all sessions, the oldest first."""
@@ -156,7 +156,7 @@ class Store:
             with self._begin.begin() as database:
                 database.merge(SweepRow(**values))
 
-        self.room.write(save)
+        self.disk_budget.write(save)
 
     def sweeps(self) -> list[SweepRow]:
         """Return all sweeps, the oldest first."""
@@ -222,7 +222,7 @@ class Store:
                 done: CursorResult[Any] = database.execute(delete(kind).where(kind.id == name))  # type: ignore[assignment]  # of a deletion it is one
                 return done.rowcount > 0
 
-        return self.room.write(remove)
+        return self.disk_budget.write(remove)
 
 
 def _is_damage(error: Exception) -> bool:

@@ -41,7 +41,7 @@ class Sweeps:
         self._measuring = asyncio.Semaphore(MEASURED_AT_ONCE)
         self._measured: dict[str, float] = {}
         # Places are counted and taken by one at a time.
-        self._door = asyncio.Lock()
+        self._command_lock = asyncio.Lock()
 
     async def open(self) -> None:
         """Take over the sweeps that the store kept; none of them is running."""
@@ -120,7 +120,7 @@ class Sweeps:
         """
         plan = await asyncio.to_thread(as_plan, body, self._settings)
         within_limits(plan, self._settings)
-        async with self._door:
+        async with self._command_lock:
             return await self._create(body, plan)
 
     async def _create(self, body: SweepCreate, plan: Plan) -> Sweep:
@@ -165,7 +165,7 @@ class Sweeps:
             ConflictError: It is running or complete.
             UnavailableError: The server computes enough already.
         """
-        async with self._door:
+        async with self._command_lock:
             check_idle(sweep)
             self._check_places()
             await sweep.start()
@@ -196,7 +196,7 @@ class Sweeps:
                 f"The sweep may need {_mebibytes(wanted)}; of the {_mebibytes(settings.max_sweeps_bytes)} for all "
                 f"sweeps {_mebibytes(used)} are in use. Delete one first, or ask for fewer runs."
             )
-        await asyncio.to_thread(self._store.room.check, wanted)
+        await asyncio.to_thread(self._store.disk_budget.check, wanted)
 
     def _check_places(self) -> None:
         running = sum(sweep.state == "running" for sweep in self._sweeps.values())

@@ -8,7 +8,7 @@ from typing import TypeVar
 from pftrack.experiment import Experiment
 from pftrack.model.parameters import ParameterError, declarations, flat, limit_particles, with_role
 from pftrack.sweep import Axis, Plan, SweepError, parse_axis
-from pftrack.sweep.axis import TRACKER, checked
+from pftrack.sweep.axis import TRACKER, check
 from pftrack_server.errors import RefusedError
 from pftrack_server.experiments import asked_for
 from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
@@ -42,13 +42,13 @@ def as_plan(body: SweepCreate, settings: Settings) -> Plan:
     if not body.trackers and TRACKER not in names:
         raise RefusedError("Choose at least one method.", field="trackers")
     for name in body.trackers:
-        _part("trackers", partial(checked, experiment, Axis(TRACKER, (name,))))
+        _part("trackers", partial(check, experiment, Axis(TRACKER, (name,))))
     for name, value in body.parameters.items():
         if name in names:
             raise RefusedError(
                 f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"parameters.{name}"
             )
-        _part(f"parameters.{name}", partial(checked, experiment, Axis(name, (value,))))
+        _part(f"parameters.{name}", partial(check, experiment, Axis(name, (value,))))
     plan = _part(
         "axes",
         lambda: Plan(
@@ -89,7 +89,7 @@ def cells_of(plan: Plan) -> int:
 def _axis(experiment: Experiment, index: int, body: SweepAxis) -> Axis:
     if body.values is not None:
         axis = Axis(body.name, tuple(body.values))
-        return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(checked, experiment, axis))
+        return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(check, experiment, axis))
     text = f"{body.name}={_plain(body.start)}:{_plain(body.stop)}:{_plain(body.step)}"
     return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(parse_axis, experiment, text))
 

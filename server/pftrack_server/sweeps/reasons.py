@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from pftrack.process import described
+from pftrack.process import describe
 
 __all__ = ["CANCELLED", "DELETED", "RESTARTED", "STOPPED", "reason"]
 
@@ -31,7 +31,7 @@ def reason(status: int, answer: dict[str, Any]) -> str:
         answer: The JSON that it printed, with its complaint where there is no error.
     """
     if status < 0:
-        return f"The process that computed the sweep was {described(status)}. {KEPT}"
+        return f"The process that computed the sweep was {describe(status)}. {KEPT}"
     error = answer.get("error", {})
     said = str(error.get("message") or answer.get("complaint") or "").strip()
     for words, meaning in COMPLAINTS.items():

@@ -17,7 +17,7 @@ import structlog
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Plan, begin, partial_of
 from pftrack_server.errors import ConflictError
-from pftrack_server.log import Seldom
+from pftrack_server.log import RateLimitedLogger
 from pftrack_server.schemas.measures import MeasurePublic
 from pftrack_server.schemas.sweep_answers import axis_view, fixed_views
 from pftrack_server.schemas.sweep_views import CellsPublic, State, SweepPublic
@@ -74,7 +74,7 @@ class Sweep:
         self._began = 0.0
         self._past: deque[tuple[float, int]] = deque()
         self._listeners: Listeners[SweepListener] = Listeners()
-        self._seldom = Seldom(__name__, every_s=60.0)
+        self._warnings = RateLimitedLogger(__name__, every_s=60.0)
 
     # ------------------------------------------------------------ what it is
 
@@ -239,7 +239,7 @@ class Sweep:
         try:
             await self._keep(self)
         except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
-            self._seldom.warn("how far a sweep is could not be stored", sweep=self.id, error=repr(error))
+            self._warnings.warn("how far a sweep is could not be stored", sweep=self.id, error=repr(error))
 
     # ------------------------------------------------------------ listeners
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pftrack_server.worker.protocol import Event, Failed, Mistake, Reply, Step
+from pftrack_server.worker.protocol import Event, Failed, Reply, Step, UnexpectedError
 
 __all__ = ["pack", "unpack"]
 
@@ -31,7 +31,7 @@ def pack(event: Event) -> bytes:
             body: dict[str, object] = {"result": result}
         case Failed(message=message):
             body = {"failed": message}
-        case Mistake(traceback=traceback):
+        case UnexpectedError(traceback=traceback):
             body = {"mistake": traceback}
         case Step(done=done, total=total):
             body = {"done": done, "total": total}
@@ -58,7 +58,7 @@ def unpack(data: bytes | bytearray) -> Event:
         case {"failed": str(message), **others} if not others:
             return Failed(message)
         case {"mistake": str(traceback), **others} if not others:
-            return Mistake(traceback)
+            return UnexpectedError(traceback)
         case {"done": int(done), "total": int(total), **others} if not others:
             return Step(done, total)
     raise ValueError("the answer is neither a reply nor a refusal, a mistake or a step")

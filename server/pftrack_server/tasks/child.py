@@ -23,7 +23,7 @@ from pftrack.sources.sequence import SourceError
 from pftrack.sources.truth import TruthError
 from pftrack_server.tasks.answers import pack
 from pftrack_server.worker.pipe import WorkerEnd
-from pftrack_server.worker.protocol import Failed, Mistake, Reply, Step
+from pftrack_server.worker.protocol import Failed, Reply, Step, UnexpectedError
 
 __all__ = ["MEBIBYTE", "Budget", "main"]
 
@@ -77,7 +77,7 @@ def main(end: socket.socket, function: Callable[..., Any], arguments: tuple[obje
     except BrokenPipeError:
         return
     except Exception:  # noqa: BLE001 - reported as a process that died
-        pipe.send(Mistake(traceback.format_exc()[-LONGEST_TRACEBACK:]))
+        pipe.send(UnexpectedError(traceback.format_exc()[-LONGEST_TRACEBACK:]))
         sys.exit(1)
 
 

@@ -15,14 +15,14 @@ from typing import Any, TypeAlias
 
 from pftrack.process import Ending, end_group, ending
 from pftrack_server.errors import RefusedError, UnavailableError
-from pftrack_server.log import Seldom
+from pftrack_server.log import RateLimitedLogger
 from pftrack_server.tasks import child, functions
 from pftrack_server.tasks.answers import unpack
 from pftrack_server.tasks.child import Budget
 from pftrack_server.tasks.queue import Queues, unless_gone
 from pftrack_server.worker import forkserver
 from pftrack_server.worker.pipe import WebEnd, pair
-from pftrack_server.worker.protocol import Event, Failed, Mistake, Reply, Step
+from pftrack_server.worker.protocol import Event, Failed, Reply, Step, UnexpectedError
 
 __all__ = ["Answer", "ChildTasks"]
 
@@ -34,7 +34,7 @@ LOOK_S = 0.1
 LAST_WORDS_S = 5.0
 END_S = 30.0
 
-seldom = Seldom(__name__)
+warnings = RateLimitedLogger(__name__)
 
 
 async def _never() -> None:
@@ -144,8 +144,8 @@ class ChildTasks:
             match last.result():
                 case Reply() | Failed() as answer:
                     return answer
-                case Mistake(traceback=traceback):
-                    seldom.warn("a task failed", task=function.__name__, traceback=traceback)
+                case UnexpectedError(traceback=traceback):
+                    warnings.warn("a task failed", task=function.__name__, traceback=traceback)
                     return Ending.FAILED
                 case _:
                     return await asyncio.to_thread(_fate, process)

@@ -11,10 +11,10 @@ from pftrack.files import write_whole
 from pftrack.numerics import machine
 from pftrack.warming import source_hash
 
-__all__ = ["Kept", "hashed"]
+__all__ = ["Kept", "digest"]
 
 
-def hashed(about: str) -> str:
+def digest(about: str) -> str:
     """Return the name under which something is kept.
 
     Args:

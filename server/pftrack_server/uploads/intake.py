@@ -17,10 +17,10 @@ import structlog
 from pftrack.model.sequence import FrameIndex
 from pftrack.sources.images import natural_order
 from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError
-from pftrack_server.errors import ConflictError, NoRoomError
+from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.settings import Settings
+from pftrack_server.store.disk_budget import mebibytes
 from pftrack_server.store.files import new_name, now
-from pftrack_server.store.room import mebibytes
 from pftrack_server.store.store import Store
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.tasks.child_tasks import ChildTasks
@@ -50,13 +50,13 @@ def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
 
     Raises:
         ConflictError: There are as many as there may be.
-        NoRoomError: All together they would be larger than they may be.
+        DiskFullError: All together they would be larger than they may be.
     """
     if store.count(UploadRow) >= settings.max_uploads:
         raise ConflictError(f"The server keeps at most {settings.max_uploads} uploads; delete one first.")
     used = store.uploads_bytes()
     if used + wanted_bytes > settings.max_uploads_bytes:
-        raise NoRoomError(
+        raise DiskFullError(
             f"All uploads together may have {mebibytes(settings.max_uploads_bytes)}, of which {mebibytes(used)} are in "
             f"use, and this one has {mebibytes(wanted_bytes)}; delete one first."
         )
@@ -99,10 +99,10 @@ async def take_in(
     Raises:
         SourceError: They are no sequence of pictures, or exceed the limits.
         ConflictError: There are as many uploads as there may be.
-        NoRoomError: There is no room for this one.
+        DiskFullError: There is no room for this one.
     """
     await asyncio.to_thread(check_room, store, settings, received.size_bytes)
-    content, names = await _to_the_end(_arranged, folder, received)
+    content, names = await _to_the_end(_arrange, folder, received)
     try:
         found = await probe(tasks, content, limits_of(settings), stopped=stopped)
     except SourceError as error:
@@ -143,7 +143,7 @@ def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> Upl
     return row
 
 
-def _arranged(folder: Path, received: Received) -> tuple[Path, dict[str, str]]:
+def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str]]:
     """Return one file as it is, several as a folder in which they stand in the natural order of their names.
 
     Beside the folder come the names that they have there, each with the one that people know. A single file is never

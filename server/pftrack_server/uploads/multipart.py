@@ -17,7 +17,7 @@ from python_multipart.multipart import MultipartParser, parse_options_header
 from starlette.requests import ClientDisconnect
 
 from pftrack_server.errors import ApiError, RefusedError, TooLargeError
-from pftrack_server.store.room import Room
+from pftrack_server.store.disk_budget import DiskBudget
 
 __all__ = ["Received", "receive"]
 
@@ -41,12 +41,12 @@ class Received:
     size_bytes: int = 0
 
 
-async def receive(request: Request, folder: Path, room: Room, *, most_bytes: int, most_files: int) -> Received:
+async def receive(request: Request, folder: Path, room: DiskBudget, *, most_bytes: int, most_files: int) -> Received:
     """Write the files of a multipart request's field `file` into a folder, made for them; on failure it is removed.
 
     Raises:
         TooLargeError: More bytes or files than allowed came, or are announced.
-        NoRoomError: There is not as much room on the disk.
+        DiskFullError: There is not as much room on the disk.
         RefusedError: There is no file in it.
     """
     kind, options = parse_options_header(request.headers.get("content-type"))
@@ -72,7 +72,7 @@ async def receive(request: Request, folder: Path, room: Room, *, most_bytes: int
     return parts.received
 
 
-async def _read(request: Request, parser: MultipartParser, parts: "_Parts", room: Room, most_bytes: int) -> None:
+async def _read(request: Request, parser: MultipartParser, parts: "_Parts", room: DiskBudget, most_bytes: int) -> None:
     total = looked = 0
     try:
         async for chunk in request.stream():

@@ -4,12 +4,12 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-__all__ = ["joined"]
+__all__ = ["join"]
 
 IMPORT = re.compile(r"^import [^;]*;$|^/\*\* @import [^\n]*\*/$|^export (?=class|const|function)", re.MULTILINE)
 
 
-def joined(modules: Iterable[Path]) -> str:
+def join(modules: Iterable[Path]) -> str:
     """Return modules as one script, in which they see each other's names without importing them.
 
     Args:

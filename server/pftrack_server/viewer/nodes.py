@@ -200,7 +200,7 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
         node.handle = server.scene.add_mesh_simple(
             f"/{name}",
             _pressed(item, stance),
-            shapes.turned_over(item.faces),
+            shapes.turn_over(item.faces),
             color=item.colour,
             opacity=item.opacity,
             # Through a translucent solid its far side would be seen as stains.
@@ -214,14 +214,14 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
     if node.stance != stance or not np.array_equal(before.vertices, item.vertices):
         node.handle.vertices = _pressed(item, stance)
     if not np.array_equal(before.faces, item.faces):
-        node.handle.faces = shapes.turned_over(item.faces)
+        node.handle.faces = shapes.turn_over(item.faces)
     if (before.colour, before.opacity) != (item.colour, item.opacity):
         node.handle.color = item.colour
         node.handle.opacity = item.opacity
 
 
 def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
-    parts = _pressed(item, stance), shapes.turned_over(item.faces), item.rgba
+    parts = _pressed(item, stance), shapes.turn_over(item.faces), item.rgba
     if node.handle is None:
         node.handle = viser_adapter.ColouredMesh(server, f"/{name}", *parts)
     else:

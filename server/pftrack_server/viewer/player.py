@@ -42,7 +42,7 @@ class Player:
         self._news, self._is_closed = threading.Condition(), False
         self._encoder = PictureEncoder()
         self.viewer = Viewer(
-            _described(run), self._in_force, on_change=self._wish_values, on_transport=self._wish_transport
+            _describe(run), self._in_force, on_change=self._wish_values, on_transport=self._wish_transport
         )
         self._thread = threading.Thread(target=self._work, name="pftrack-player", daemon=True)
         self._thread.start()
@@ -84,7 +84,7 @@ class Player:
     def _work(self) -> None:
         self._show()
         while not self._is_closed:
-            wishes = self._awaited()
+            wishes = self._wait_for()
             try:
                 for what, value in wishes.items():
                     self._do(what, value)
@@ -99,7 +99,7 @@ class Player:
                 self.viewer.tell(self._in_force)
             self._show()
 
-    def _awaited(self) -> dict[str, Any]:
+    def _wait_for(self) -> dict[str, Any]:
         """Wait until there is something to do, and return what is wished for."""
         with self._news:
             while not (self._wishes or self._is_closed):
@@ -166,7 +166,7 @@ class Player:
         self.viewer.show(self._encoder.for_scene(keyed), run.position)
 
 
-def _described(run: Run) -> PanelDescription:
+def _describe(run: Run) -> PanelDescription:
     experiment = run.experiment
     return PanelDescription(
         title=title_of(run),

@@ -45,7 +45,7 @@ __all__ = [
     "polyline_segments",
     "summit",
     "to_scene",
-    "turned_over",
+    "turn_over",
 ]
 
 Floats = NDArray[np.float32]
@@ -126,7 +126,7 @@ def frustum_segments(frustum: Frustum) -> Floats:
     return np.concatenate((rays, *borders)).astype(np.float32)
 
 
-def turned_over(faces: NDArray[np.int32]) -> NDArray[np.uint32]:
+def turn_over(faces: NDArray[np.int32]) -> NDArray[np.uint32]:
     """Return triangles with the other side in front, as mirroring their vertices demands."""
     return np.ascontiguousarray(faces[:, ::-1], dtype=np.uint32)
 

@@ -17,7 +17,7 @@ import viser
 
 from pftrack.model.layer import LayerRole
 from pftrack.model.parameters import Value
-from pftrack_server.log import Seldom
+from pftrack_server.log import RateLimitedLogger
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.panel import InForce, PanelDescription
 from pftrack_server.viewer import viser_adapter, worlds
@@ -39,7 +39,7 @@ UNWATCHED_S = 1.0
 BRAND = (0, 76, 118)
 """viser takes this as the darkest of a ramp; its middle, which the controls wear, is then the blue of the estimate."""
 
-seldom = Seldom(__name__)
+warnings = RateLimitedLogger(__name__)
 
 
 class Viewer:
@@ -178,7 +178,7 @@ class Viewer:
         try:
             return self._attend()
         except Exception:  # noqa: BLE001 - whatever it was
-            seldom.warn("a scene could not be brought up to date", traceback=traceback.format_exc())
+            warnings.warn("a scene could not be brought up to date", traceback=traceback.format_exc())
             return FAILED_S
 
     def _attend(self) -> float | None:

@@ -29,7 +29,7 @@ def pair() -> tuple[socket.socket, socket.socket]:
     return ends
 
 
-def _pickled(message: object) -> bytes:
+def _pickle(message: object) -> bytes:
     return pickle.dumps(message, protocol=5)
 
 
@@ -45,7 +45,7 @@ class WorkerEnd:
         pack: Writes an event, as the other end reads it.
     """
 
-    def __init__(self, end: socket.socket, pack: Callable[[Event], bytes] = _pickled) -> None:
+    def __init__(self, end: socket.socket, pack: Callable[[Event], bytes] = _pickle) -> None:
         self._socket = end
         self._socket.setblocking(True)
         self._pack = pack
@@ -124,7 +124,7 @@ class WebEnd(asyncio.BufferedProtocol):
     def send(self, message: Request | Credit | Call) -> None:
         """Send a command without waiting; to a worker that is gone it is lost."""
         if self._transport is not None and not self._transport.is_closing():
-            self._transport.write(b"".join(_with_length(_pickled(message))))
+            self._transport.write(b"".join(_with_length(_pickle(message))))
 
     def close(self) -> None:
         """Hang up; the worker ends when it notices."""

@@ -30,7 +30,6 @@ __all__ = [
     "Failed",
     "Form",
     "Heartbeat",
-    "Mistake",
     "Picture",
     "Progress",
     "Ready",
@@ -43,6 +42,7 @@ __all__ = [
     "Speed",
     "Step",
     "Transport",
+    "UnexpectedError",
     "WorkerConfig",
 ]
 
@@ -331,7 +331,7 @@ class Failed:
 
 
 @dataclass(frozen=True, slots=True)
-class Mistake:
+class UnexpectedError:
     """A task came to an end that nobody has foreseen; its last event.
 
     Attributes:
@@ -341,4 +341,4 @@ class Mistake:
     traceback: str
 
 
-Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Step | Failed | Mistake
+Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Step | Failed | UnexpectedError

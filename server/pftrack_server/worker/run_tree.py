@@ -60,7 +60,7 @@ class RunTree:
         frames = config.recipe.frames
         if frames is not None and frames > config.max_frames:
             raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
-        self._setup = self._wired(config)
+        self._setup = self._wire(config)
         self.active = config.branch
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
         self._left: dict[str, str] = {}
@@ -341,7 +341,7 @@ class RunTree:
             parameters, name = _limited(parameters, name, changes[frame], self._max_particles)
         return Run.from_recipe(recipe, self.experiment, self._setup)
 
-    def _wired(self, config: WorkerConfig) -> Setup:
+    def _wire(self, config: WorkerConfig) -> Setup:
         """Wire the recipe's footage, which is the upload, or the simulated scene."""
         footage = config.recipe.footage
         if footage is None or config.video is None:

@@ -89,12 +89,12 @@ def test_a_command_that_hangs_does_not_stop_the_rounds(start_server: Any, monkey
 
     with start_server() as (server, client):
         found = server.manager.get(begin(client)["id"])
-        server.run(found._door.acquire())
+        server.run(found._command_lock.acquire())
         monkeypatch.setattr(Session, "check", counted)
         found.left -= 2 * server.manager._settings.idle_seconds
         wait_for(lambda: len(looked) >= 3)
         assert found.worker is not None
-        server.uvicorn.loop.call_soon_threadsafe(found._door.release)
+        server.uvicorn.loop.call_soon_threadsafe(found._command_lock.release)
         wait_for(lambda: found.phase == "suspended")
 
 

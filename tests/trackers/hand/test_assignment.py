@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from pftrack.trackers.hand.assignment import HIDDEN, MOST_PROTRUSIONS, assigned
+from pftrack.trackers.hand.assignment import HIDDEN, MOST_PROTRUSIONS, assign
 
 
 def by_trying_all(scores: np.ndarray, costs: np.ndarray) -> float:
@@ -28,7 +28,7 @@ def test_it_is_the_best_of_all_ways(protrusions: int) -> None:
         scores[draw.random(scores.shape) < 0.2] = -np.inf
         scores[:, -1] = draw.normal(-5.0, 5.0, 5)
         costs = draw.uniform(0.0, 30.0, protrusions)
-        score, chosen = assigned(scores, costs)
+        score, chosen = assign(scores, costs)
         assert score == pytest.approx(by_trying_all(scores, costs))
         taken = chosen[chosen != HIDDEN]
         assert len(set(taken)) == len(taken)
@@ -40,6 +40,6 @@ def test_many_protrusions_leave_some_of_no_finger() -> None:
     """With as many as there may be, every finger has its own and the others are paid for."""
     scores = np.full((5, MOST_PROTRUSIONS + 1), -9.0)
     scores[np.arange(5), np.arange(5) + 2] = -1.0
-    score, chosen = assigned(scores, np.ones(MOST_PROTRUSIONS))
+    score, chosen = assign(scores, np.ones(MOST_PROTRUSIONS))
     assert chosen.tolist() == [2, 3, 4, 5, 6]
     assert score == -5.0 - (MOST_PROTRUSIONS - 5)

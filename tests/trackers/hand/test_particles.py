@@ -5,7 +5,7 @@ import pytest
 
 from pftrack.geometry.hand_model import HIGH, LOW, MODEL, joints, open_pose, silhouette
 from pftrack.trackers.hand.parameters import HandTrackerParameters
-from pftrack.trackers.hand.particles import ANYWHERE, Cloud, _gains, sampled
+from pftrack.trackers.hand.particles import ANYWHERE, Cloud, _gains, sample
 from pftrack.trackers.hand.seen import seen_in
 from pftrack.trackers.hand.settings import Task, settings
 
@@ -23,7 +23,7 @@ def cloud(seed: int = 0, count: int = COUNT) -> Cloud:
         axes.append(tip + np.arange(20.0)[:, None] * way)
     seen = seen_in(silhouette(POSE, SCALE, MODEL, (SIDE, SIDE)), axes)
     states = np.tile(POSE, (3, 2))
-    return sampled(
+    return sample(
         states, np.array([-np.inf, np.log(0.5), np.log(0.5)]), states[:, :2].copy(), count, 0.5, seen, TASK, seed, 1
     )
 

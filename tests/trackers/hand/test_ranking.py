@@ -8,7 +8,7 @@ from pftrack.geometry.polygons import convex_hull, fill, row_sums
 from pftrack.trackers.hand.assignment import HIDDEN
 from pftrack.trackers.hand.likelihood import Seen, finger_fit, x_p
 from pftrack.trackers.hand.parameters import HandTrackerParameters
-from pftrack.trackers.hand.ranking import differences, improved, log_score
+from pftrack.trackers.hand.ranking import differences, improve, log_score
 from pftrack.trackers.hand.seen import contour_of, seen_in
 from pftrack.trackers.hand.settings import Task, settings
 
@@ -70,7 +70,7 @@ def test_moving_uphill_mends_a_pose_that_is_beside() -> None:
     seen, assignment = sight(POSE), np.arange(5)
     begin = POSE.copy()
     begin[[0, 3, 5, 10, 11, 12]] += 2.0, -0.2, 0.1, 0.2, 0.2, 0.2
-    pose, score = improved(begin, POSE, assignment, seen, TASK)
+    pose, score = improve(begin, POSE, assignment, seen, TASK)
     assert score == pytest.approx(log_score(pose, POSE, assignment, seen, TASK), abs=1e-9)
     assert score > log_score(begin, POSE, assignment, seen, TASK) + 10.0
     before, after = differences(np.array([begin, pose]), seen, TASK)

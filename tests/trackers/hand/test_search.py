@@ -10,7 +10,7 @@ from pftrack.trackers.hand.beams import NO_PALM_COST, alike, followed, predictio
 from pftrack.trackers.hand.likelihood import Seen
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.ranking import differences, log_score
-from pftrack.trackers.hand.search import searched
+from pftrack.trackers.hand.search import search
 from pftrack.trackers.hand.seen import seen_in
 from pftrack.trackers.hand.settings import Task, settings
 
@@ -33,7 +33,7 @@ def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> Seen:
 
 def test_a_hand_that_is_as_predicted_is_found_with_its_fingers() -> None:
     """The best hand is the prediction, each finger has its protrusion, and no palm is near another."""
-    hands = searched(POSE[None], SURE, sight(POSE), REFERENCE)
+    hands = search(POSE[None], SURE, sight(POSE), REFERENCE)
     best = int(np.argmax(hands.scores))
     assert hands.poses[best] == pytest.approx(POSE)
     assert hands.assignments[best].tolist() == [0, 1, 2, 3, 4]
@@ -48,7 +48,7 @@ def test_a_finger_that_no_protrusion_shows_is_hidden() -> None:
     """A finger that has folded before the palm is found there, though the prediction has it half as far."""
     pose, predicted = POSE.copy(), POSE.copy()
     pose[14:17], predicted[14:17] = 1.3, 0.7
-    hands = searched(predicted[None], SURE, sight(pose, (0, 1, 3, 4)), REFERENCE)
+    hands = search(predicted[None], SURE, sight(pose, (0, 1, 3, 4)), REFERENCE)
     best = int(np.argmax(hands.scores))
     assert hands.assignments[best].tolist() == [0, 1, HIDDEN, 2, 3]
     assert hands.poses[best, 14] > 0.9
@@ -58,7 +58,7 @@ def test_a_score_of_the_search_is_that_of_the_whole_hand_without_its_silhouette(
     """The parts' scores that are added up are those that moving uphill begins with."""
     seen = sight(POSE)
     task = REFERENCE._replace(settings=REFERENCE.settings._replace(cover_sd=np.inf))
-    hands = searched(POSE[None], SURE, seen, task)
+    hands = search(POSE[None], SURE, seen, task)
     for n in np.argsort(-hands.scores)[:3]:
         whole = log_score(hands.poses[n], POSE, hands.assignments[n], seen, task)
         assert whole == pytest.approx(hands.scores[n], abs=0.3)

@@ -16,7 +16,7 @@ from pftrack.runs.manifest import citation_of, manifest_of, title_of
 from pftrack.runs.run import Run
 from pftrack.version import __version__
 from pftrack_server.viewer.camera import FLAT_RAD, FULL_RELIEF_RAD, RELIEF_STEPS
-from pftrack_server.viewer.modules import joined
+from pftrack_server.viewer.modules import join
 from pftrack_server.viewer.standalone.plots import PagePlot, plots_of
 from pftrack_server.viewer.standalone.recording import Recording, record
 
@@ -88,9 +88,9 @@ def document(run: Run, recording: Recording) -> str:
         "player": _data(recording.player),
         "packed": base64.b64encode(recording.packed).decode(),
         "pictures": base64.b64encode(b"".join(recording.pictures)).decode(),
-        "script": joined(PAGE / name for name in SCRIPTS),
+        "script": join(PAGE / name for name in SCRIPTS),
     }
-    return _filled((PAGE / "page.html").read_text(encoding="utf-8"), parts)
+    return _fill((PAGE / "page.html").read_text(encoding="utf-8"), parts)
 
 
 def _remarks(recording: Recording) -> Iterator[str]:
@@ -134,5 +134,5 @@ def _data(value: object) -> str:
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
 
 
-def _filled(template: str, parts: Mapping[str, str]) -> str:
+def _fill(template: str, parts: Mapping[str, str]) -> str:
     return PLACE.sub(lambda place: parts[place[1]], template)

@@ -25,9 +25,9 @@ def fitted(pictures: Sequence[bytes], most_bytes: int) -> list[bytes]:
     for form in FORMS:
         if _size(made) <= most_bytes:
             break
-        likely = _size(_encoded(file, *form) for file in sample) / len(sample) * len(pictures)
+        likely = _size(_encode(file, *form) for file in sample) / len(sample) * len(pictures)
         if likely <= most_bytes or form == FORMS[-1]:
-            made = [_encoded(file, *form) for file in pictures]
+            made = [_encode(file, *form) for file in pictures]
     return made
 
 
@@ -35,7 +35,7 @@ def _size(files: Iterable[bytes]) -> int:
     return sum(map(len, files))
 
 
-def _encoded(file: bytes, side: int, quality: int) -> bytes:
+def _encode(file: bytes, side: int, quality: int) -> bytes:
     image = cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR)
     if image is None:
         raise ValueError("a picture of a recording is no JPEG file")

@@ -129,10 +129,10 @@ def _thin(drawing: Drawing) -> tuple[Drawing, int]:
     """
     clouds = {name: item for name, item in drawing.primitives.items() if isinstance(item, Points)}
     every = max(1, -(-max((len(item.positions) for item in clouds.values()), default=0) // MOST_POINTS))
-    return replace(drawing, primitives={**drawing.primitives, **{k: _ordered(v) for k, v in clouds.items()}}), every
+    return replace(drawing, primitives={**drawing.primitives, **{k: _order(v) for k, v in clouds.items()}}), every
 
 
-def _ordered(cloud: Points) -> Points:
+def _order(cloud: Points) -> Points:
     every = max(1, -(-len(cloud.positions) // MOST_POINTS))
     kept = np.arange(0, len(cloud.positions), every)
     order = kept[np.argsort(cloud.positions[kept, 0], kind="stable")]

@@ -62,13 +62,13 @@ def take_apart(page: str) -> Parts | None:
     if found is None or decoder is None:
         return None
     sizes = int(found[2]), int(found[3])
-    plain = zstandard.ZstdDecompressor().decompress(_unpacked(found[1]), max_output_size=sum(sizes))
+    plain = zstandard.ZstdDecompressor().decompress(_unpack(found[1]), max_output_size=sum(sizes))
     return Parts(
         head=page[: found.start()],
         rest=page[found.end() :],
         style=_asset("css", "text/css; charset=utf-8", plain[: sizes[0]]),
         script=_asset("js", "text/javascript; charset=utf-8", plain[sizes[0] :]),
-        decoder=_asset("wasm", "application/wasm", gzip.decompress(_unpacked(decoder[1].replace("\\\\", "\\")))),
+        decoder=_asset("wasm", "application/wasm", gzip.decompress(_unpack(decoder[1].replace("\\\\", "\\")))),
     )
 
 
@@ -77,7 +77,7 @@ def _asset(ending: str, media_type: str, content: bytes) -> Asset:
     return Asset(f"{digest}.{ending}", media_type, content, gzip.compress(content, 6, mtime=0))
 
 
-def _unpacked(text: str) -> bytes:
+def _unpack(text: str) -> bytes:
     """Undo viser's packing of bytes: five digits to the base 88 are four bytes."""
     digits = text.encode("ascii").translate(VALUES + bytes(128))
     whole = len(digits) // 5 * 5

@@ -41,7 +41,7 @@ class ColouredMesh:
         faces: NDArray[np.uint32],
         rgba: NDArray[np.float32],
     ) -> None:
-        packed = _packed(rgba)
+        packed = _pack(rgba)
         self._colours = server.scene.add_point_cloud(
             name + SUFFIX, np.zeros_like(packed, dtype=np.float32), packed, visible=False
         )
@@ -59,7 +59,7 @@ class ColouredMesh:
 
     def update(self, vertices: NDArray[np.float32], faces: NDArray[np.uint32], rgba: NDArray[np.float32]) -> None:
         """Show other vertices, triangles or colours; what is as it was is not sent again."""
-        packed = _packed(rgba)
+        packed = _pack(rgba)
         if len(packed) != len(self._packed):
             self._colours.points = np.zeros_like(packed, dtype=np.float32)
         if not np.array_equal(packed, self._packed):
@@ -87,7 +87,7 @@ class ColouredMesh:
         self._colours.remove()
 
 
-def _packed(rgba: NDArray[np.float32]) -> NDArray[np.uint8]:
+def _pack(rgba: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return colours (n, 4) as rows of three bytes: red, green and blue of all, and then all opacities."""
     values = np.rint(255.0 * np.clip(rgba, 0.0, 1.0)).astype(np.uint8)
     opacities = np.resize(values[:, 3], (len(values) + 2) // 3 * 3)

@@ -13,7 +13,7 @@ import viser
 from viser import _messages
 from viser.infra import _messages as infra_messages
 
-from pftrack_server.log import Seldom
+from pftrack_server.log import RateLimitedLogger
 
 __all__ = ["drop_bad_values", "is_welcome", "remove_handlers"]
 
@@ -68,13 +68,15 @@ def drop_bad_values(server: viser.ViserServer) -> None:
     """Make a server drop what its handlers cannot take, with a warning now and then."""
     incoming = server._websock_server  # noqa: SLF001 - there is no public way
     handle = incoming._handle_incoming_message  # noqa: SLF001
-    seldom = Seldom(__name__)
+    warnings = RateLimitedLogger(__name__)
 
     async def handle_or_drop(client: Any, message: Any) -> None:  # noqa: ANN401 - viser's own types
         try:
             await handle(client, message)
         except Exception as error:  # noqa: BLE001 - whatever it is, it is the browser's
-            seldom.warn("a browser has sent what its scene cannot take", kind=type(message).__name__, error=str(error))
+            warnings.warn(
+                "a browser has sent what its scene cannot take", kind=type(message).__name__, error=str(error)
+            )
 
     incoming._handle_incoming_message = handle_or_drop  # type: ignore[assignment,method-assign]  # noqa: SLF001
 

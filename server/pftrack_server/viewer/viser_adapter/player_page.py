@@ -9,7 +9,7 @@ from pathlib import Path
 
 import viser
 
-from pftrack_server.viewer.modules import joined
+from pftrack_server.viewer.modules import join
 from pftrack_server.viewer.viser_adapter.client_page import client_scripts, client_style
 
 __all__ = ["DARK", "THEME", "player_page"]
@@ -31,7 +31,7 @@ def player_page(server: viser.ViserServer) -> str:
     page = server.get_scene_serializer().as_html()
     page = page.replace("{darkMode:false}", f"{{darkMode:{DARK}}}", 1).replace("<title>Viser</title>", "", 1)
     theme = f'<script>document.documentElement.dataset.theme = "{THEME}";</script>'
-    player = f"<script>{joined(PLAYER / name for name in SCRIPTS)}</script>"
+    player = f"<script>{join(PLAYER / name for name in SCRIPTS)}</script>"
     style = f"{client_style()}{(PLAYER / 'style.css').read_text(encoding='utf-8')}"
     head, body = page.index("<head>") + len("<head>"), page.index("</head>")
     scripts = f"{theme}{client_scripts(FROM_CLIENT)}{player}"

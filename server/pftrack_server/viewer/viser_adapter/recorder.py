@@ -94,19 +94,19 @@ class Recorder:
 def _plain(message: _messages.Message) -> dict[str, Any]:
     """Return a message as it travels, with its arrays in place."""
     buffers: list[memoryview] = []
-    return _filled(message.as_serializable_dict(buffers), buffers)  # type: ignore[no-any-return]
+    return _fill(message.as_serializable_dict(buffers), buffers)  # type: ignore[no-any-return]
 
 
-def _filled(value: Any, buffers: list[memoryview]) -> Any:  # noqa: ANN401 - JSON and arrays
+def _fill(value: Any, buffers: list[memoryview]) -> Any:  # noqa: ANN401 - JSON and arrays
     match value:
         case {"__binary_index": int(index), "dtype": str(dtype)}:
             return np.frombuffer(buffers[index], dtype=dtype)
         case dict():
-            return {name: _filled(item, buffers) for name, item in value.items()}
+            return {name: _fill(item, buffers) for name, item in value.items()}
         case bytes() | bytearray() | memoryview():
             return np.frombuffer(value, dtype=np.uint8)
         case list() | tuple():
-            return [_filled(item, buffers) for item in value]
+            return [_fill(item, buffers) for item in value]
         case np.generic():
             return value.item()
         case _:

@@ -1,4 +1,4 @@
-"""Room: what may still be written to the disk of the data directory, and how to make room when it is full.
+"""DiskBudget: what may still be written to the disk of the data directory, and how to make room when it is full.
 
 A reserve of free space is left to others and looked at before anything large is written. On a disk that is full all the
 same, deleting must work, and deleting from a database writes to it. So a file of nothing, the ballast, holds a few
@@ -17,9 +17,9 @@ import structlog
 from sqlalchemy.exc import DBAPIError, OperationalError
 
 from pftrack.files import free_bytes
-from pftrack_server.errors import NoRoomError
+from pftrack_server.errors import DiskFullError
 
-__all__ = ["DISK_FULL", "Room", "is_full", "mebibytes"]
+__all__ = ["DISK_FULL", "DiskBudget", "is_full", "mebibytes"]
 
 log = structlog.get_logger(__name__)
 
@@ -49,7 +49,7 @@ def is_full(error: BaseException) -> bool:
     return False
 
 
-class Room:
+class DiskBudget:
     """The free space on the disk of a data directory."""
 
     def __init__(self, folder: Path, reserve_bytes: int) -> None:
@@ -65,12 +65,12 @@ class Room:
         """Make sure that so much may be written.
 
         Raises:
-            NoRoomError: Less than the reserve would be left.
+            DiskFullError: Less than the reserve would be left.
         """
         free = free_bytes(self._folder)
         if free - wanted_bytes < self._reserve_bytes:
             reserve = mebibytes(self._reserve_bytes)
-            raise NoRoomError(
+            raise DiskFullError(
                 f"The server's disk has {mebibytes(free)} left, of which it keeps {reserve} free; "
                 f"this needs {mebibytes(wanted_bytes)}. Delete uploads, saved runs, sweeps or sessions, and try again."
             )

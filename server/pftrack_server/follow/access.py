@@ -25,7 +25,7 @@ from pftrack_server.follow.roles import Standing, is_allowed
 from pftrack_server.frontend import FRONTEND
 from pftrack_server.stream.duplex import GONE
 
-__all__ = ["CROWDED", "FORBIDDEN", "Door"]
+__all__ = ["CROWDED", "FORBIDDEN", "AccessGuard"]
 
 COOKIE = "pftrack_seat"
 PAGE = "/follow"
@@ -44,7 +44,7 @@ class UnknownError(ApiError):
     status = HTTPStatus.UNAUTHORIZED
 
 
-class Door:
+class AccessGuard:
     """ASGI middleware that lets followers and lecturers in by the link of a class, and everybody else pass."""
 
     def __init__(self, app: ASGIApp) -> None:
