@@ -204,7 +204,7 @@ class Loose(Mark):
 
     @classmethod
     def editor(cls) -> Editor:
-        return cls.described(handles=(Handle(name="at", title="Place"),))
+        return cls.describe(handles=(Handle(name="at", title="Place"),))
 
 
 def plots_of_one_name() -> Experiment:

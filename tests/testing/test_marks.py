@@ -40,7 +40,7 @@ class Disc(Mark):
         radius = MarkNumber(
             name="radius_px", title="Radius", unit="px", minimum=1, maximum=200, step=1, default=20, about="centre"
         )
-        return cls.described(handles=(Handle(name="centre", title="Centre"),), numbers=(radius,))
+        return cls.describe(handles=(Handle(name="centre", title="Centre"),), numbers=(radius,))
 
 
 class Elsewhere(Disc):
@@ -62,7 +62,7 @@ class Undescribed(Disc):
 
     @classmethod
     def editor(cls) -> Editor:
-        return cls.described(handles=(Handle(name="centre", title="Centre"),))
+        return cls.describe(handles=(Handle(name="centre", title="Centre"),))
 
 
 def run(*kinds: type[Mark]) -> None:

@@ -36,4 +36,4 @@ class Circle(Mark):
         """Return a handle for the centre, and the radius about it."""
         named = {"name": "radius", "title": "Radius", "unit": "px", "about": "centre"}
         radius = MarkNumber(minimum=2, maximum=200, step=1, default=20, **named)
-        return cls.described(handles=(Handle(name="centre", title="Centre"),), numbers=(radius,))
+        return cls.describe(handles=(Handle(name="centre", title="Centre"),), numbers=(radius,))
