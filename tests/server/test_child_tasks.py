@@ -127,7 +127,7 @@ def test_a_mistake_of_ours_is_in_the_log(
     mistake: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Who asks for a task that fails is told little, the log where."""
-    monkeypatch.setattr("pftrack_server.tasks.child_tasks.seldom", RateLimitedLogger("tasks"))
+    monkeypatch.setattr("pftrack_server.tasks.child_tasks.warnings", RateLimitedLogger("tasks"))
     with pytest.raises(RefusedError, match="cannot be read safely"):
         run(ChildTasks(Queues()).run(mistake))
     assert "on purpose" in capsys.readouterr().out
